@@ -1,8 +1,10 @@
-"""What one evaluation of continuation costs, beside the same on SciPy's DOP853 with a compiled right-hand side.
+"""What one evaluation of continuation costs, beside the same on SciPy's DOP853 with a
+compiled right-hand side.
 
-An evaluation of a motion over one lobe is its end, its monodromy and its derivative by the rotary speed. In lanes it
-is 8 runs with tangents and 2 without; SciPy integrates the motion and, for central differences, 18 neighbours. Both are
-timed in turns in one process, as CPU time. Run it with ``python -m benchmarks.continuation``.
+An evaluation of a motion over one lobe is its end, its monodromy and its derivative by
+the rotary speed. In lanes it is 8 runs with tangents and 2 without; SciPy integrates
+the motion and, for central differences, 18 neighbours. Both are timed in turns in one
+process, as CPU time. Run it with ``python -m benchmarks.continuation``.
 """
 
 from __future__ import annotations
@@ -36,7 +38,9 @@ def main() -> None:
     state = setting.model.starts(setting.values(values, ("rotary_speed",)), 0)[0, :-1]
     fold = 2 * np.pi / 3
     for _ in range(40):  # let it settle
-        ends = flow.run(Legs(state[None], np.zeros(1), np.array([25 * fold / SPEED]), values, np.zeros(1, bool)))
+        ends = flow.run(
+            Legs(state[None], np.zeros(1), np.array([25 * fold / SPEED]), values, np.zeros(1, bool))
+        )
         state = turned(flow.symmetry, ends.state[0], -25 * fold)
     problem = Periodic.at(flow, 1, values[0], state)
 
@@ -46,7 +50,10 @@ def main() -> None:
     point = advance(flow, {0: job()})[0]
     state = point.found.state
 
-    right_hand_side, rows = setting.model.right_hand_side(1, setting.fixed), setting.model.rows(setting.fixed)
+    right_hand_side, rows = (
+        setting.model.right_hand_side(1, setting.fixed),
+        setting.model.rows(setting.fixed),
+    )
     buffer = np.zeros(rows.total)
     buffer[rows.parameter : rows.parameter + rows.parameters] = table[0]
     drift = setting.model.drifts(table, setting.fixed)[0]
@@ -67,7 +74,9 @@ def main() -> None:
             start = state.copy()
             if 0 < j < 17:
                 start[(j - 1) // 2] += (1 if j % 2 else -1) * 1e-3 * sizes[(j - 1) // 2]
-            found = solve_ivp(slopes, (0.0, fold / SPEED), start, "DOP853", rtol=1e-11, atol=1e-11 * sizes)
+            found = solve_ivp(
+                slopes, (0.0, fold / SPEED), start, "DOP853", rtol=1e-11, atol=1e-11 * sizes
+            )
             ends.append(found.y[:, -1])
         return np.array(ends)
 
@@ -81,7 +90,10 @@ def main() -> None:
         ends = scipy()
         theirs.append(time.process_time() - begun)
     own = flow.run(problem.legs(point.x)).state[0]
-    print(f"difference of the ends, in natural sizes: {np.max(np.abs((ends[0] - own) / flow.sizes(values[0])[0])):.1e}")
+    print(
+        f"difference of the ends, in natural sizes: "
+        f"{np.max(np.abs((ends[0] - own) / flow.sizes(values[0])[0])):.1e}"
+    )
     print(f"one evaluation: {1e3 * median(ours):.2f} ms; on DOP853 {1e3 * median(theirs):.0f} ms")
     print(f"ratio {median(theirs) / median(ours):.0f}")
 

@@ -1,10 +1,12 @@
-"""What the explorer's measurements cost: returns to the Poincare section, kinds of motion, the Lyapunov exponent.
+"""What the explorer's measurements cost: returns to the Poincare section, kinds of
+motion, the Lyapunov exponent.
 
     python -m benchmarks.extras [--rounds 5] [--out extras]
 
-480 operating points with the default times (300 s, then 200 s observed), one thread, 16 lanes: with the features alone,
-with 200 returns kept of each point, and with the exponent besides, in interleaved rounds. Processor time, labels
-included; ratios are taken within a round.
+480 operating points with the default times (300 s, then 200 s observed), one thread, 16
+lanes: with the features alone, with 200 returns kept of each point, and with the
+exponent besides, in interleaved rounds. Processor time, labels included; ratios are
+taken within a round.
 """
 
 from __future__ import annotations
@@ -48,7 +50,9 @@ def seconds(work: Work) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--out", type=Path, help="write OUT.md and OUT.json")
     arguments = parser.parse_args()
@@ -59,8 +63,13 @@ def main() -> None:
         seconds(replace(work, simulation=replace(work.simulation, transient=0.0, observe=5.0)))
     times = np.array([[seconds(work) for work in works.values()] for _ in range(arguments.rounds)])
     ratios = times / times[:, :1]
-    rows = [[name, f"{np.median(times[:, i]):.2f}", spread(ratios[:, i].tolist())] for i, name in enumerate(works)]
-    text = f"{where(machine)}\n\n{table(['measured', 'processor seconds', 'times the first'], rows)}\n"
+    rows = [
+        [name, f"{np.median(times[:, i]):.2f}", spread(ratios[:, i].tolist())]
+        for i, name in enumerate(works)
+    ]
+    text = (
+        f"{where(machine)}\n\n{table(['measured', 'processor seconds', 'times the first'], rows)}\n"
+    )
     write(arguments.out, text, {"machine": machine, "times": times.tolist(), "ways": list(works)})
 
 

@@ -1,10 +1,12 @@
-"""Which way of adjusting unknowns has intervals as wide as they should be: the one of nsdrill fit, and an ensemble
-Kalman inversion (ES-MDA, Emerick & Reynolds 2013) with about as many runs.
+"""Which way of adjusting unknowns has intervals as wide as they should be: the one of
+nsdrill fit, and an ensemble Kalman inversion (ES-MDA, Emerick & Reynolds 2013) with
+about as many runs.
 
     python benchmarks/fit_methods.py [CASES]
 
-Truths are drawn from the prior, data made with noise; printed are the shares of 90 % and 50 % intervals that hold the
-truth, the mean width of the intervals, and the number of runs. Takes about a minute.
+Truths are drawn from the prior, data made with noise; printed are the shares of 90 %
+and 50 % intervals that hold the truth, the mean width of the intervals, and the number
+of runs. Takes about a minute.
 """
 
 from __future__ import annotations
@@ -25,12 +27,23 @@ def linear(z):
 
 
 def curved(z):
-    return np.stack([z[:, 0] + 0.5 * z[:, 1] ** 2, np.exp(0.5 * z[:, 1]), z[:, 0] * z[:, 2], 2 * np.tanh(z[:, 2])], 1)
+    return np.stack(
+        [
+            z[:, 0] + 0.5 * z[:, 1] ** 2,
+            np.exp(0.5 * z[:, 1]),
+            z[:, 0] * z[:, 2],
+            2 * np.tanh(z[:, 2]),
+        ],
+        1,
+    )
 
 
 def threshold(z):
     jump = 1 / (1 + np.exp(-20 * (z[:, 0] - 0.3)))
-    return np.stack([jump * (1 + 0.3 * z[:, 1]), z[:, 1] + 0.2 * jump, np.abs(z[:, 2]), z[:, 2] ** 2 + z[:, 0]], 1)
+    return np.stack(
+        [jump * (1 + 0.3 * z[:, 1]), z[:, 1] + 0.2 * jump, np.abs(z[:, 2]), z[:, 2] ** 2 + z[:, 0]],
+        1,
+    )
 
 
 def noisy(z):
@@ -46,7 +59,9 @@ def kalman(simulate, y, errors, seed, members=128, steps=5):
         found = simulate(z)
         away_z, away = z - z.mean(axis=0), found - found.mean(axis=0)
         inflated = steps * np.diag(errors**2)
-        gain = np.linalg.solve(away.T @ away / (members - 1) + inflated, away.T @ away_z / (members - 1))
+        gain = np.linalg.solve(
+            away.T @ away / (members - 1) + inflated, away.T @ away_z / (members - 1)
+        )
         z = z + (y + np.sqrt(steps) * errors * rng.standard_normal(found.shape) - found) @ gain
     return z, np.full(members, 1 / members), members * steps
 
@@ -72,8 +87,10 @@ def main(cases: int) -> None:
                 runs.append(count)
             ranks = np.array(below)
             in_90, in_50 = (100 * np.mean(np.abs(ranks - 0.5) < half) for half in (0.45, 0.25))
-            print(f"{problem.__name__:10s} {method:7s} 90 %: {in_90:3.0f}   50 %: {in_50:3.0f}   "
-                  f"width {np.mean(widths):.2f}   runs {np.mean(runs):.0f}")  # fmt: skip
+            print(
+                f"{problem.__name__:10s} {method:7s} 90 %: {in_90:3.0f}   50 %: {in_50:3.0f}   "
+                f"width {np.mean(widths):.2f}   runs {np.mean(runs):.0f}"
+            )
 
 
 if __name__ == "__main__":

@@ -1,11 +1,14 @@
-"""Where the time goes: floating-point work of a packed step, its time, and the share of what the core can do.
+"""Where the time goes: floating-point work of a packed step, its time, and the share of
+what the core can do.
 
     python -m benchmarks.flops [--quick] [--out flops]
 
-The hot functions are compiled into an empty cache, their machine code is counted by kind of instruction. The counts are
-static: for the right-hand side and for the stepper's straight parts that is what runs; the observer's rare parts (turns
-and crossings) are counted as if they ran every time. The core's peak is a loop of independent fused multiply-adds,
-measured between the other measurements. ``perf stat`` is asked for cycles and instructions where the machine allows it.
+The hot functions are compiled into an empty cache, their machine code is counted by
+kind of instruction. The counts are static: for the right-hand side and for the
+stepper's straight parts that is what runs; the observer's rare parts (turns and
+crossings) are counted as if they ran every time. The core's peak is a loop of
+independent fused multiply-adds, measured between the other measurements. ``perf stat``
+is asked for cycles and instructions where the machine allows it.
 """
 
 from __future__ import annotations
@@ -30,20 +33,42 @@ from benchmarks.machine import alone, describe, spread, table, where, write
 LANES = 8
 # Operations a packed instruction makes for each number in it.
 WORK = {"fma": 2, "add": 1, "mul": 1, "div": 1, "sqrt": 1, "max/min": 1}
-KINDS = (*WORK, "compare", "blend/mask", "logic/integer", "convert", "shuffle", "load/store/move", "call", "jump")
+KINDS = (
+    *WORK,
+    "compare",
+    "blend/mask",
+    "logic/integer",
+    "convert",
+    "shuffle",
+    "load/store/move",
+    "call",
+    "jump",
+)
 PATTERNS = (
-    ("fma", r"vf(n?m)(add|sub)"), ("add", r"v(add|sub)[ps]d"), ("mul", r"vmul[ps]d"), ("div", r"vdiv[ps]d"),
-    ("sqrt", r"vsqrt[ps]d"), ("max/min", r"v(max|min)[ps]d"), ("compare", r"v(u?comi|cmp|pcmp|pt?estn?m?|fpclass)"),
+    ("fma", r"vf(n?m)(add|sub)"),
+    ("add", r"v(add|sub)[ps]d"),
+    ("mul", r"vmul[ps]d"),
+    ("div", r"vdiv[ps]d"),
+    ("sqrt", r"vsqrt[ps]d"),
+    ("max/min", r"v(max|min)[ps]d"),
+    ("compare", r"v(u?comi|cmp|pcmp|pt?estn?m?|fpclass)"),
     ("blend/mask", r"v(p?blend)|^k(and|or|xor|not|mov|test|ortest|shift|unpck)"),
-    ("convert", r"vcvt"), ("shuffle", r"v(perm|shuf|unpck|pshuf|extract|insert|p?broadcast|pack|palign)"),
+    ("convert", r"vcvt"),
+    ("shuffle", r"v(perm|shuf|unpck|pshuf|extract|insert|p?broadcast|pack|palign)"),
     ("load/store/move", r"v(p?mov|gather|pgather|scatter)"),
-    ("logic/integer", r"v(and|or|xor|pand|por|pxor|pternlog|psll|psra|psrl|padd|psub|pmul|pabs|rndscale|pmax|pmin)"),
-    ("call", r"call"), ("jump", r"j[a-z]+"),
-)  # fmt: skip
+    (
+        "logic/integer",
+        r"v(and|or|xor|pand|por|pxor|pternlog|psll|psra|psrl|padd|psub|pmul|pabs|rndscale|pmax|pmin)",
+    ),
+    ("call", r"call"),
+    ("jump", r"j[a-z]+"),
+)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--quick", action="store_true", help="short measurements")
     parser.add_argument("--out", type=Path, help="write OUT.md and OUT.json")
     parser.add_argument("--only-steps", type=float, metavar="S", help=argparse.SUPPRESS)
@@ -57,7 +82,11 @@ def main() -> None:
         os.environ["NUMBA_CACHE_DIR"] = cache
         functions = _functions()
         counted = {name: _count(function) for name, (function, _) in functions.items()}
-        timed = _times(functions["right-hand side"][0], 3 if arguments.quick else 9, 0.05 if arguments.quick else 0.3)
+        timed = _times(
+            functions["right-hand side"][0],
+            3 if arguments.quick else 9,
+            0.05 if arguments.quick else 0.3,
+        )
         perf = _perf()
     peak = timed.pop("peak")
     rows = []
@@ -75,7 +104,9 @@ def main() -> None:
                 _operations(packed),
             )
         )
-    by_part = {name: _operations(counted[name]["packed"]) * calls for name, (_, calls) in functions.items()}
+    by_part = {
+        name: _operations(counted[name]["packed"]) * calls for name, (_, calls) in functions.items()
+    }
     core = by_part["right-hand side"] + by_part["stepper"]
     per_step = {
         "right-hand sides": 6 * np.array(timed["right-hand side"]),
@@ -109,7 +140,12 @@ def main() -> None:
             core,
             spread(core / per_step["null"] / peak, "{:.0%}"),
         ),
-        ("observer", spread(per_step["whole"] - per_step["null"], "{:.0f}"), f"up to {by_part['observer']}", "-"),
+        (
+            "observer",
+            spread(per_step["whole"] - per_step["null"], "{:.0f}"),
+            f"up to {by_part['observer']}",
+            "-",
+        ),
         (
             "whole packed step",
             spread(per_step["whole"], "{:.0f}"),
@@ -122,13 +158,28 @@ def main() -> None:
             "# Floating-point work",
             where(machine),
             f"Peak of the core in this measurement: {spread(peak, '{:.1f}')} GFLOP/s.",
-            f"## Machine code, {LANES} lanes\n\nPacked instructions by kind (any width above one number), then "
-            "instructions on single numbers, calls, accesses to the stack, jumps back (loops). Operations: of one "
+            f"## Machine code, {LANES} lanes\n\nPacked instructions by kind (any width above one "
+            f"number), then "
+            "instructions on single numbers, calls, accesses to the stack, jumps back (loops). "
+            "Operations: of one "
             "call, all lanes.\n\n"
-            + table(("function", "calls a step", *KINDS[:-2], "scalar", "calls", "stack", "loops", "operations"), rows),
+            + table(
+                (
+                    "function",
+                    "calls a step",
+                    *KINDS[:-2],
+                    "scalar",
+                    "calls",
+                    "stack",
+                    "loops",
+                    "operations",
+                ),
+                rows,
+            ),
             f"## A packed step of {LANES} lanes\n\n"
             + table(("part", "ns", "operations", "of the peak, in the same round"), times)
-            + f"\n\nA lane-step: {spread(per_step['whole'] / LANES, '{:.0f}')} ns with all observers, "
+            + f"\n\nA lane-step: {spread(per_step['whole'] / LANES, '{:.0f}')} ns with all "
+            f"observers, "
             f"{spread(per_step['null'] / LANES, '{:.0f}')} ns without.",
             f"## perf stat\n\n{perf}",
         ]
@@ -156,7 +207,11 @@ def _functions() -> dict[str, tuple[Any, int]]:
     work = mixed(2, 2, 1.0, 1.0)
     parts = compiled_parts(LANES, work.variant)
     stepper = STEPPERS["tsitouras"].make(LANES, work.new_gang(LANES, 8).rows)
-    return {"right-hand side": (parts.right_hand_side, 6), "stepper": (stepper, 1), "observer": (parts.observer, 1)}
+    return {
+        "right-hand side": (parts.right_hand_side, 6),
+        "stepper": (stepper, 1),
+        "observer": (parts.observer, 1),
+    }
 
 
 def _count(function: Any) -> dict[str, Any]:
@@ -193,7 +248,9 @@ def _count(function: Any) -> dict[str, Any]:
         "call": calls,
         "spills": stack,
         "jumps back": back,
-        "width": max((w for w, mark in ((8, "zmm"), (4, "ymm"), (2, "xmm")) if mark in text), default=1),
+        "width": max(
+            (w for w, mark in ((8, "zmm"), (4, "ymm"), (2, "xmm")) if mark in text), default=1
+        ),
     }
 
 
@@ -202,7 +259,8 @@ def _operations(packed: dict[str, int]) -> int:
 
 
 def _times(right_hand_side: Any, rounds: int, seconds: float) -> dict[str, Any]:
-    """Nanoseconds of a right-hand side and of whole packed steps, and the peak [GFLOP/s], one value a round."""
+    """Nanoseconds of a right-hand side and of whole packed steps, and the peak
+    [GFLOP/s], one value a round."""
     from benchmarks.peers.nsdrill_peer import Nsdrill
     from benchmarks.workload import mixed
 
@@ -211,7 +269,13 @@ def _times(right_hand_side: Any, rounds: int, seconds: float) -> dict[str, Any]:
     call = _caller(right_hand_side)
     in_turn = _caller(right_hand_side, in_turn=True)
     peak = _peak()
-    out: dict[str, list[float]] = {"right-hand side": [], "in turn": [], "null observer": [], "whole": [], "peak": []}
+    out: dict[str, list[float]] = {
+        "right-hand side": [],
+        "in turn": [],
+        "null observer": [],
+        "whole": [],
+        "peak": [],
+    }
     for turn in range(rounds + 1):
         rate = peak()
         calls = call(seconds), in_turn(seconds)
@@ -219,7 +283,8 @@ def _times(right_hand_side: Any, rounds: int, seconds: float) -> dict[str, Any]:
         for peer in (blind, whole):
             result = peer.run(work)
             results.append(result.cpu_seconds / (result.steps or 1) * 1e9 * LANES)
-        # The engine's tail and its bookkeeping are in: lanes that idle count as if they had worked.
+        # The engine's tail and its bookkeeping are in: lanes that idle count as if they
+        # had worked.
         if turn:
             for name, value in zip(out, (*calls, *results, rate), strict=True):
                 out[name].append(value)
@@ -227,8 +292,9 @@ def _times(right_hand_side: Any, rounds: int, seconds: float) -> dict[str, Any]:
 
 
 def _caller(right_hand_side: Any, in_turn: bool = False) -> Callable[[float], float]:
-    """Times the right-hand side alone: nanoseconds a call, on a buffer with the states of ordinary points. ``in_turn``
-    makes each call wait for the last one, as in a step, by adding next to nothing of its result to the state."""
+    """Times the right-hand side alone: nanoseconds a call, on a buffer with the states
+    of ordinary points. ``in_turn`` makes each call wait for the last one, as in a step,
+    by adding next to nothing of its result to the state."""
     import numba
 
     from benchmarks.workload import mixed
@@ -243,7 +309,8 @@ def _caller(right_hand_side: Any, in_turn: bool = False) -> Callable[[float], fl
     grid[rows.parameter : rows.parameter + rows.parameters] = runs.parameters.T
     grid[rows.stage : rows.stage + rows.states] = runs.initial[:, : rows.states].T
 
-    states, result = LANES * rows.states, LANES * (rows.states + 1)  # the row after the first of the slopes
+    # the row after the first of the slopes
+    states, result = LANES * rows.states, LANES * (rows.states + 1)
     first = LANES * rows.stage
 
     @numba.njit(nogil=True)
@@ -277,10 +344,14 @@ def _peak() -> Callable[[], float]:
     binary = Path(folder, "peak")
     flags = ["-std=c++17", "-O3", "-march=native", "-ffp-contract=fast"]
     source = Path(__file__).parent / "peers" / "peak.cpp"
-    wide = subprocess.run([compiler, *flags, "-mprefer-vector-width=512", source, "-o", binary], capture_output=True)
+    wide = subprocess.run(
+        [compiler, *flags, "-mprefer-vector-width=512", source, "-o", binary], capture_output=True
+    )
     if wide.returncode:
         subprocess.run([compiler, *flags, source, "-o", binary], check=True)
-    return lambda: float(subprocess.run([binary], capture_output=True, text=True, check=True).stdout)
+    return lambda: float(
+        subprocess.run([binary], capture_output=True, text=True, check=True).stdout
+    )
 
 
 def _busy(seconds: float) -> None:
@@ -318,7 +389,10 @@ def _perf() -> str:
     if not {"cycles", "instructions"} <= numbers.keys():
         return "perf is there, but this machine does not let it count cycles."
     rate = numbers["instructions"] / numbers["cycles"]
-    return f"{numbers['instructions']:.3g} instructions in {numbers['cycles']:.3g} cycles: {rate:.2f} a cycle."
+    return (
+        f"{numbers['instructions']:.3g} instructions in {numbers['cycles']:.3g} cycles: "
+        f"{rate:.2f} a cycle."
+    )
 
 
 if __name__ == "__main__":

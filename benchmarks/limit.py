@@ -1,11 +1,13 @@
-"""Features of stick-slip and of rolling against the steepness of friction, beside the limit of Coulomb's friction.
+"""Features of stick-slip and of rolling against the steepness of friction, beside the
+limit of Coulomb's friction.
 
     python -m benchmarks.limit
 
-Stick-slip: the main model with frozen axial and lateral motion. Its limit is a Filippov system, which SciPy integrates
-here with events: in stick the bit stands and the string winds up until the torque at rest is reached, in slip friction
-is a function of a positive speed. Rolling: the whole model; in the limit a collar that is pressed to the wall rolls
-without slip.
+Stick-slip: the main model with frozen axial and lateral motion. Its limit is a Filippov
+system, which SciPy integrates here with events: in stick the bit stands and the string
+winds up until the torque at rest is reached, in slip friction is a function of a
+positive speed. Rolling: the whole model; in the limit a collar that is pressed to the
+wall rolls without slip.
 """
 
 from __future__ import annotations
@@ -22,13 +24,20 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 SMOOTHINGS = (1e1, 1e2, 1e3, 1e4, 1e5, 1e6)
 DEPTH, WOB, SPEED = 5000.0, 66.72e3, 1.0
 STUCK_BELOW = 0.5235987755982988  # rad/s, 5 rpm
-STICK_SLIP = ("bit_speed_max", "stuck_fraction", "bit_torque_max", "surface_torque_min", "surface_torque_max")
+STICK_SLIP = (
+    "bit_speed_max",
+    "stuck_fraction",
+    "bit_torque_max",
+    "surface_torque_min",
+    "surface_torque_max",
+)
 ROLLING = ("rolling_ratio", "whirl_ratio", "wall_force_max", "bit_speed_mean")
 
 
 def filippov(depth: float = DEPTH, wob: float = WOB, speed: float = SPEED) -> dict[str, float]:
-    """Features of the limit cycle of the string that only twists under Coulomb's friction that falls with speed; the
-    keys are those of :data:`STICK_SLIP`, the fraction of time below ``STUCK_BELOW``."""
+    """Features of the limit cycle of the string that only twists under Coulomb's
+    friction that falls with speed; the keys are those of :data:`STICK_SLIP`, the
+    fraction of time below ``STUCK_BELOW``."""
     from scipy.integrate import solve_ivp
 
     parameters = Parameters()
@@ -49,11 +58,21 @@ def filippov(depth: float = DEPTH, wob: float = WOB, speed: float = SPEED) -> di
     stands.terminal, stands.direction = True, -1  # type: ignore[attr-defined]
     twist, cycle = -rest / float(k.k_t), {}
     for _ in range(2):  # the second begins where the first has ended, at break-away
-        found = solve_ivp(slip, (0.0, 1e3), [twist, 1e-9], "DOP853", events=[stands, slow], rtol=1e-11, atol=1e-12,
-                          dense_output=True)  # fmt: skip
+        found = solve_ivp(
+            slip,
+            (0.0, 1e3),
+            [twist, 1e-9],
+            "DOP853",
+            events=[stands, slow],
+            rtol=1e-11,
+            atol=1e-12,
+            dense_output=True,
+        )
         end, caught = found.t[-1], found.y[0, -1]
         if abs(k.k_t * caught) > rest:
-            raise ValueError("the bit does not come to rest where it turns: no limit cycle of this kind")
+            raise ValueError(
+                "the bit does not come to rest where it turns: no limit cycle of this kind"
+            )
         stuck = (caught - twist) / speed
         times = np.linspace(0.0, end, 200_001)
         psi, omega = found.sol(times)
@@ -71,32 +90,47 @@ def filippov(depth: float = DEPTH, wob: float = WOB, speed: float = SPEED) -> di
 def stick_slip(smoothing: float, rtol: float = 1e-7) -> dict[str, float]:
     """The same features by nsdrill at a smoothing [s/rad]."""
     base = Parameters()
-    bit = replace(base.bit, surface_amplitude=0.0, friction=replace(base.bit.friction, smoothing=smoothing))
+    bit = replace(
+        base.bit, surface_amplitude=0.0, friction=replace(base.bit.friction, smoothing=smoothing)
+    )
     modes = replace(base.modes, axial="frozen", lateral="frozen")
-    return _features(replace(base, bit=bit, modes=modes), (DEPTH, WOB, SPEED), (100.0, 1000.0), rtol, STICK_SLIP)
+    return _features(
+        replace(base, bit=bit, modes=modes), (DEPTH, WOB, SPEED), (100.0, 1000.0), rtol, STICK_SLIP
+    )
 
 
 def rolling(smoothing: float, rtol: float = 1e-6) -> dict[str, float]:
-    """Features of the whole string, its collar rolling along the wall, at a smoothing of the wall [s/m]."""
+    """Features of the whole string, its collar rolling along the wall, at a smoothing
+    of the wall [s/m]."""
     base = Parameters()
     well = replace(base.well, friction=replace(base.well.friction, smoothing=smoothing))
     bit = replace(base.bit, surface_amplitude=0.0)
-    return _features(replace(base, well=well, bit=bit), (2000.0, 22.24e3, 8.0), (60.0, 20.0), rtol, ROLLING)
+    return _features(
+        replace(base, well=well, bit=bit), (2000.0, 22.24e3, 8.0), (60.0, 20.0), rtol, ROLLING
+    )
 
 
 def _features(
-    parameters: Parameters, point: tuple[float, float, float], times: tuple[float, float], rtol: float,
+    parameters: Parameters,
+    point: tuple[float, float, float],
+    times: tuple[float, float],
+    rtol: float,
     names: tuple[str, ...],
-) -> dict[str, float]:  # fmt: skip
+) -> dict[str, float]:
     from nsdrill.kernel.settings import Simulation
     from nsdrill.models.christoforou_yigit.parameters import Initial
     from nsdrill.observe.thresholds import Record, Thresholds
     from nsdrill.sweep.plan import Plan
     from nsdrill.sweep.work import Work, compiled_parts
 
-    axes = {name: np.array([value]) for name, value in zip(("depth", "wob", "rotary_speed"), point, strict=True)}
+    axes = {
+        name: np.array([value])
+        for name, value in zip(("depth", "wob", "rotary_speed"), point, strict=True)
+    }
     simulation = Simulation(*times, rtol=rtol, method="implicit")
-    work = Work(Plan(axes, "same", None), parameters, Initial(x=0.0), simulation, Thresholds(), Record())
+    work = Work(
+        Plan(axes, "same", None), parameters, Initial(x=0.0), simulation, Thresholds(), Record()
+    )
     gang = work.new_gang(1, 1)
     gang.add_many(np.arange(1), work.prepare(np.arange(1)))
     columns: dict[str, Any] = work.columns(gang.advance(compiled_parts(1, work.variant), 1e9, True))

@@ -1,11 +1,13 @@
-"""What a simulated second costs in each model, beside the main one and beside SciPy and numbalsoda.
+"""What a simulated second costs in each model, beside the main one and beside SciPy and
+numbalsoda.
 
     python -m benchmarks.models [--quick] [--rounds N] [--out models]
 
-Every model runs a fan of speeds in stick-slip through the whole engine, packed, one thread, features and labels
-included. The peers get the very right-hand side that nsdrill compiled, for one lane, and no observer; the states are
-integrated in units of their sizes. Processor time, interleaved; ratios are taken within a round. The time to compile is
-that of a process with an empty cache (``--compile``).
+Every model runs a fan of speeds in stick-slip through the whole engine, packed, one
+thread, features and labels included. The peers get the very right-hand side that
+nsdrill compiled, for one lane, and no observer; the states are integrated in units of
+their sizes. Processor time, interleaved; ratios are taken within a round. The time to
+compile is that of a process with an empty cache (``--compile``).
 """
 
 from __future__ import annotations
@@ -35,12 +37,19 @@ MODELS = {
     MAIN: (1.0, 2.0, 4.0, "operation: {depth: 5000 m, wob: 66.72 kN}\n"),
     "torsion": (1.0, 2.0, 4.0, "model: torsion\noperation: {depth: 5000 m, wob: 66.72 kN}\n"),
     "beam, 5 modes, 1 station": (
-        1.0, 2.0, 4.0,
+        1.0,
+        2.0,
+        4.0,
         "model: beam\nbeam: {stations: [{at: 0.5}]}\noperation: {depth: 5000 m, wob: 66.72 kN}\n",
     ),
-    "beam, 5 modes, 5 stations": (1.0, 2.0, 4.0, "model: beam\noperation: {depth: 5000 m, wob: 66.72 kN}\n"),
+    "beam, 5 modes, 5 stations": (
+        1.0,
+        2.0,
+        4.0,
+        "model: beam\noperation: {depth: 5000 m, wob: 66.72 kN}\n",
+    ),
     "segments, 10 + 10": (10.0, 20.0, 1.0, "model: segments\ninitial: {start: rest}\n"),
-}  # fmt: skip
+}
 
 
 @dataclass
@@ -54,10 +63,14 @@ class Runner:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--rounds", type=int, default=5)
-    parser.add_argument("--compile", action="store_true", help="also the time of the first use of each model")
+    parser.add_argument(
+        "--compile", action="store_true", help="also the time of the first use of each model"
+    )
     parser.add_argument("--out", type=Path, help="write OUT.md and OUT.json")
     arguments = parser.parse_args()
     alone()
@@ -77,14 +90,23 @@ def main() -> None:
         own = np.array(taken[model, "nsdrill"])
         ratios = np.array(times) / (base if way == "nsdrill" else own)
         of = (
-            f"{spread(ratios.tolist())} of the main model" if way == "nsdrill" else f"{spread(ratios.tolist())} of ours"
+            f"{spread(ratios.tolist())} of the main model"
+            if way == "nsdrill"
+            else f"{spread(ratios.tolist())} of ours"
         )
         rows.append([f"{model}: {way}", f"{1e6 * np.median(times):.1f}", of])
     text = f"{where(machine)}\n\n{table(['', 'us per simulated second', 'times'], rows)}\n"
-    data: dict[str, Any] = {"machine": machine, "seconds": {f"{m}: {w}": t for (m, w), t in taken.items()}}
+    data: dict[str, Any] = {
+        "machine": machine,
+        "seconds": {f"{m}: {w}": t for (m, w), t in taken.items()},
+    }
     if arguments.compile:
         first = {name: _first_use(name) for name in MODELS}
-        text += "\n" + table(["first use", "processor seconds"], [[n, f"{s:.1f}"] for n, s in first.items()]) + "\n"
+        text += (
+            "\n"
+            + table(["first use", "processor seconds"], [[n, f"{s:.1f}"] for n, s in first.items()])
+            + "\n"
+        )
         data["first_use"] = first
     write(arguments.out, text, data)
 
@@ -125,7 +147,8 @@ def _runners(name: str, points: int, seconds: float) -> list[Runner]:
 
 
 class Problem:
-    """Some points of a sweep as initial-value problems for one lane, in units of the states' sizes."""
+    """Some points of a sweep as initial-value problems for one lane, in units of the
+    states' sizes."""
 
     def __init__(self, work: Any, points: Array) -> None:
         model, variant = work.kind, work.variant.fixed
@@ -189,7 +212,13 @@ class Problem:
         @numba.cfunc(numbalsoda.lsoda_sig)
         def right_hand_side(t, scaled, d, p):  # type: ignore[no-untyped-def]
             data = numba.carray(p, (length + total,))
-            derivative(t, numba.carray(scaled, (states,)), numba.carray(d, (states,)), data[:length], data[length:])
+            derivative(
+                t,
+                numba.carray(scaled, (states,)),
+                numba.carray(d, (states,)),
+                data[:length],
+                data[length:],
+            )
 
         found: dict[str, Callable[[float], None]] = {}
         for word in ("lsoda", "dop853"):
@@ -198,7 +227,15 @@ class Problem:
             def solve(duration: float, solver: Any = solver, address: Any = address) -> None:
                 for start, data in zip(self.initial, self.data, strict=True):
                     both = np.concatenate([data, np.zeros(total)])
-                    _, ok = solver(address, start.copy(), np.array([0.0, duration]), both, self.rtol, self.rtol, 10**8)
+                    _, ok = solver(
+                        address,
+                        start.copy(),
+                        np.array([0.0, duration]),
+                        both,
+                        self.rtol,
+                        self.rtol,
+                        10**8,
+                    )
                     if not ok:
                         raise RuntimeError(f"{solver} gave up")
 
@@ -208,12 +245,18 @@ class Problem:
 
 def _first_use(name: str) -> float:
     """Processor seconds of a sweep of two points in a process with an empty cache."""
-    code = "import sys, time, nsdrill; nsdrill.run(sys.argv[1], progress=False); print(time.process_time())"
+    code = (
+        "import sys, time, nsdrill; nsdrill.run(sys.argv[1], progress=False); "
+        "print(time.process_time())"
+    )
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(
             [sys.executable, "-c", code, _study(name, 2, 1.0)],
-            env={**os.environ, "NUMBA_CACHE_DIR": folder}, capture_output=True, text=True, check=True,
-        )  # fmt: skip
+            env={**os.environ, "NUMBA_CACHE_DIR": folder},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
     return float(done.stdout.split()[-1])
 
 

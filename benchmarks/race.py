@@ -2,9 +2,10 @@
 
     python -m benchmarks.race [--quick] [--rounds N] [--rtol X] [--out race]
 
-Every round runs everybody once, each time beginning with another one; ratios are taken within a round, so that a change
-of the machine's speed between rounds drops out. Processor seconds are the measure (``--clock wall`` for the other):
-everything is single-threaded on one processor, so the two agree on an idle machine.
+Every round runs everybody once, each time beginning with another one; ratios are taken
+within a round, so that a change of the machine's speed between rounds drops out.
+Processor seconds are the measure (``--clock wall`` for the other): everything is
+single-threaded on one processor, so the two agree on an idle machine.
 """
 
 from __future__ import annotations
@@ -44,13 +45,17 @@ def main() -> None:
     except MissingPeer as reason:
         absent["nsdrill, null observer"] = str(reason)
 
-    # One run of everybody to compile, to load and to warm up. The sparse points' share of the steps is nsdrill's count.
+    # One run of everybody to compile, to load and to warm up. The sparse points' share
+    # of the steps is nsdrill's count.
     for own in ours:
         own.run(work)
     steps_by_point = base.columns["steps"] + base.columns["rejected"]
     some = np.arange(len(problem) // SPARSE // 2, len(problem), SPARSE)
     share = {
-        peer.name: steps_by_point[some].sum() / steps_by_point.sum() if "SciPy" in peer.name else 1.0 for peer in peers
+        peer.name: steps_by_point[some].sum() / steps_by_point.sum()
+        if "SciPy" in peer.name
+        else 1.0
+        for peer in peers
     }
     parts = {peer.name: problem.part(some) if "SciPy" in peer.name else problem for peer in peers}
     for peer in peers:
@@ -59,7 +64,12 @@ def main() -> None:
     runners: list[tuple[str, str, float, Any]] = [
         *((own.name, own.lacks, 1.0, lambda own=own: own.run(work)) for own in ours),
         *(
-            (peer.name, peer.lacks, share[peer.name], lambda peer=peer: peer.run(parts[peer.name], arguments.rtol))
+            (
+                peer.name,
+                peer.lacks,
+                share[peer.name],
+                lambda peer=peer: peer.run(parts[peer.name], arguments.rtol),
+            )
             for peer in peers
         ),
     ]
@@ -82,7 +92,9 @@ def main() -> None:
         one = results[name][0]
         steps = None if one.steps is None else one.steps / part
         per_step = None if steps is None else cost * simulated / steps * 1e9
-        per_call = None if one.evaluations is None else cost * simulated / (one.evaluations / part) * 1e9
+        per_call = (
+            None if one.evaluations is None else cost * simulated / (one.evaluations / part) * 1e9
+        )
         compared = ends if part == 1.0 else ends[some]
         sizes = problem.sizes if part == 1.0 else problem.sizes[some]
         apart = float(np.nanmedian(np.max(np.abs(one.end - compared) / sizes, axis=1)))
@@ -126,18 +138,26 @@ def main() -> None:
         [
             "# Race",
             where(machine),
-            f"{len(problem)} points, {problem.duration:g} s each, relative tolerance {arguments.rtol:g}; "
+            f"{len(problem)} points, {problem.duration:g} s each, relative tolerance "
+            f"{arguments.rtol:g}; "
             + ", ".join(f"{count} {name}" for name, count in kinds.items())
-            + f". {arguments.rounds} rounds, {arguments.clock} time, one core, interleaved. Steps count accepted and "
+            + f". {arguments.rounds} rounds, {arguments.clock} time, one core, interleaved. Steps "
+            f"count accepted and "
             "rejected ones; an evaluation is one call of the right-hand side for one state. "
             f"Lanes in use: {base.lane_use:.0%} of {base.lanes}.",
             table(head, rows),
             "What each does and leaves out:\n\n"
             + "\n".join(
-                f"- **{name}**: {lacks}" + (f"; gave up on {row['failed']} points" if row["failed"] else "") + "."
+                f"- **{name}**: {lacks}"
+                + (f"; gave up on {row['failed']} points" if row["failed"] else "")
+                + "."
                 for (name, lacks, *_), row in zip(runners, data, strict=True)
             ),
-            "Not run:\n\n" + ("\n".join(f"- **{name}**: needs {why}." for name, why in absent.items()) or "- nobody."),
+            "Not run:\n\n"
+            + (
+                "\n".join(f"- **{name}**: needs {why}." for name, why in absent.items())
+                or "- nobody."
+            ),
         ]
     )
     write(
@@ -159,8 +179,12 @@ def main() -> None:
 
 
 def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="a small workload: a minute with all compilations")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="a small workload: a minute with all compilations"
+    )
     parser.add_argument("--rounds", type=int, default=None)
     parser.add_argument("--rtol", type=float, default=1e-6)
     parser.add_argument("--clock", choices=("cpu", "wall"), default="cpu")

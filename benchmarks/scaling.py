@@ -2,9 +2,10 @@
 
     python -m benchmarks.scaling [--quick] [--out scaling]
 
-Runs of 100 s and of 10 s in sweeps of 10^2 to 10^5 points; a study of 10^6 points through the command line, with its
-largest resident memory; times from the command to the first step, with a full and with an empty compilation cache; one
-thread against two; a whole study of the paper on one core. Wall time throughout: leave the machine alone.
+Runs of 100 s and of 10 s in sweeps of 10^2 to 10^5 points; a study of 10^6 points
+through the command line, with its largest resident memory; times from the command to
+the first step, with a full and with an empty compilation cache; one thread against two;
+a whole study of the paper on one core. Wall time throughout: leave the machine alone.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ sweep:
   procedure: same
 simulation: {{transient: {transient} s, observe: {observe} s}}
 """
-# Up to where the first step would be made; the argument is the wall time at which the command was given.
+# Up to where the first step would be made; the argument is the wall time at which the
+# command was given.
 FIRST_STEP = """
 import sys, time
 import numpy as np
@@ -52,15 +54,21 @@ print(time.time() - float(sys.argv[2]))
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="to 10^3 points, memory at 2 10^4, no whole study")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "--quick", action="store_true", help="to 10^3 points, memory at 2 10^4, no whole study"
+    )
     parser.add_argument("--out", type=Path, help="write OUT.md and OUT.json")
     arguments = parser.parse_args()
     machine = describe()
     quick = arguments.quick
     with tempfile.TemporaryDirectory() as folder:
         begin = _beginnings(Path(folder))
-        memory = [_memory(Path(folder), n) for n in ((100, 20_000) if quick else (100, 10_000, 1_000_000))]
+        memory = [
+            _memory(Path(folder), n) for n in ((100, 20_000) if quick else (100, 10_000, 1_000_000))
+        ]
         study = None if quick else _whole_study(Path(folder))
     sides = (10, 32) if quick else (10, 32, 100, 316)
     cost = [entry for duration in (100.0, 10.0) for entry in _cost(sides, duration)]
@@ -69,7 +77,8 @@ def main() -> None:
         [
             "# Scaling",
             where(machine),
-            f"## Cost per point\n\nOne thread, {choose_lanes(100)} lanes; engine, features, classification included; "
+            f"## Cost per point\n\nOne thread, {choose_lanes(100)} lanes; engine, features, "
+            f"classification included; "
             "medians of three, the longest once.\n\n"
             + table(
                 ("duration [s]", "points", "us per point", "ns per step", "lanes in use"),
@@ -88,19 +97,28 @@ def main() -> None:
             + table(
                 ("points", "largest resident [MB]", "s", "results file [MB]"),
                 [
-                    (m["points"], f"{m['megabytes']:.0f}", f"{m['seconds']:.1f}", f"{m['file_megabytes']:.1f}")
+                    (
+                        m["points"],
+                        f"{m['megabytes']:.0f}",
+                        f"{m['seconds']:.1f}",
+                        f"{m['file_megabytes']:.1f}",
+                    )
                     for m in memory
                 ],
             ),
             "## To begin\n\nMedian, least and largest.\n\n"
-            + table(("what", "s"), [(name, spread(values, "{:.2f}")) for name, values in begin.items()]),
-            f"## Threads\n\n{threads['points']} points of 100 s: one worker {threads['one']:.2f} s, two workers "
+            + table(
+                ("what", "s"), [(name, spread(values, "{:.2f}")) for name, values in begin.items()]
+            ),
+            f"## Threads\n\n{threads['points']} points of 100 s: one worker {threads['one']:.2f} "
+            f"s, two workers "
             f"{threads['two']:.2f} s: {threads['one'] / threads['two']:.2f} times.",
             "## A whole study\n\n"
             + (
                 "Not run."
                 if study is None
-                else f"configs/fig4_speed_22kN.yaml ({study['points']} points of 500 s in one chain), one worker: "
+                else f"configs/fig4_speed_22kN.yaml ({study['points']} points of 500 s in one "
+                f"chain), one worker: "
                 f"{study['seconds']:.1f} s."
             ),
         ]
@@ -108,7 +126,14 @@ def main() -> None:
     write(
         arguments.out,
         text,
-        {"machine": machine, "cost": cost, "memory": memory, "begin": begin, "threads": threads, "study": study},
+        {
+            "machine": machine,
+            "cost": cost,
+            "memory": memory,
+            "begin": begin,
+            "threads": threads,
+            "study": study,
+        },
     )
 
 
@@ -129,7 +154,11 @@ def _cost(sides: tuple[int, ...], duration: float) -> list[dict[str, Any]]:
                 _, progress = sweep(work, lanes)
             seconds = (time.perf_counter() - begun) / repeats
             taken[side].append(
-                (seconds / work.plan.points * 1e6, seconds / progress.lane_steps * 1e9, progress.lanes_in_use)
+                (
+                    seconds / work.plan.points * 1e6,
+                    seconds / progress.lane_steps * 1e9,
+                    progress.lanes_in_use,
+                )
             )
     return [
         {"duration": duration}
@@ -155,13 +184,19 @@ def _threads(side: int) -> dict[str, Any]:
                 begun = time.perf_counter()
                 sweep(work, choose_lanes(work.plan.points // workers), executor, workers)
                 taken[workers].append(time.perf_counter() - begun)
-    return {"points": work.plan.points, "one": float(np.median(taken[1])), "two": float(np.median(taken[2]))}
+    return {
+        "points": work.plan.points,
+        "one": float(np.median(taken[1])),
+        "two": float(np.median(taken[2])),
+    }
 
 
 def _study(folder: Path, points: int, transient: float, observe: float) -> Path:
     speeds = max(points // 100, 10)
     path = folder / f"study{points}.yaml"
-    path.write_text(STUDY.format(depths=points // speeds, speeds=speeds, transient=transient, observe=observe))
+    path.write_text(
+        STUDY.format(depths=points // speeds, speeds=speeds, transient=transient, observe=observe)
+    )
     return path
 
 
@@ -227,7 +262,9 @@ def _whole_study(folder: Path) -> dict[str, Any]:
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     begun = time.perf_counter()
     subprocess.run(
-        _command("run", path, "--output", folder / "fig4.h5", "--workers", "1"), check=True, capture_output=True
+        _command("run", path, "--output", folder / "fig4.h5", "--workers", "1"),
+        check=True,
+        capture_output=True,
     )
     return {
         "points": plan_of(load_study(path)).points,

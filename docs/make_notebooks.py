@@ -2,8 +2,8 @@
 
     python docs/make_notebooks.py [NAME ...]
 
-The cells are written by hand, in any editor of notebooks; this runs them anew, in a folder of their own, and writes
-them back without what changes from one run to the next.
+The cells are written by hand, in any editor of notebooks; this runs them anew, in a
+folder of their own, and writes them back without what changes from one run to the next.
 """
 
 from __future__ import annotations
@@ -31,12 +31,15 @@ def executed(path: Path) -> nbformat.NotebookNode:
         cell.metadata = {}
         if cell.cell_type == "code":
             cell.outputs = [_smaller(one) for one in cell.outputs if not _passing(one)]
-    notebook.metadata = {"kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}}
+    notebook.metadata = {
+        "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"}
+    }
     return notebook
 
 
 def _passing(output: nbformat.NotebookNode) -> bool:
-    """What is only there while a cell runs: the bar of a run, and lines on standard error."""
+    """What is only there while a cell runs: the bar of a run, and lines on standard
+    error."""
     data = output.get("data", {"text/plain": " "})
     return (
         output.get("name") == "stderr"
@@ -46,7 +49,8 @@ def _passing(output: nbformat.NotebookNode) -> bool:
 
 
 def _smaller(output: nbformat.NotebookNode) -> nbformat.NotebookNode:
-    """With fewer colours in its picture: the pictures are flat, and the repository keeps them for ever."""
+    """With fewer colours in its picture: the pictures are flat, and the repository
+    keeps them for ever."""
     if "image/png" in output.get("data", {}):
         image = Image.open(io.BytesIO(base64.b64decode(output.data["image/png"]))).convert("RGB")
         small = io.BytesIO()

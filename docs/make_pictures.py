@@ -1,10 +1,12 @@
-"""Run the studies in configs/ with the command line, draw them, and write their figures into studies.md.
+"""Run the studies in configs/ with the command line, draw them, and write their figures
+into studies.md.
 
     python docs/make_pictures.py [FOLDER [GROUP ...]]
 
-Takes some twenty minutes. The results files are kept in FOLDER (default: a temporary one); those that are there already
-are drawn as they are. The groups of pictures are the functions below. The text of the page is by hand: read it again
-after the numbers have changed.
+Takes some twenty minutes. The results files are kept in FOLDER (default: a temporary
+one); those that are there already are drawn as they are. The groups of pictures are the
+functions below. The text of the page is by hand: read it again after the numbers have
+changed.
 """
 
 from __future__ import annotations
@@ -23,19 +25,27 @@ from PIL import Image  # matplotlib needs it, so it is there
 HERE = Path(__file__).parent
 CONFIGS = HERE.parent / "configs"
 STUDIES = {
-    "fig2": "fig2_depth_same", "fig3": "fig3_depth_carried", "fig4": "fig4_speed_22kN", "fig5": "fig5_speed_67kN",
+    "fig2": "fig2_depth_same",
+    "fig3": "fig3_depth_carried",
+    "fig4": "fig4_speed_22kN",
+    "fig5": "fig5_speed_67kN",
     "map": "map_wob_speed",
-}  # fmt: skip
+}
 DRIVES = {
-    "torsional": "torsional_speed", "soft_torque": "soft_torque_speed_67kN", "tuning": "soft_torque_tuning",
-    "friction": "friction_laws", "drives": "drives_speed_67kN",
-}  # fmt: skip
+    "torsional": "torsional_speed",
+    "soft_torque": "soft_torque_speed_67kN",
+    "tuning": "soft_torque_tuning",
+    "friction": "friction_laws",
+    "drives": "drives_speed_67kN",
+}
 SEGMENTS = {"segments_rest": "segments_speed_100kN", "segments_down": "segments_speed_down"}
 LATERAL = ("whirl_clearance", "inclination")
 CHARTS = {
-    "critical-speeds": "fig5_speed_67kN", "buckling": "fig5_speed_67kN", "drive-card": "soft_torque_speed_67kN",
+    "critical-speeds": "fig5_speed_67kN",
+    "buckling": "fig5_speed_67kN",
+    "drive-card": "soft_torque_speed_67kN",
     "drive-tuning": "soft_torque_speed_67kN",
-}  # fmt: skip
+}
 COEXISTENCE = {"ensemble_speed_22kN": ("shares", "attractors"), "basin_slice": ("basin",)}
 UNCERTAIN = {"probability": (), "along": ("--wob", "60 kN"), "tornado": ("--kind", "tornado")}
 # Of the elastic collar a sweep, and what stands in its traces.
@@ -45,10 +55,13 @@ SAME = ("sweep.procedure=same", "sweep.along=null")
 WIDTH = 1400  # pixels, for the screen
 BLOCK = re.compile(r"(<!-- result: (\w+) -->\n).*?(<!-- end of result -->)", re.DOTALL)
 RANGES = {
-    "stick_slip_index": (1, "%"), "lift_off_fraction": (100, "% of the time"),
-    "wall_contact_fraction": (100, "% of the time"), "bit_force_max": (1e-3, "kN"),
-    "bit_torque_max": (1e-3, "kN m"), "wall_force_max": (1e-3, "kN"),
-}  # fmt: skip
+    "stick_slip_index": (1, "%"),
+    "lift_off_fraction": (100, "% of the time"),
+    "wall_contact_fraction": (100, "% of the time"),
+    "bit_force_max": (1e-3, "kN"),
+    "bit_torque_max": (1e-3, "kN m"),
+    "wall_force_max": (1e-3, "kN"),
+}
 
 
 def nsdrill(*arguments: str) -> str:
@@ -57,24 +70,34 @@ def nsdrill(*arguments: str) -> str:
 
 
 def shrink(drawn: Path, picture: Path) -> None:
-    """Fewer pixels and colours: the pictures are flat, and the repository keeps them for ever."""
+    """Fewer pixels and colours: the pictures are flat, and the repository keeps them
+    for ever."""
     image = Image.open(drawn).convert("RGB")
     height = round(image.height * WIDTH / image.width)
     small = image.resize((WIDTH, height), Image.Resampling.LANCZOS)
-    # Maximum coverage keeps the colours of responses that few points show; k-means brings the colours of large areas
-    # back to what they are.
-    small.quantize(96, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE).save(picture, optimize=True)
+    # Maximum coverage keeps the colours of responses that few points show; k-means
+    # brings the colours of large areas back to what they are.
+    small.quantize(96, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE).save(
+        picture, optimize=True
+    )
 
 
 def words(counts: dict[str, int]) -> str:
-    return ", ".join(f"{name.replace('_', ' ').replace('+', ' + ')} {count}" for name, count in counts.items()) or "–"
+    return (
+        ", ".join(
+            f"{name.replace('_', ' ').replace('+', ' + ')} {count}"
+            for name, count in counts.items()
+        )
+        or "–"
+    )
 
 
 def result(summary: dict[str, Any]) -> str:
     lines = ["| carried | points by response | kinds of whirl |", "| --- | --- | --- |"]
     for procedure in summary["procedures"]:
         lines.append(
-            f"| {procedure} | {words(summary['responses'][procedure])} | {words(summary['whirl_kinds'][procedure])} |"
+            f"| {procedure} | {words(summary['responses'][procedure])} | "
+            f"{words(summary['whirl_kinds'][procedure])} |"
         )
     ranges = []
     for name, (scale, unit) in RANGES.items():
@@ -88,17 +111,24 @@ def result(summary: dict[str, Any]) -> str:
     ]
     intervals = summary.get("intervals", [])
     if 0 < len(intervals) <= 30:
-        axis, unit = intervals[0]["axis"], {"depth": "m", "wob": "N", "rotary_speed": "rad/s"}[intervals[0]["axis"]]
+        axis, unit = (
+            intervals[0]["axis"],
+            {"depth": "m", "wob": "N", "rotary_speed": "rad/s"}[intervals[0]["axis"]],
+        )
         lines += [f"| carried | {axis} [{unit}] | points | response |", "| --- | --- | --- | --- |"]
         for row in intervals:
             ends = f"{row['from']:.5g}" + (f" to {row['to']:.5g}" if row["points"] > 1 else "")
-            lines.append(f"| {row['procedure']} | {ends} | {row['points']} | {words({row['response']: 0})[:-2]} |")
+            lines.append(
+                f"| {row['procedure']} | {ends} | {row['points']} | "
+                f"{words({row['response']: 0})[:-2]} |"
+            )
         lines.append("")
     return "\n".join(lines)
 
 
 def results_of(folder: Path, config: str, name: str = "", *changes: str) -> Path:
-    """The results of a study in configs/, with these changes of keys; those that are in the folder already serve."""
+    """The results of a study in configs/, with these changes of keys; those that are in
+    the folder already serve."""
     results = folder / f"{name or config}.h5"
     if not results.exists():
         sets = [word for change in changes for word in ("--set", change)]
@@ -136,7 +166,9 @@ def studies(folder: Path) -> None:
         draw(results, name)
     page = HERE / "studies.md"
     text = page.read_text(encoding="utf-8")
-    page.write_text(BLOCK.sub(lambda m: f"{m[1]}{result(summaries[m[2]])}{m[3]}", text), encoding="utf-8")
+    page.write_text(
+        BLOCK.sub(lambda m: f"{m[1]}{result(summaries[m[2]])}{m[3]}", text), encoding="utf-8"
+    )
 
 
 def strings(folder: Path) -> None:
@@ -145,7 +177,9 @@ def strings(folder: Path) -> None:
         draw(results_of(folder, config), name)
     for config in LATERAL:
         draw(results_of(folder, config), config, "--kind", "whirl_kind")
-    regulated = trace_of(folder, "segments_lqr", "regulated", "--rotary-speed", "13 rad/s", "--duration", "140 s")
+    regulated = trace_of(
+        folder, "segments_lqr", "regulated", "--rotary-speed", "13 rad/s", "--duration", "140 s"
+    )
     draw(regulated, "segments_lqr")
 
 
@@ -153,7 +187,16 @@ def beam(folder: Path) -> None:
     """The elastic collar: a sweep, and its span in time."""
     draw(results_of(folder, COLLAR), "beam_speed")
     for name, (wob, force) in COLLAR_TRACES.items():
-        options = ("--wob", wob, "--set", f"initial.wall_force={force}", "--duration", "40 s", "--sample", "1 ms")
+        options = (
+            "--wob",
+            wob,
+            "--set",
+            f"initial.wall_force={force}",
+            "--duration",
+            "40 s",
+            "--sample",
+            "1 ms",
+        )
         draw(trace_of(folder, "beam_wob_contact", name, *options), name)
 
 
@@ -169,7 +212,9 @@ def maps(folder: Path) -> None:
     grid = ("simulation.transient=100 s", "simulation.observe=50 s")
     coarse = ("sweep.wob.points=16", "sweep.rotary_speed.points=16")
     titled = ("--title", "Map of weight on bit and top speed, 5000 m")
-    refined = results_of(folder, "map_wob_speed", "maps_refined", *grid, *coarse, *SAME, "sweep.refine=2")
+    refined = results_of(
+        folder, "map_wob_speed", "maps_refined", *grid, *coarse, *SAME, "sweep.refine=2"
+    )
     draw(refined, "maps_refined", *titled)
     fine = ("sweep.wob.points=61", "sweep.rotary_speed.points=61", "simulation.verify=true")
     draw(results_of(folder, "map_wob_speed", "maps_trust", *grid, *fine), "maps_trust", *titled)
@@ -191,12 +236,31 @@ def uncertain(folder: Path) -> None:
 
 
 def traces(folder: Path) -> None:
-    """One run in time: stick-slip at low speed, and a film of a collar that rolls along the wall."""
-    draw(trace_of(folder, "fig4_speed_22kN", "trace", "--rotary-speed", "1.2 rad/s", "--duration", "60 s"), "trace")
+    """One run in time: stick-slip at low speed, and a film of a collar that rolls along
+    the wall."""
+    draw(
+        trace_of(
+            folder, "fig4_speed_22kN", "trace", "--rotary-speed", "1.2 rad/s", "--duration", "60 s"
+        ),
+        "trace",
+    )
     whirl = ("--rotary-speed", "6.5 rad/s", "--set", "initial.x=70 mm", "--duration", "30 s")
     rolling = trace_of(folder, "fig4_speed_22kN", "whirl", *whirl)
-    nsdrill("plot", str(rolling), "--animate", "--from", "27s", "--to", "29s", "--width", "2.4in", "--no-title",
-            "-o", str(HERE / "pictures" / "whirl.gif"), "--overwrite")  # fmt: skip
+    nsdrill(
+        "plot",
+        str(rolling),
+        "--animate",
+        "--from",
+        "27s",
+        "--to",
+        "29s",
+        "--width",
+        "2.4in",
+        "--no-title",
+        "-o",
+        str(HERE / "pictures" / "whirl.gif"),
+        "--overwrite",
+    )
 
 
 def branches(folder: Path) -> None:
@@ -210,7 +274,18 @@ def branches(folder: Path) -> None:
 
 GROUPS: dict[str, Callable[[Path], None]] = {
     one.__name__: one
-    for one in (charts, studies, strings, beam, coexistence, maps, motion, uncertain, traces, branches)
+    for one in (
+        charts,
+        studies,
+        strings,
+        beam,
+        coexistence,
+        maps,
+        motion,
+        uncertain,
+        traces,
+        branches,
+    )
 }
 
 

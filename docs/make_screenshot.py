@@ -1,4 +1,5 @@
-"""Photograph the explorer for its page: the study of figure 4, a point clicked, the speed moved down.
+"""Photograph the explorer for its page: the study of figure 4, a point clicked, the
+speed moved down.
 
     python docs/make_screenshot.py fig4.h5
 
@@ -21,7 +22,9 @@ PICTURE = Path(__file__).parent / "pictures" / "explorer.png"
 
 def main(results: str) -> None:
     with nsdrill.view(results) as view, sync_playwright() as engine:
-        browser = engine.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        browser = engine.chromium.launch(
+            executable_path=shutil.which("chromium"), args=["--no-sandbox"]
+        )
         page = browser.new_page(viewport={"width": 1280, "height": 1000})
         page.goto(view.url)
         page.locator("body[data-ready='1']").wait_for()
@@ -38,7 +41,9 @@ def main(results: str) -> None:
         page.screenshot(path=PICTURE, full_page=True)
         browser.close()
     image = Image.open(PICTURE).convert("RGB")
-    image.quantize(64, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE).save(PICTURE, optimize=True)
+    image.quantize(64, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE).save(
+        PICTURE, optimize=True
+    )
 
 
 if __name__ == "__main__":

@@ -3,7 +3,8 @@
     python docs/make_tables.py           # writes them into the pages
     python docs/make_tables.py --check   # says which pages are stale, exit code 1 if any
 
-A table stands between two comments, ``<!-- table: NAME -->`` and ``<!-- end of table -->``. The tests run the check.
+A table stands between two comments, ``<!-- table: NAME -->`` and
+``<!-- end of table -->``. The tests run the check.
 """
 
 from __future__ import annotations
@@ -26,7 +27,15 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described
 from nsdrill.plot.kinds.value import ALIASES
 from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
-from nsdrill.study.continuation import BORDERS, CURVE_KEYS, CURVE_POINTS, KEYS, LOBES, MOTIONS, SEEDS
+from nsdrill.study.continuation import (
+    BORDERS,
+    CURVE_KEYS,
+    CURVE_POINTS,
+    KEYS,
+    LOBES,
+    MOTIONS,
+    SEEDS,
+)
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
 from nsdrill.study.keys import MANY, MODEL_LEAF, SLICE, Leaf, keys_of
 from nsdrill.study.meanings import MEANINGS
@@ -82,7 +91,11 @@ SYMBOLS = {
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     """A Markdown table; bars within cells are escaped."""
     head = list(head)
-    lines = [head, ["---"] * len(head), *([str(cell).replace("|", "\\|") for cell in row] for row in rows)]
+    lines = [
+        head,
+        ["---"] * len(head),
+        *([str(cell).replace("|", "\\|") for cell in row] for row in rows),
+    ]
     return "".join("| " + " | ".join(line) + " |\n" for line in lines)
 
 
@@ -99,14 +112,25 @@ def allowed(leaf: Leaf) -> str:
     if leaf.kind == "switch":
         return "`true`, `false`"
     if leaf.kind == "table":
-        return f"1 to {leaf.most} records of {', '.join(code(part.key.rpartition('.')[2]) for part in leaf.parts)}"
+        return (
+            f"1 to {leaf.most} records of "
+            f"{', '.join(code(part.key.rpartition('.')[2]) for part in leaf.parts)}"
+        )
     if leaf.kind == "list":
-        return f"1 to {leaf.most} values, {leaf.bound(leaf.low)} to {leaf.bound(leaf.high)} each" + (
-            ", or `null`" if leaf.nullable else ""
+        return (
+            f"1 to {leaf.most} values, {leaf.bound(leaf.low)} to {leaf.bound(leaf.high)} each"
+            + (", or `null`" if leaf.nullable else "")
         )
     if leaf.words:
-        return f"{', '.join(map(code, leaf.words))}, or {leaf.bound(leaf.low)} to {leaf.bound(leaf.high)}"
-    ends = [leaf.bound(leaf.low)] if leaf.low == leaf.high else [leaf.bound(leaf.low), leaf.bound(leaf.high)]
+        return (
+            f"{', '.join(map(code, leaf.words))}, or {leaf.bound(leaf.low)} to "
+            f"{leaf.bound(leaf.high)}"
+        )
+    ends = (
+        [leaf.bound(leaf.low)]
+        if leaf.low == leaf.high
+        else [leaf.bound(leaf.low), leaf.bound(leaf.high)]
+    )
     return " to ".join(ends) + (", or `null`" if leaf.nullable else "")
 
 
@@ -120,7 +144,13 @@ def parameters() -> str:
     sections = ("drillstring", "mud", "well", "bit", "operation")
     found = [leaf for section in sections for leaf in keys_of().of(section)]
     rows = (
-        [code(leaf.key), code(SYMBOLS.get(leaf.key, "")), leaf.default_text, leaf.source, leaf.confidence]
+        [
+            code(leaf.key),
+            code(SYMBOLS.get(leaf.key, "")),
+            leaf.default_text,
+            leaf.source,
+            leaf.confidence,
+        ]
         for leaf in found
     )
     return table(["key", "symbol", "default", "source", "confidence"], rows)
@@ -130,7 +160,14 @@ def segments_keys() -> str:
     """The keys of the string of segments, with their sources."""
     keys = keys_of("segments")
     rows = (
-        [code(leaf.key), leaf.default_text, allowed(leaf), leaf.meaning, leaf.source, leaf.confidence]
+        [
+            code(leaf.key),
+            leaf.default_text,
+            allowed(leaf),
+            leaf.meaning,
+            leaf.source,
+            leaf.confidence,
+        ]
         for section in (*keys.model.sections, "initial")
         for leaf in keys.of(section)
     )
@@ -138,10 +175,19 @@ def segments_keys() -> str:
 
 
 def study_keys() -> str:
-    """All sections in file order; the sweep, which is no dataclass, by hand from its own leaves."""
-    text = "| key | unit | default | allowed | in the field | meaning |\n| --- | --- | --- | --- | --- | --- |\n"
-    text += f"| `title` | text | empty | at most {LONGEST_TITLE} characters | | {MEANINGS['title']} |\n"
-    text += f"| `model` | | {code(MODEL_LEAF.default_text)} | {allowed(MODEL_LEAF)} | | {MEANINGS['model']} |\n"
+    """All sections in file order; the sweep, which is no dataclass, by hand from its
+    own leaves."""
+    text = (
+        "| key | unit | default | allowed | in the field | meaning |\n| --- | --- | --- | --- | "
+        "--- | --- |\n"
+    )
+    text += (
+        f"| `title` | text | empty | at most {LONGEST_TITLE} characters | | {MEANINGS['title']} |\n"
+    )
+    text += (
+        f"| `model` | | {code(MODEL_LEAF.default_text)} | {allowed(MODEL_LEAF)} | | "
+        f"{MEANINGS['model']} |\n"
+    )
     told: set[str] = set()
     for section in keys_of().sections:
         if section == "simulation":
@@ -154,8 +200,19 @@ def study_keys() -> str:
                     told.add(name)
                     text += f"| **`{name}`** | | | | | *{MEANINGS[name]}* |\n"
             default = leaf.default_text
-            ramp = f", or [a ramp](ramps.md) of such values, `{EXAMPLE}`" if section == "operation" else ""
-            cells = [code(leaf.key), unit(leaf), default, allowed(leaf) + ramp, leaf.usual, leaf.meaning]
+            ramp = (
+                f", or [a ramp](ramps.md) of such values, `{EXAMPLE}`"
+                if section == "operation"
+                else ""
+            )
+            cells = [
+                code(leaf.key),
+                unit(leaf),
+                default,
+                allowed(leaf) + ramp,
+                leaf.usual,
+                leaf.meaning,
+            ]
             text += "| " + " | ".join(cells) + " |\n"
         if section == "initial":  # the slice is no leaf
             states = ", ".join(map(code, keys_of().slices))
@@ -165,13 +222,25 @@ def study_keys() -> str:
 
 
 def continuation_keys() -> str:
-    defaults = {"motions": f"[{', '.join(MOTIONS)}]", "lobes": str(list(LOBES)), "switch": "true",
-                "points": POINTS_OF_BRANCH.default_text, "curves.of": f"[{', '.join(BORDERS)}]",
-                "curves.points": CURVE_POINTS.default_text, "seeds": f"{SEEDS} values of the range"}  # fmt: skip
+    defaults = {
+        "motions": f"[{', '.join(MOTIONS)}]",
+        "lobes": str(list(LOBES)),
+        "switch": "true",
+        "points": POINTS_OF_BRANCH.default_text,
+        "curves.of": f"[{', '.join(BORDERS)}]",
+        "curves.points": CURVE_POINTS.default_text,
+        "seeds": f"{SEEDS} values of the range",
+    }
     needed = ("along", "from", "to", "curves.over", "curves.from", "curves.to")
     names = [*KEYS, *(f"curves.{name}" for name in CURVE_KEYS)]
-    rows = ([code(f"continue.{name}"), "needed" if name in needed else defaults.get(name, "none"),
-             MEANINGS[f"continue.{name}"]] for name in names)  # fmt: skip
+    rows = (
+        [
+            code(f"continue.{name}"),
+            "needed" if name in needed else defaults.get(name, "none"),
+            MEANINGS[f"continue.{name}"],
+        ]
+        for name in names
+    )
     return table(("key", "default", "meaning"), rows)
 
 
@@ -182,13 +251,21 @@ def sweep_keys() -> str:
         of = every[f"operation.{axis}"]
         span = f"`{{from, to, points}}` (points {allowed(POINTS)}; `spacing: log` for equal ratios)"
         form = f"{span}, a list, or one value; each {allowed(of)}"
-        text += f"| `sweep.{axis}` | {of.units} | from `operation` | {form} | | {MEANINGS[f'sweep.{axis}']} |\n"
+        text += (
+            f"| `sweep.{axis}` | {of.units} | from `operation` | {form} | | "
+            f"{MEANINGS[f'sweep.{axis}']} |\n"
+        )
     form = "as those above, in the unit and the range of the key"
     sections = "`, `".join(keys_of().physical)
-    text += f"| `sweep.KEY` | | from the key | {form} | | Any other number of `{sections}` by its dotted key |\n"
+    text += (
+        f"| `sweep.KEY` | | from the key | {form} | | Any other number of `{sections}` by its "
+        f"dotted key |\n"
+    )
     for leaf in (PROCEDURE, along(keys_of()), REFINE):
         default = "null" if leaf.default is None else leaf.default
-        text += f"| `{leaf.key}` | {unit(leaf)} | {default} | {allowed(leaf)} | | {leaf.meaning} |\n"
+        text += (
+            f"| `{leaf.key}` | {unit(leaf)} | {default} | {allowed(leaf)} | | {leaf.meaning} |\n"
+        )
     return text + uncertain_keys()
 
 
@@ -209,7 +286,12 @@ def uncertain_keys() -> str:
 
 def thresholds() -> str:
     rows = (
-        [code(leaf.key), leaf.default_text + (" %" if leaf.units == "percent" else ""), leaf.meaning, leaf.source]
+        [
+            code(leaf.key),
+            leaf.default_text + (" %" if leaf.units == "percent" else ""),
+            leaf.meaning,
+            leaf.source,
+        ]
         for leaf in keys_of().of("classify")
     )
     return table(["key", "default", "meaning", "source"], rows)
@@ -267,7 +349,9 @@ def results_variables() -> str:
                 code(ONLY[v.only]) if v.only else "",
             ]
 
-    return table(["variable", "type", "units", "kind", "further dimension", "meaning", "only with"], rows())
+    return table(
+        ["variable", "type", "units", "kind", "further dimension", "meaning", "only with"], rows()
+    )
 
 
 def trace_variables() -> str:
@@ -292,35 +376,54 @@ def other_variables() -> str:
 
 def coordinates() -> str:
     return table(
-        ["dimension", "units", "meaning"], ([code(name), units, words] for name, (units, words) in COORDINATES.items())
+        ["dimension", "units", "meaning"],
+        ([code(name), units, words] for name, (units, words) in COORDINATES.items()),
     )
 
 
 def coefficients() -> str:
-    return table(["name", "units", "meaning"], ([code(n), UNITS[n], words] for n, words in COEFFICIENTS.items()))
+    return table(
+        ["name", "units", "meaning"],
+        ([code(n), UNITS[n], words] for n, words in COEFFICIENTS.items()),
+    )
 
 
 def check_figures() -> str:
     found = figures(Parameters(), Operation())
-    return table(["name", "units", "meaning"], ([code(n), f.units, f.meaning] for n, f in found.items()))
+    return table(
+        ["name", "units", "meaning"], ([code(n), f.units, f.meaning] for n, f in found.items())
+    )
 
 
 def further() -> str:
     found = further_figures(Parameters(), Operation())
-    return table(["name", "units", "meaning"], ([code(n), f.units, f.meaning] for n, f in found.items()))
+    return table(
+        ["name", "units", "meaning"], ([code(n), f.units, f.meaning] for n, f in found.items())
+    )
 
 
 def kinds() -> str:
     every = all_kinds().values()
 
-    listed = [[code(kind.name), of, kind.words] for of in GROUPS if of != VALUE for kind in every if kind.of == of]
+    listed = [
+        [code(kind.name), of, kind.words]
+        for of in GROUPS
+        if of != VALUE
+        for kind in every
+        if kind.of == of
+    ]
     short = ", ".join(f"{code(short)} for {code(long)}" for short, long in ALIASES.items())
-    values = ["any feature by its name", "a sweep", f"one value along the axis, or as a map; short names: {short}"]
+    values = [
+        "any feature by its name",
+        "a sweep",
+        f"one value along the axis, or as a map; short names: {short}",
+    ]
     return table(["kind", "of", "what it shows"], [*listed, values])
 
 
 def command_line() -> str:
-    """Every command with its arguments and options, as the command line itself has them."""
+    """Every command with its arguments and options, as the command line itself has
+    them."""
     import click
 
     text = ""
@@ -331,10 +434,15 @@ def command_line() -> str:
             context = click.Context(command, info_name=f"nsdrill {name}")
             usage = " ".join(command.collect_usage_pieces(context)[1:])
             meaning = inspect.cleandoc((command.help or "").replace("\b\n", ""))
-            text += f"\n### nsdrill {name}\n\n{meaning}\n\n```\nnsdrill {name} [OPTIONS] {usage}".rstrip() + "\n```\n\n"
+            text += (
+                f"\n### nsdrill {name}\n\n{meaning}\n\n```\nnsdrill {name} [OPTIONS] {usage}".rstrip()
+                + "\n```\n\n"
+            )
             options = [p for p in command.params if isinstance(p, click.Option)]
             if options:
-                text += table(["option", "meaning"], ([option_name(o), option_text(o)] for o in options))
+                text += table(
+                    ["option", "meaning"], ([option_name(o), option_text(o)] for o in options)
+                )
             else:
                 text += "No options.\n"
             _, found, examples = (command.epilog or "").partition("Examples:\n")
@@ -350,8 +458,12 @@ def option_name(option: object) -> str:
     metavar = ""
     if not option.is_flag:
         choices = getattr(option.type, "choices", None)
-        metavar = " " + ("|".join(choices) if choices else option.metavar or option.type.name.split()[0].upper())
-    return ", ".join(code(name + (metavar if name.startswith("--") else "")) for name in option.opts)
+        metavar = " " + (
+            "|".join(choices) if choices else option.metavar or option.type.name.split()[0].upper()
+        )
+    return ", ".join(
+        code(name + (metavar if name.startswith("--") else "")) for name in option.opts
+    )
 
 
 def option_text(option: object) -> str:
@@ -399,7 +511,10 @@ def python_classes() -> str:
     names = [name for name in nsdrill.__all__ if not name.islower()]
     return table(
         ["class", "meaning"],
-        ([code(f"nsdrill.{name}"), " ".join(docstring(getattr(nsdrill, name)).split())] for name in names),
+        (
+            [code(f"nsdrill.{name}"), " ".join(docstring(getattr(nsdrill, name)).split())]
+            for name in names
+        ),
     )
 
 

@@ -33,7 +33,8 @@ record: {peaks: 4}
 
 @pytest.fixture(scope="session", autouse=True)
 def signals_as_in_a_terminal() -> Iterator[None]:
-    """Processes that tests start heed all signals, even where the tests themselves run under nohup or a supervisor."""
+    """Processes that tests start heed all signals, even where the tests themselves run
+    under nohup or a supervisor."""
     ignored = [number for number in SIGNALS if signal.getsignal(number) is signal.SIG_IGN]
     for number in ignored:
         signal.signal(number, lambda number, frame: None)
@@ -44,7 +45,8 @@ def signals_as_in_a_terminal() -> Iterator[None]:
 
 @pytest.fixture(autouse=True)
 def signals_as_before() -> Iterator[None]:
-    """A command that a test runs in this process changes what signals do, and leaves them ignored at its end."""
+    """A command that a test runs in this process changes what signals do, and leaves
+    them ignored at its end."""
     before = {number: signal.getsignal(number) for number in SIGNALS}
     yield
     for number, handler in before.items():
@@ -53,12 +55,17 @@ def signals_as_before() -> Iterator[None]:
 
 @pytest.fixture(scope="session")
 def shared(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with studies and their results, to be read only: small, map, and failing, of which some points fail."""
+    """A folder with studies and their results, to be read only: small, map, and
+    failing, of which some points fail."""
     from nsdrill import load_study
     from nsdrill.app.run import run_study
 
     folder = tmp_path_factory.mktemp("shared")
-    for name, text, changes in (("small", SMALL, ()), ("map", MAP, ()), ("failing", SMALL, STEP_LIMIT)):
+    for name, text, changes in (
+        ("small", SMALL, ()),
+        ("map", MAP, ()),
+        ("failing", SMALL, STEP_LIMIT),
+    ):
         (folder / f"{name}.yaml").write_text(text)
         run_study(load_study(folder / f"{name}.yaml", changes), folder / f"{name}.h5", workers=1)
     return folder

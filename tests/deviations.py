@@ -15,8 +15,9 @@ APART = 1e-5  # of the start of the neighbours, in natural sizes
 
 
 def followed_and_quotient(work: Work, rtol: float = 1e-12) -> tuple[np.ndarray, np.ndarray]:
-    """The deviation at the end of the run of ``work`` at its own tolerance, and the quotient of two runs whose starts
-    are moved along it, at ``rtol``; both in natural sizes."""
+    """The deviation at the end of the run of ``work`` at its own tolerance, and the
+    quotient of two runs whose starts are moved along it, at ``rtol``; both in natural
+    sizes."""
     work = replace(work, record=Record(exponent=True))
     n = work.state_count
     size = work.prepare(np.array([0])).sizes[0, :n]

@@ -1,4 +1,5 @@
-"""What a factory compiles to: its assembly, and how much of it works on all lanes at once."""
+"""What a factory compiles to: its assembly, and how much of it works on all lanes at
+once."""
 
 from __future__ import annotations
 
@@ -18,7 +19,9 @@ def has_wide_registers() -> bool:
     import llvmlite.binding as llvm
 
     features = llvm.get_host_cpu_features()
-    return platform.machine().lower() in ("x86_64", "amd64") and bool(features.get("avx2") and features.get("fma"))
+    return platform.machine().lower() in ("x86_64", "amd64") and bool(
+        features.get("avx2") and features.get("fma")
+    )
 
 
 needs_wide_registers = pytest.mark.skipif(
@@ -27,7 +30,8 @@ needs_wide_registers = pytest.mark.skipif(
 
 
 def printed(program: str, folder: Path, *arguments: str) -> str:
-    """What a Python program prints that compiles into the empty ``folder``: code from a cache shows no assembly."""
+    """What a Python program prints that compiles into the empty ``folder``: code from a
+    cache shows no assembly."""
     return subprocess.run(
         [sys.executable, "-c", program, *arguments],
         env={**os.environ, "NUMBA_CACHE_DIR": str(folder)},

@@ -1,4 +1,5 @@
-"""The Pythons of this machine: those of pyenv and uv, those on the PATH, and those named in NSDRILL_TEST_PYTHONS."""
+"""The Pythons of this machine: those of pyenv and uv, those on the PATH, and those
+named in NSDRILL_TEST_PYTHONS."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ SRC = Path(__file__).parents[1] / "src"
 
 
 def _candidates() -> Iterator[Path]:
-    """First the environments that somebody has made for this, separated like the folders of the PATH."""
+    """First the environments that somebody has made for this, separated like the
+    folders of the PATH."""
     yield Path(sys.executable)
     yield from map(Path, filter(None, os.environ.get("NSDRILL_TEST_PYTHONS", "").split(os.pathsep)))
     home = Path.home()
@@ -29,10 +31,15 @@ def _candidates() -> Iterator[Path]:
 
 
 def _version(python: Path) -> str:
-    """As "3.12"; empty where it does not run, as a shim of pyenv may not, or is too old."""
-    code = f"import sys; print('%d.%d' % sys.version_info[:2] if sys.version_info >= {OLDEST} else '')"
+    """As "3.12"; empty where it does not run, as a shim of pyenv may not, or is too
+    old."""
+    code = (
+        f"import sys; print('%d.%d' % sys.version_info[:2] if sys.version_info >= {OLDEST} else '')"
+    )
     try:
-        done = subprocess.run([str(python), "-I", "-c", code], capture_output=True, text=True, timeout=30)
+        done = subprocess.run(
+            [str(python), "-I", "-c", code], capture_output=True, text=True, timeout=30
+        )
     except (OSError, subprocess.TimeoutExpired):
         return ""
     return done.stdout.strip() if done.returncode == 0 else ""
@@ -40,8 +47,8 @@ def _version(python: Path) -> str:
 
 @lru_cache(maxsize=1)
 def pythons() -> dict[str, list[Path]]:
-    """The interpreters of each version; one version may have several, and not all of them the packages. The one that
-    runs the tests is the first of the first version."""
+    """The interpreters of each version; one version may have several, and not all of
+    them the packages. The one that runs the tests is the first of the first version."""
     found: dict[str, list[Path]] = {}
     for python in dict.fromkeys(_candidates()):
         if version := _version(python):
@@ -52,4 +59,6 @@ def pythons() -> dict[str, list[Path]]:
 def run(python: Path, *words: str) -> subprocess.CompletedProcess[str]:
     """The words as a Python's command line, with this checkout as the package."""
     env = {**os.environ, "PYTHONPATH": str(SRC), "PYTHONDONTWRITEBYTECODE": "1"}
-    return subprocess.run([str(python), *words], capture_output=True, text=True, env=env, timeout=600)
+    return subprocess.run(
+        [str(python), *words], capture_output=True, text=True, env=env, timeout=600
+    )

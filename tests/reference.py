@@ -1,7 +1,9 @@
-"""The equations of motion once more, in plain Python and NumPy, written from the theory page, not from the sources.
+"""The equations of motion once more, in plain Python and NumPy, written from the theory
+page, not from the sources.
 
-Nothing here imports nsdrill. The state is (x, vx, y, vy, z, vz, twist, bit_speed); the lateral mass matrix is solved as
-it comes out of the Lagrangian, as a 3 x 3 system, not by the eliminated form that the package integrates.
+Nothing here imports nsdrill. The state is (x, vx, y, vy, z, vz, twist, bit_speed); the
+lateral mass matrix is solved as it comes out of the Lagrangian, as a 3 x 3 system, not
+by the eliminated form that the package integrates.
 """
 
 from __future__ import annotations
@@ -15,7 +17,8 @@ from scipy.integrate import solve_ivp
 
 @dataclass(frozen=True)
 class Case:
-    """All parameters and one operating point, flat, in SI units; the defaults are those of the theory page."""
+    """All parameters and one operating point, flat, in SI units; the defaults are those
+    of the theory page."""
 
     depth: float = 5000.0
     wob: float = 22240.0
@@ -64,7 +67,8 @@ class Case:
     def but(self, **changes):
         return replace(self, **changes)
 
-    # Lumped coefficients: simply supported span of length l with shape sin(pi x / l); a third of the pipe moves.
+    # Lumped coefficients: simply supported span of length l with shape sin(pi x / l); a
+    # third of the pipe moves.
     @property
     def pipe_length(self):
         return self.depth - self.collar_length
@@ -75,7 +79,12 @@ class Case:
 
     @property
     def m_l(self):
-        fluid = self.mud_density * math.pi / 4 * (self.collar_id**2 + self.added_mass * self.collar_od**2)
+        fluid = (
+            self.mud_density
+            * math.pi
+            / 4
+            * (self.collar_id**2 + self.added_mass * self.collar_od**2)
+        )
         return self.m_c + fluid * self.span / 2
 
     @property
@@ -141,8 +150,14 @@ def _polar(outer, inner):
 
 def friction(speed, static, dynamic, smoothing, decay):
     """f(v) = (2/pi) atan(eps v) [(mu_s - mu_d)/(1 + tau |v|) + mu_d]."""
-    size = np.where(np.real(speed) < 0, -speed, speed)  # of a complex number too, which abs() makes real
-    return 2 / np.pi * np.arctan(smoothing * speed) * ((static - dynamic) / (1 + decay * size) + dynamic)
+    # of a complex number too, which abs() makes real
+    size = np.where(np.real(speed) < 0, -speed, speed)
+    return (
+        2
+        / np.pi
+        * np.arctan(smoothing * speed)
+        * ((static - dynamic) / (1 + decay * size) + dynamic)
+    )
 
 
 def bit_arm(case, speed):
@@ -158,18 +173,31 @@ def bit_arm(case, speed):
     }[c.bit_law]
     radius = c.well_diameter / 2
     rub = 2 / 3 * radius * (c.bit_dynamic + (c.bit_static - c.bit_dynamic) * share)
-    return 2 / np.pi * np.arctan(c.bit_smoothing * speed) * (rub + c.zeta * math.sqrt(radius * c.depth_of_cut))
+    return (
+        2
+        / np.pi
+        * np.arctan(c.bit_smoothing * speed)
+        * (rub + c.zeta * math.sqrt(radius * c.depth_of_cut))
+    )
 
 
 def contacts(case, t, state, phase=0.0, touching=None):
-    """Contact forces of states [8] or [8, n] at times t: a dict. ``touching`` says whether bit and collar touch where
-    that is not to be told from the state."""
+    """Contact forces of states [8] or [8, n] at times t: a dict. ``touching`` says
+    whether bit and collar touch where that is not to be told from the state."""
     x, vx, y, vy, z, _, twist, omega = state
     c = case
     phi = twist + phase + c.speed * t
     interference = c.amplitude * np.sin(c.lobes * phi) - z
-    bit_force = c.rock_stiffness * (np.maximum(interference, 0.0) if touching is None else touching[0] * interference)
-    cutting = c.zeta * math.sqrt(c.bit_radius * c.depth_of_cut) * 2 / np.pi * np.arctan(c.bit_smoothing * omega)
+    bit_force = c.rock_stiffness * (
+        np.maximum(interference, 0.0) if touching is None else touching[0] * interference
+    )
+    cutting = (
+        c.zeta
+        * math.sqrt(c.bit_radius * c.depth_of_cut)
+        * 2
+        / np.pi
+        * np.arctan(c.bit_smoothing * omega)
+    )
     law = friction(omega, c.bit_static, c.bit_dynamic, c.bit_smoothing, c.bit_decay)
     bit_torque = bit_force * (2 / 3 * c.bit_radius * law + cutting)
     if c.bit_law != "hyperbolic":
@@ -184,8 +212,12 @@ def contacts(case, t, state, phase=0.0, touching=None):
     )
     slip = omega * c.collar_radius + tangential_speed
     rub = normal * friction(slip, c.wall_static, c.wall_dynamic, c.wall_smoothing, c.wall_decay)
-    force, torque = {"live": (bit_force, bit_torque), "static": (c.wob, 0.0), "none": (0.0, 0.0)}[c.softening]
-    stiffness = c.k_bend - (force * math.pi**2 / (2 * c.span) + torque * math.pi**3 / (2 * c.span**2))
+    force, torque = {"live": (bit_force, bit_torque), "static": (c.wob, 0.0), "none": (0.0, 0.0)}[
+        c.softening
+    ]
+    stiffness = c.k_bend - (
+        force * math.pi**2 / (2 * c.span) + torque * math.pi**3 / (2 * c.span**2)
+    )
     return {
         "phi": phi,
         "interference": interference,
@@ -211,9 +243,14 @@ def derivative(case, t, state, phase=0.0, touching=None):
     # e_r = (x, y)/r, e_theta = (-y, x)/r
     force_x = -f["stiffness"] * x - drag * vx - f["wall_force"] * x / r + f["wall_friction"] * y / r
     force_y = -f["stiffness"] * y - drag * vy - f["wall_force"] * y / r - f["wall_friction"] * x / r
-    moment = -f["bit_torque"] - c.torsional_damping * omega - c.k_t * twist - f["wall_friction"] * c.collar_radius
+    moment = (
+        -f["bit_torque"]
+        - c.torsional_damping * omega
+        - c.k_t * twist
+        - f["wall_friction"] * c.collar_radius
+    )
     # Lagrange with T = m_e |v_G|^2/2 + (m_l - m_e) |v_C|^2/2 + J phi'^2/2:
-    #   m_l x'' - s sin(phi) phi'' = F_x + s cos(phi) phi'^2
+    # m_l x'' - s sin(phi) phi'' = F_x + s cos(phi) phi'^2
     #   m_l y'' + s cos(phi) phi'' = F_y + s sin(phi) phi'^2                  with s = m_e e0
     #   (J + m_e e0^2) phi'' - s sin(phi) x'' + s cos(phi) y'' = moment
     s = c.m_e * c.eccentricity
@@ -235,9 +272,20 @@ def derivative(case, t, state, phase=0.0, touching=None):
 
 
 def quick(case, phase=0.0):
-    """The same derivative for one state at a time, in scalar Python, for SciPy: f(t, state)."""
+    """The same derivative for one state at a time, in scalar Python, for SciPy: f(t,
+    state)."""
     c = case
-    m_l, m_e, c_h, k_bend, m_a, k_a, J, k_t, gap = (c.m_l, c.m_e, c.c_h, c.k_bend, c.m_a, c.k_a, c.J, c.k_t, c.gap)
+    m_l, m_e, c_h, k_bend, m_a, k_a, J, k_t, gap = (
+        c.m_l,
+        c.m_e,
+        c.c_h,
+        c.k_bend,
+        c.m_a,
+        c.k_a,
+        c.J,
+        c.k_t,
+        c.gap,
+    )
     R, r_h, e0 = c.collar_radius, c.bit_radius, c.eccentricity
     arm = c.zeta * math.sqrt(r_h * c.depth_of_cut)
     s = m_e * e0
@@ -249,7 +297,12 @@ def quick(case, phase=0.0):
     power = 1.5 if c.wall_law == "hertz" else 1.0
 
     def law(v, static, dynamic, smoothing, decay):
-        return 2 / math.pi * math.atan(smoothing * v) * ((static - dynamic) / (1 + decay * abs(v)) + dynamic)
+        return (
+            2
+            / math.pi
+            * math.atan(smoothing * v)
+            * ((static - dynamic) / (1 + decay * abs(v)) + dynamic)
+        )
 
     def f(t, state):
         x, vx, y, vy, z, vz, twist, omega = state.tolist()
@@ -293,7 +346,8 @@ def quick(case, phase=0.0):
 
 
 def solve(case, initial, duration, rtol=1e-12, phase=0.0, dense=False, **options):
-    """SciPy's DOP853, an eighth-order pair that shares nothing with the package's; absolute tolerance 1e-14."""
+    """SciPy's DOP853, an eighth-order pair that shares nothing with the package's;
+    absolute tolerance 1e-14."""
     options = {"atol": 1e-14, **options}
     return solve_ivp(
         quick(case, phase),
@@ -307,17 +361,20 @@ def solve(case, initial, duration, rtol=1e-12, phase=0.0, dense=False, **options
 
 
 def deviate(case, state, deviations, duration, phase=0.0, rtol=1e-11):
-    """State and small deviations [8, n] after some time: DOP853 from contact to contact, on each side of which the
-    right-hand side is smooth, with derivatives by complex steps. The wall must be linear."""
+    """State and small deviations [8, n] after some time: DOP853 from contact to
+    contact, on each side of which the right-hand side is smooth, with derivatives by
+    complex steps. The wall must be linear."""
     tiny, at, both = 1e-40, 0.0, np.concatenate([state, np.ravel(deviations)])
     surfaces = (
         lambda t, s: case.amplitude * math.sin(case.lobes * (s[6] + phase + case.speed * t)) - s[4],
         lambda t, s: s[0] ** 2 + s[2] ** 2 - case.gap**2,
-    )  # fmt: skip
+    )
     touching = [surface(0.0, state) > 0 for surface in surfaces]
 
     def slopes(t, both):
-        found = derivative(case, t, both[:8, None] + tiny * 1j * both[8:].reshape(8, -1), phase, touching)
+        found = derivative(
+            case, t, both[:8, None] + tiny * 1j * both[8:].reshape(8, -1), phase, touching
+        )
         return np.concatenate([found[:, 0].real, found.imag.ravel() / tiny])
 
     for surface in surfaces:
@@ -325,15 +382,21 @@ def deviate(case, state, deviations, duration, phase=0.0, rtol=1e-11):
     while at < duration:
         for surface, touches in zip(surfaces, touching, strict=True):
             surface.direction = -1 if touches else 1
-        found = solve_ivp(slopes, (at, duration), both, "DOP853", rtol=rtol, atol=1e-13, events=surfaces)
+        found = solve_ivp(
+            slopes, (at, duration), both, "DOP853", rtol=rtol, atol=1e-13, events=surfaces
+        )
         at, both = found.t[-1], found.y[:, -1]
-        touching = [touches ^ bool(len(times)) for touches, times in zip(touching, found.t_events, strict=True)]
+        touching = [
+            touches ^ bool(len(times))
+            for touches, times in zip(touching, found.t_events, strict=True)
+        ]
     return both[:8], both[8:].reshape(8, -1)
 
 
 def floquet_exponents(case, state, revolutions, phase=0.0):
-    """The exponents [1/s], greatest first, of the motion near ``state`` that repeats after some revolutions of the
-    drive: Newton's method on the state, then the eigenvalues of the derivative of the return."""
+    """The exponents [1/s], greatest first, of the motion near ``state`` that repeats
+    after some revolutions of the drive: Newton's method on the state, then the
+    eigenvalues of the derivative of the return."""
     period = revolutions * 2 * math.pi / case.speed
     for _ in range(8):
         end, monodromy = deviate(case, state, np.eye(8), period, phase)

@@ -1,4 +1,5 @@
-"""The cache of compiled functions: whatever is wrong with it, the numbers are right, and one warning says so."""
+"""The cache of compiled functions: whatever is wrong with it, the numbers are right,
+and one warning says so."""
 
 from __future__ import annotations
 
@@ -91,7 +92,10 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
     "another object": lambda path: path.write_bytes(sealed([1, 2])),
     "a cut pickle, well sealed": lambda path: path.write_bytes(sealed([1, 2], cut=1)),
     "a dangling link": lambda path: (path.unlink(), path.symlink_to("nowhere")),
-    "a link to the code": lambda path: (path.rename(path.parent.parent / "x"), path.symlink_to("../x")),
+    "a link to the code": lambda path: (
+        path.rename(path.parent.parent / "x"),
+        path.symlink_to("../x"),
+    ),
     "a pipe": lambda path: (path.unlink(), os.mkfifo(path)),
     "writable by all": lambda path: path.chmod(0o666),
 }
@@ -132,8 +136,11 @@ def test_no_pickle_is_read_that_has_another_checksum(
 
 
 @as_root
-def test_no_pickle_of_another_user_is_read(kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In a folder that was open to all for a while: the folder is closed, and what others put there is not used."""
+def test_no_pickle_of_another_user_is_read(
+    kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a folder that was open to all for a while: the folder is closed, and what
+    others put there is not used."""
     monkeypatch.chdir(tmp_path)
     kept.write_bytes(sealed(Bomb()))
     os.chown(kept, NOBODY, NOBODY)
@@ -180,8 +187,13 @@ def test_a_folder_of_another_user_is_not_used(kept: Path) -> None:
 def test_folders_that_cannot_be_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("mine")
     (tmp_path / "link").symlink_to("nowhere")
-    for place, why in (("file", "no folder"), ("link", "no folder"), ("file/cache", "no folder"),
-                       ("n" * 300, "too long"), ("/proc/self/cache", "no such file")):  # fmt: skip
+    for place, why in (
+        ("file", "no folder"),
+        ("link", "no folder"),
+        ("file/cache", "no folder"),
+        ("n" * 300, "too long"),
+        ("/proc/self/cache", "no such file"),
+    ):
         monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / place))
         hit, (message,) = told()
         assert not hit
@@ -213,7 +225,9 @@ def test_a_folder_without_permission(kept: Path, mode: int) -> None:
 
 
 @pytest.mark.parametrize("failing", ["mkdir", "open", "replace"])
-def test_what_the_system_forbids(failing: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_the_system_forbids(
+    failing: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """As for a user who may not; root may everything, so the system is not asked."""
 
     def refuse(*args: object, **more: object) -> None:
@@ -288,13 +302,17 @@ def test_a_changed_source_is_compiled(folder: Path, tmp_path: Path) -> None:
     assert found == [1.0 / 3.0, 0.25]
 
 
-def test_other_processes_see_a_whole_file_or_none(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_other_processes_see_a_whole_file_or_none(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     moves = []
     replace = os.replace
 
     def watched(source: Any, target: Any) -> None:
         content = Path(source).read_bytes()
-        moves.append((Path(source).parent, Path(target).exists(), content == sealed_bytes(content[32:])))
+        moves.append(
+            (Path(source).parent, Path(target).exists(), content == sealed_bytes(content[32:]))
+        )
         replace(source, target)
 
     monkeypatch.setattr(os, "replace", watched)

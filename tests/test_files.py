@@ -1,4 +1,5 @@
-"""Temporary names and locks: whole files, one winner, nothing left behind, no lock that outlives its owner."""
+"""Temporary names and locks: whole files, one winner, nothing left behind, no lock that
+outlives its owner."""
 
 from __future__ import annotations
 
@@ -46,7 +47,9 @@ def test_a_file_is_whole_or_as_it_was(tmp_path: Path) -> None:
             temporary.write_text("half")
             raise OSError(28, "No space left on device")
 
-    with pytest.raises(NsdrillError, match=r"a: could not be written: no space.*Nothing was changed"):
+    with pytest.raises(
+        NsdrillError, match=r"a: could not be written: no space.*Nothing was changed"
+    ):
         fail()
     assert path.read_text() == "old"
     assert os.listdir(tmp_path) == ["a"]
@@ -70,14 +73,18 @@ def test_what_a_living_one_writes_and_what_is_not_ours_is_left(tmp_path: Path) -
     with Temporary(path) as temporary:
         sweep_away(path)
         assert {temporary.path, *others} == set(tmp_path.iterdir())
-        with pytest.raises(FileError, match="another process is writing this file now"), replacing(path):
+        with (
+            pytest.raises(FileError, match="another process is writing this file now"),
+            replacing(path),
+        ):
             pass
     assert set(others) == set(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("state", ["new", "resume"])
 def test_a_run_begins_with_an_empty_folder(tmp_path: Path, state: str) -> None:
-    """What a kill in the last phase leaves is as large as the results: it goes before the run needs the room."""
+    """What a kill in the last phase leaves is as large as the results: it goes before
+    the run needs the room."""
     path = tmp_path / "out.h5"
     if state == "resume":
         RunLog.create(part_path(path), header(), POINTS, Kept(0)).close()
@@ -87,7 +94,9 @@ def test_a_run_begins_with_an_empty_folder(tmp_path: Path, state: str) -> None:
     assert [name for name in os.listdir(tmp_path) if ".tmp-" in name] == []
 
 
-def test_the_temporary_name_is_taken_by_no_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_temporary_name_is_taken_by_no_link(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(files.secrets, "token_hex", lambda size: "00" * size)
     (tmp_path / "precious").write_text("precious")
     (tmp_path / ".a.tmp-00000000").symlink_to(tmp_path / "precious")
@@ -134,15 +143,18 @@ def test_of_several_writers_one_wins_and_the_others_are_told(tmp_path: Path) -> 
             pass
         RunLog.open(part).close()
         texts = race(4, lambda path=path: write_text(path, "x" * 10_000, overwrite=False))
-        assert sorted(type(end).__name__ for end in texts) == ["FileError"] * 3 + ["NoneType"], texts
+        assert sorted(type(end).__name__ for end in texts) == ["FileError"] * 3 + ["NoneType"], (
+            texts
+        )
         assert path.read_text() == "x" * 10_000
     assert len(os.listdir(tmp_path)) == 40
 
 
 def interrupted_at(moment: int, work: Callable[[], object]) -> bool:
-    """Call ``work`` and interrupt it where Python looks for signals, at the start of a function of ours or after one of
-    the system that we call, the ``moment``-th time; whether it got so far. As in a notebook, the exception with all its
-    frames is still there afterwards."""
+    """Call ``work`` and interrupt it where Python looks for signals, at the start of a
+    function of ours or after one of the system that we call, the ``moment``-th time;
+    whether it got so far. As in a notebook, the exception with all its frames is still
+    there afterwards."""
     global last
     left = moment
 
@@ -178,7 +190,11 @@ def test_an_interrupt_at_any_moment_leaves_no_lock(tmp_path: Path, what: str) ->
         opened: list[RunLog] = []
 
         def work(opened: list[RunLog] = opened) -> None:
-            opened.append(RunLog.create(part, header(), POINTS, Kept(0)) if what == "create" else RunLog.open(part))
+            opened.append(
+                RunLog.create(part, header(), POINTS, Kept(0))
+                if what == "create"
+                else RunLog.open(part)
+            )
 
         got_there = interrupted_at(moment, work)
         for log in opened:
@@ -204,9 +220,14 @@ def test_a_log_that_is_gone_is_not_called_safe(tmp_path: Path) -> None:
         log.sync()
         assert log.standing().startswith(f"2 of {POINTS} points are safe in {part}. Go on")
         folder.rename(tmp_path / "moved")
-        with pytest.raises(NsdrillError, match=r"its folder was moved.* 2 of 120 points are in that file"):
+        with pytest.raises(
+            NsdrillError, match=r"its folder was moved.* 2 of 120 points are in that file"
+        ):
             log.sync()
         (tmp_path / "moved" / "out.h5.part").unlink()
-        with pytest.raises(NsdrillError, match="was deleted while the run wrote it, and its 2 of 120 points are lost"):
+        with pytest.raises(
+            NsdrillError,
+            match="was deleted while the run wrote it, and its 2 of 120 points are lost",
+        ):
             log.sync()
         assert "safe" not in log.standing()

@@ -13,7 +13,9 @@ from nsdrill.progress import Progress, reporting
 from nsdrill.sweep.engine import Progress as Counts
 
 
-def test_without_a_terminal_a_short_run_says_nothing(small: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_without_a_terminal_a_short_run_says_nothing(
+    small: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     nsdrill.run(small)
     assert capsys.readouterr() == ("", "")
 
@@ -30,7 +32,9 @@ def test_without_a_terminal_a_line_now_and_then(
     assert capsys.readouterr() == ("", "")
 
 
-def test_lines_name_failures_and_the_pass(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lines_name_failures_and_the_pass(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)
     with reporting(True) as watch:
         watch(Counts(total=40, before=10, done=0, failed=0))
@@ -41,7 +45,9 @@ def test_lines_name_failures_and_the_pass(capsys: pytest.CaptureFixture[str], mo
     assert second.endswith(" left (check: tight)")
 
 
-def test_a_bar_in_a_terminal(small: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bar_in_a_terminal(
+    small: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("rich.console.Console.is_terminal", True)
     nsdrill.run(small)
     out, shown = capsys.readouterr()
@@ -66,7 +72,8 @@ def test_a_function_is_told_how_far_the_run_is(monkeypatch: pytest.MonkeyPatch) 
     with reporting(seen.append) as watch:
         watch(Counts(total=40, before=10, done=0, failed=0))
         watch(Counts(total=40, before=10, done=10, failed=1, note="check: long"))
-    assert seen == [Progress(10, 40, 0, None), Progress(20, 40, 1, 8.0, "check: long")]  # 10 in 4 s, 20 are left
+    # 10 in 4 s, 20 are left
+    assert seen == [Progress(10, 40, 0, None), Progress(20, 40, 1, 8.0, "check: long")]
 
 
 def test_a_refined_and_checked_run_ends_at_its_total() -> None:

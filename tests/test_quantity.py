@@ -1,4 +1,5 @@
-"""The registry of quantities: complete, consistent with what files hold, and readable back."""
+"""The registry of quantities: complete, consistent with what files hold, and readable
+back."""
 
 from __future__ import annotations
 
@@ -10,7 +11,9 @@ from nsdrill.quantity import SHOWN, SYSTEMS, amount, find, in_system, quantity
 from nsdrill.units import plain_units, to_si
 from nsdrill.variables import COORDINATES, MODEL
 
-HELD = {v.name: v.units for v in (*VARIABLES, *TRACE_VARIABLES) if v.units} | {k: v[0] for k, v in COORDINATES.items()}
+HELD = {v.name: v.units for v in (*VARIABLES, *TRACE_VARIABLES) if v.units} | {
+    k: v[0] for k, v in COORDINATES.items()
+}
 
 
 @pytest.mark.parametrize("name", HELD)
@@ -28,7 +31,8 @@ def test_every_number_of_a_study_has_field_units() -> None:
     for name, (key, units) in further_axes(MODEL).items():
         assert find(key) is find(name)
         assert quantity(key).units == units
-        # Seconds, plain numbers, s/rad and the units of electricity are the same on both sides of the ocean.
+        # Seconds, plain numbers, s/rad and the units of electricity are the same on
+        # both sides of the ocean.
         same = ("", "s", "s/rad", "s^2/rad^2", "1/s", "Hz", "H", "ohm", "V s/rad")
         assert units in SHOWN or units in same, key
 

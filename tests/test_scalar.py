@@ -1,4 +1,5 @@
-"""A model written for one trajectory, in lanes: the torsional string with one degree of freedom."""
+"""A model written for one trajectory, in lanes: the torsional string with one degree of
+freedom."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ STATIC, DYNAMIC, SMOOTHING = 6000.0, 3000.0, 20.0
 
 
 def torsion(t, y, p):  # type: ignore[no-untyped-def]
-    """The twist and the bit's speed under a smoothed friction torque that falls with speed."""
+    """The twist and the bit's speed under a smoothed friction torque that falls with
+    speed."""
     twist, speed = y
     inertia, stiffness, damping, torque = p
     direction = smoothed_direction(SMOOTHING * speed)
@@ -35,11 +37,15 @@ def torsion(t, y, p):  # type: ignore[no-untyped-def]
 TORQUES = (500.0, 2000.0, 4000.0)
 
 
-def run(lanes: int, stepper: str = "tsitouras", torques: Any = TORQUES, rtol: float = 1e-10) -> Finished:
+def run(
+    lanes: int, stepper: str = "tsitouras", torques: Any = TORQUES, rtol: float = 1e-10
+) -> Finished:
     """From rest behind a drive at 3 rad/s, 20 s for each friction torque."""
     n = len(torques)
     gang = Gang(lanes, n, ROWS, np.zeros(1), 0, Simulation(5.0, 15.0, rtol, pair=stepper))  # type: ignore[arg-type]
-    table = np.column_stack([np.full(n, INERTIA), np.full(n, STIFFNESS), np.full(n, DAMPING), torques])
+    table = np.column_stack(
+        [np.full(n, INERTIA), np.full(n, STIFFNESS), np.full(n, DAMPING), torques]
+    )
     gang.add_many(
         np.arange(n),
         Runs(
@@ -60,7 +66,8 @@ def run(lanes: int, stepper: str = "tsitouras", torques: Any = TORQUES, rtol: fl
 
 @pytest.mark.parametrize("stepper", list(STEPPERS))
 def test_a_scalar_model_follows_its_equations(stepper: str) -> None:
-    """Against SciPy's DOP853 at 1e-12. Twenty seconds at rtol 1e-10, a few thousand steps: 1e-6."""
+    """Against SciPy's DOP853 at 1e-12. Twenty seconds at rtol 1e-10, a few thousand
+    steps: 1e-6."""
     done = run(1, stepper)
     for torque, final in zip(TORQUES, done.final, strict=True):
 
@@ -70,7 +77,9 @@ def test_a_scalar_model_follows_its_equations(stepper: str) -> None:
             friction = direction * (torque / (1 + 3 * abs(speed)) + 0.5 * torque)
             return [speed - 3.0, (-DAMPING * speed - STIFFNESS * twist - friction) / INERTIA]
 
-        exact = solve_ivp(slopes, (0.0, 20.0), [0.0, 0.0], "DOP853", rtol=1e-12, atol=1e-12, max_step=0.01).y[:, -1]
+        exact = solve_ivp(
+            slopes, (0.0, 20.0), [0.0, 0.0], "DOP853", rtol=1e-12, atol=1e-12, max_step=0.01
+        ).y[:, -1]
         assert final[:2] == pytest.approx(exact, abs=1e-6)
         assert final[2] == 60.0
 
@@ -83,7 +92,8 @@ def test_a_scalar_model_has_the_same_bits_in_any_lanes() -> None:
 
 
 def test_the_pairs_differ_in_their_steps() -> None:
-    """The pair of Dormand and Prince takes more steps at the same tolerance: an eighth or so."""
+    """The pair of Dormand and Prince takes more steps at the same tolerance: an eighth
+    or so."""
     tsitouras, dormand = (run(1, name).accepted.sum() for name in ("tsitouras", "dormand_prince"))
     assert 1.05 < dormand / tsitouras < 1.5
 
@@ -98,12 +108,18 @@ def driven_plainly(t, y, p):  # type: ignore[no-untyped-def]
 
 
 def test_a_slope_function_may_ask_for_the_phase() -> None:
-    """From the buffer's row, in every lane its own; one that does not ask is called without."""
+    """From the buffer's row, in every lane its own; one that does not ask is called
+    without."""
     rows = Rows(2, 0, 1, 0)
     phase, time, x = np.linspace(0.0, 6.0, 8), np.linspace(0.0, 0.7, 8), np.linspace(-1.0, 1.0, 8)
     for slopes, force in ((driven, np.sin(phase + 2.0 * time)), (driven_plainly, 0.0)):
         buffer = np.zeros((rows.total, 8))
-        buffer[rows.stage], buffer[rows.stage_time], buffer[rows.phase], buffer[rows.parameter] = x, time, phase, 2.0
+        buffer[rows.stage], buffer[rows.stage_time], buffer[rows.phase], buffer[rows.parameter] = (
+            x,
+            time,
+            phase,
+            2.0,
+        )
         flat = buffer.ravel()
         in_lanes(slopes, 8, rows)(flat)
         assert flat.reshape(rows.total, 8)[rows.acceleration] == pytest.approx(force - x, abs=1e-15)
@@ -120,6 +136,10 @@ print("".join(in_lanes(torsion, 8, ROWS).inspect_asm().values()))
 
 @needs_wide_registers
 def test_a_scalar_model_compiles_to_packed_instructions(tmp_path: Path) -> None:
-    packed, single = packed_and_single(printed(ASSEMBLY.format(tests=str(Path(__file__).parent)), tmp_path))
+    packed, single = packed_and_single(
+        printed(ASSEMBLY.format(tests=str(Path(__file__).parent)), tmp_path)
+    )
     assert packed > 20
-    assert single < 0.5 * packed, "more than the loop over the lanes that are left, of which there are none"
+    assert single < 0.5 * packed, (
+        "more than the loop over the lanes that are left, of which there are none"
+    )

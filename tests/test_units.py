@@ -1,4 +1,5 @@
-"""Quantities: exact factors, dimensions with angle among them, and input that means no good."""
+"""Quantities: exact factors, dimensions with angle among them, and input that means no
+good."""
 
 import contextlib
 import copy
@@ -59,7 +60,9 @@ def test_thousand_pound_force_is_exact() -> None:
 
 @pytest.mark.parametrize("text", ["5 t", "5 kg", "5 tonne", "5 lb", "5 klb", "5 ton"])
 def test_a_mass_is_no_weight_on_bit(text: str) -> None:
-    with pytest.raises(QuantityError, match=r"a mass.*not of force: write kN, klbf, lbf or tonne_force"):
+    with pytest.raises(
+        QuantityError, match=r"a mass.*not of force: write kN, klbf, lbf or tonne_force"
+    ):
         to_si(text, "N")
 
 
@@ -83,12 +86,48 @@ def test_capitals_are_suggested(text: str, meant: str) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "", " ", "5", "m", "m 5", "nan m", "inf m", "-inf m", "1e999 m", "1e-999 m", "1e308 km", "1e9999999999999 m",
-        "9**9**9 m", "5 m + 3 ft", "5 m - 3 m", "5 m**9999999", "5 m^99", "__import__", "5 __import__('os')", "5 m//m",
-        "in" * 10000, "5 " + "in" * 10000, "9" * 100000 + " m", "5 " + "(" * 70 + "m", "5 )m(", "5 m/", "5 *m", "1,5 m",
-        "5 m; 3", "5 m\n3", "٣ m", "5 dB", "5 degC", "5 %", "5 \x00", "5 m_", "5 m^^2", "1_000 m", "0x10 m", "5 [m]",
+        "",
+        " ",
+        "5",
+        "m",
+        "m 5",
+        "nan m",
+        "inf m",
+        "-inf m",
+        "1e999 m",
+        "1e-999 m",
+        "1e308 km",
+        "1e9999999999999 m",
+        "9**9**9 m",
+        "5 m + 3 ft",
+        "5 m - 3 m",
+        "5 m**9999999",
+        "5 m^99",
+        "__import__",
+        "5 __import__('os')",
+        "5 m//m",
+        "in" * 10000,
+        "5 " + "in" * 10000,
+        "9" * 100000 + " m",
+        "5 " + "(" * 70 + "m",
+        "5 )m(",
+        "5 m/",
+        "5 *m",
+        "1,5 m",
+        "5 m; 3",
+        "5 m\n3",
+        "٣ m",
+        "5 dB",
+        "5 degC",
+        "5 %",
+        "5 \x00",
+        "5 m_",
+        "5 m^^2",
+        "1_000 m",
+        "0x10 m",
+        "5 [m]",
     ],
-)  # fmt: skip
+)
 def test_anything_else_is_a_clear_error_at_once(text: str) -> None:
     start = time.perf_counter()
     with pytest.raises(QuantityError) as caught:
@@ -100,7 +139,9 @@ def test_anything_else_is_a_clear_error_at_once(text: str) -> None:
 
 def test_every_unit_of_the_table_is_read_or_refused() -> None:
     prefixes = ("", *unit_table.PREFIXES)
-    for name in [f"{prefix}{unit}{s}" for prefix in prefixes for unit in unit_table.TABLE for s in ("", "s")]:
+    for name in [
+        f"{prefix}{unit}{s}" for prefix in prefixes for unit in unit_table.TABLE for s in ("", "s")
+    ]:
         for si in ("m", "rad/s"):
             with contextlib.suppress(QuantityError):
                 assert math.isfinite(to_si(f"5 {name}", si))
@@ -109,13 +150,24 @@ def test_every_unit_of_the_table_is_read_or_refused() -> None:
 @pytest.mark.parametrize(
     ("text", "si", "value"),
     [
-        ("1 inches", "m", 0.0254), ("2 feet", "m", 0.6096), ("3 meters", "m", 3.0), ("4 kilometers", "m", 4000.0),
-        ("20 kips", "N", 20000 * LBF), ("1 daN", "N", 10.0), ("2 kilonewtons", "N", 2000.0), ("3 kft", "m", 914.4),
-        ("3 hrs", "s", 10800.0), ("30 ksi", "Pa", 30000 * LBF / 0.0254**2), ("1 mile", "m", 1609.344),
-        ("12 ppg", "kg/m^3", 12 * 0.45359237 / (231 * 0.0254**3)), ("12 lb/gal", "kg/m^3", 1437.9171278),
-        ("3 µm", "m", 3e-6), ("1 slug/ft^3", "kg/m^3", 515.378818393), ("10 kft*lbf", "N m", 10000 * 0.3048 * LBF),
+        ("1 inches", "m", 0.0254),
+        ("2 feet", "m", 0.6096),
+        ("3 meters", "m", 3.0),
+        ("4 kilometers", "m", 4000.0),
+        ("20 kips", "N", 20000 * LBF),
+        ("1 daN", "N", 10.0),
+        ("2 kilonewtons", "N", 2000.0),
+        ("3 kft", "m", 914.4),
+        ("3 hrs", "s", 10800.0),
+        ("30 ksi", "Pa", 30000 * LBF / 0.0254**2),
+        ("1 mile", "m", 1609.344),
+        ("12 ppg", "kg/m^3", 12 * 0.45359237 / (231 * 0.0254**3)),
+        ("12 lb/gal", "kg/m^3", 1437.9171278),
+        ("3 µm", "m", 3e-6),
+        ("1 slug/ft^3", "kg/m^3", 515.378818393),
+        ("10 kft*lbf", "N m", 10000 * 0.3048 * LBF),
     ],
-)  # fmt: skip
+)
 def test_names_prefixes_and_plurals(text: str, si: str, value: float) -> None:
     assert to_si(text, si) == pytest.approx(value, rel=1e-10)
 
@@ -128,7 +180,13 @@ def test_a_symbol_has_no_plural(text: str) -> None:
 
 @pytest.mark.parametrize(
     ("text", "meant"),
-    [("5 klb", "klbf"), ("5 klbs", "klbf"), ("5000 lb", "lbf"), ("5000 lbs", "lbf"), ("2 t", "tonne_force")],
+    [
+        ("5 klb", "klbf"),
+        ("5 klbs", "klbf"),
+        ("5000 lb", "lbf"),
+        ("5000 lbs", "lbf"),
+        ("2 t", "tonne_force"),
+    ],
 )
 def test_the_force_that_was_meant_by_a_mass(text: str, meant: str) -> None:
     with pytest.raises(QuantityError, match=f"Did you mean {meant}[?]"):
@@ -159,7 +217,9 @@ def test_exact_text_is_exact(si: str, value: float) -> None:
     assert to_si(exact_text(value, si), si) == value
 
 
-@given(st.text(max_size=60) | st.from_regex(r"[0-9.eE+\-]{1,5} ?[a-z*/^()0-9. ]{0,20}", fullmatch=True))
+@given(
+    st.text(max_size=60) | st.from_regex(r"[0-9.eE+\-]{1,5} ?[a-z*/^()0-9. ]{0,20}", fullmatch=True)
+)
 @settings(max_examples=300)
 def test_no_text_raises_anything_else(text: str) -> None:
     with contextlib.suppress(QuantityError):
@@ -172,9 +232,9 @@ def test_display() -> None:
     assert format_quantity(3048.0, "ft") == "10000 ft"
     assert format_quantity(7850.0, "kg/m^3") == "7850 kg/m^3"
     assert format_quantity(math.nan, "kN") == "nan kN"
-    assert [exact_text(*item) for item in ((0.2286, "m"), (0.0127, "m"), (22240.0, "N"), (25e6, "N/m"))] == [
-        "9 in", "12.7 mm", "22.24 kN", "25 MN/m",
-    ]  # fmt: skip
+    assert [
+        exact_text(*item) for item in ((0.2286, "m"), (0.0127, "m"), (22240.0, "N"), (25e6, "N/m"))
+    ] == ["9 in", "12.7 mm", "22.24 kN", "25 MN/m"]
 
 
 def test_the_study_needs_no_parser_until_one_is_read() -> None:
@@ -197,7 +257,8 @@ def test_a_value_remembers_the_unit_in_which_it_was_asked_for() -> None:
 
 
 def test_round_values_stay_round_in_another_unit() -> None:
-    """8 klbf in newtons are no float; the nearest one, taken back exactly, is 7.999999999999999 klbf."""
+    """8 klbf in newtons are no float; the nearest one, taken back exactly, is
+    7.999999999999999 klbf."""
     for unit, si in (("klbf", "N"), ("rpm", "rad/s"), ("ft", "m"), ("in", "m")):
         for number in (1.0, 3.0, 7.5, 8.0, 9.9, 60.0, 95.0, 9500.0):
             assert units.rounded_from_si(to_si(f"{number!r} {unit}", si), unit) == number
@@ -213,8 +274,14 @@ def test_rounded_values_give_back_the_same_bits_or_are_those_of_from_si(value: f
 
 def test_a_dimension_has_its_usual_name() -> None:
     for text, si, said in (
-        ("8 kN", "m", "in units of force"), ("8 kN*m", "N", "in units of torque"), ("3 ppg", "m", "of density"),
-        ("2 ft*lb", "N m", "in units of length times mass; .* A pound is a mass here: write ft\\*lbf"),
-    ):  # fmt: skip
+        ("8 kN", "m", "in units of force"),
+        ("8 kN*m", "N", "in units of torque"),
+        ("3 ppg", "m", "of density"),
+        (
+            "2 ft*lb",
+            "N m",
+            "in units of length times mass; .* A pound is a mass here: write ft\\*lbf",
+        ),
+    ):
         with pytest.raises(QuantityError, match=said):
             to_si(text, si)

@@ -1,4 +1,5 @@
-"""The peers of the race, each behind the same small protocol; those that are not installed say so."""
+"""The peers of the race, each behind the same small protocol; those that are not
+installed say so."""
 
 from __future__ import annotations
 
@@ -16,8 +17,9 @@ class MissingPeer(Exception):
 
 @dataclass(frozen=True)
 class Result:
-    """What one run through a problem took: wall and processor seconds, calls of the right-hand side for one state,
-    tried steps (None where the peer does not tell), and the states [n, 8] at the end."""
+    """What one run through a problem took: wall and processor seconds, calls of the
+    right-hand side for one state, tried steps (None where the peer does not tell), and
+    the states [n, 8] at the end."""
 
     seconds: float
     cpu_seconds: float
@@ -27,7 +29,8 @@ class Result:
 
 
 class Peer(Protocol):
-    """``name`` and what it leaves out (``lacks``), which the reader of a ratio must know."""
+    """``name`` and what it leaves out (``lacks``), which the reader of a ratio must
+    know."""
 
     name: str
     lacks: str

@@ -1,4 +1,5 @@
-"""clODE: batches of initial value problems in OpenCL, one work item a run; here on the processor, double precision."""
+"""clODE: batches of initial value problems in OpenCL, one work item a run; here on the
+processor, double precision."""
 
 from __future__ import annotations
 
@@ -17,10 +18,13 @@ class Clode:
         try:
             import clode
         except ImportError as error:
-            raise MissingPeer("pip install clode, and an OpenCL runtime (pocl-opencl-icd)") from error
+            raise MissingPeer(
+                "pip install clode, and an OpenCL runtime (pocl-opencl-icd)"
+            ) from error
         self.name = "clODE dopri5"
         self.lacks = (
-            f"no observers in this mode (its own observers cost extra), no classification; {SCALAR_TOLERANCE}; maximum "
+            f"no observers in this mode (its own observers cost extra), no classification; "
+            f"{SCALAR_TOLERANCE}; maximum "
             "norm; tells no step counts"
         )
         self._clode = clode
@@ -45,9 +49,17 @@ class Clode:
             variables=problem.initial / problem.sizes,
             parameters=np.concatenate([problem.constants, problem.sizes], axis=1),
         )
-        simulator.set_solver_parameters(abstol=rtol, reltol=rtol, dt=float(problem.first_step.min()))
+        simulator.set_solver_parameters(
+            abstol=rtol, reltol=rtol, dt=float(problem.first_step.min())
+        )
         simulator.set_tspan((0.0, problem.duration))
         with Stopwatch() as watch:
             simulator.transient(update_x0=False)
             end = simulator.get_final_state()
-        return Result(watch.wall, watch.cpu, None, None, np.asarray(end).reshape(len(problem), STATES) * problem.sizes)
+        return Result(
+            watch.wall,
+            watch.cpu,
+            None,
+            None,
+            np.asarray(end).reshape(len(problem), STATES) * problem.sizes,
+        )

@@ -1,5 +1,6 @@
-"""CVODE of SUNDIALS, BDF with Newton's method and a dense Jacobian, from the libraries that scikit-sundae brings. The
-right-hand side is a C callback compiled in numba, so that nothing of Python is timed."""
+"""CVODE of SUNDIALS, BDF with Newton's method and a dense Jacobian, from the libraries
+that scikit-sundae brings. The right-hand side is a C callback compiled in numba, so
+that nothing of Python is timed."""
 
 from __future__ import annotations
 
@@ -31,15 +32,18 @@ class Cvode:
     def run(self, problem: Problem, rtol: float) -> Result:
         end, evaluations = np.empty((len(problem), STATES)), 0
         right_hand_side = _compiled(self._data_in_content())
-        self._solve(right_hand_side, problem, 0, rtol, 1e-3, np.empty(STATES))  # loaded before it is timed
+        # loaded before it is timed
+        self._solve(right_hand_side, problem, 0, rtol, 1e-3, np.empty(STATES))
         with Stopwatch() as watch:
             for i in range(len(problem)):
-                evaluations += self._solve(right_hand_side, problem, i, rtol, problem.duration, end[i])
+                evaluations += self._solve(
+                    right_hand_side, problem, i, rtol, problem.duration, end[i]
+                )
         return Result(watch.wall, watch.cpu, evaluations, None, end)
 
     def _data_in_content(self) -> int:
-        """The word of a serial vector's content that holds the address of its data: the second or the third, as the
-        length before it has 32 bits or 64."""
+        """The word of a serial vector's content that holds the address of its data: the
+        second or the third, as the length before it has 32 bits or 64."""
         made, numbers = POINTER(), np.zeros(1)
         self.library.SUNContext_Create(0, ctypes.byref(made))
         vector = self.library.N_VMake_Serial(1, numbers.ctypes.data, made)
@@ -50,8 +54,11 @@ class Cvode:
         self.library.SUNContext_Free(ctypes.byref(made))
         return place
 
-    def _solve(self, function: Any, problem: Problem, i: int, rtol: float, duration: float, out: np.ndarray) -> int:
-        """Integrate point ``i`` and leave its end in ``out``, NaN where CVODE gives up; the number of evaluations."""
+    def _solve(
+        self, function: Any, problem: Problem, i: int, rtol: float, duration: float, out: np.ndarray
+    ) -> int:
+        """Integrate point ``i`` and leave its end in ``out``, NaN where CVODE gives up;
+        the number of evaluations."""
         call, made = self.library, POINTER()
         call.SUNContext_Create(0, ctypes.byref(made))
         state, scale = problem.initial[i].copy(), rtol * problem.sizes[i]
@@ -124,34 +131,45 @@ def _library() -> Any:
     names = ("core", "nvecserial", "sunmatrixdense", "sunlinsoldense", "cvode")
     paths = [next(iter(folder.glob(f"libsundials_{name}-*.so*")), None) for name in names]
     if None in paths:
-        raise MissingPeer("scikit-sundae from a wheel of Linux, which brings the libraries of SUNDIALS")
+        raise MissingPeer(
+            "scikit-sundae from a wheel of Linux, which brings the libraries of SUNDIALS"
+        )
     return _Library([ctypes.CDLL(str(path)) for path in paths])
 
 
 @lru_cache
 def _compiled(place: int) -> Any:
-    """The right-hand side as CVODE calls it: time, vectors of the state and of the slopes, constants."""
+    """The right-hand side as CVODE calls it: time, vectors of the state and of the
+    slopes, constants."""
 
     @intrinsic
     def numbers_at(typing: Any, address: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.inttoptr(arguments[0], context.get_value_type(types.CPointer(types.float64)))
+            return builder.inttoptr(
+                arguments[0], context.get_value_type(types.CPointer(types.float64))
+            )
 
         return types.CPointer(types.float64)(types.intp), generate
 
     @intrinsic
     def words_at(typing: Any, address: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            return builder.inttoptr(arguments[0], context.get_value_type(types.CPointer(types.intp)))
+            return builder.inttoptr(
+                arguments[0], context.get_value_type(types.CPointer(types.intp))
+            )
 
         return types.CPointer(types.intp)(types.intp), generate
 
     @numba.cfunc(
-        types.int32(types.float64, *[types.CPointer(types.intp)] * 2, types.CPointer(types.float64)),
-        fastmath=True, error_model="numpy",
-    )  # fmt: skip
+        types.int32(
+            types.float64, *[types.CPointer(types.intp)] * 2, types.CPointer(types.float64)
+        ),
+        fastmath=True,
+        error_model="numpy",
+    )
     def right_hand_side(t, state, slope, data):  # type: ignore[no-untyped-def]
-        # A serial vector begins with the address of its content, which has that of the numbers.
+        # A serial vector begins with the address of its content, which has that of the
+        # numbers.
         y = numba.carray(numbers_at(words_at(state[0])[place]), (STATES,))
         out = numba.carray(numbers_at(words_at(slope[0])[place]), (STATES,))
         k = numba.carray(data, (K,))

@@ -1,9 +1,11 @@
-"""diffrax on the processor: Dopri5 and its PID controller, one vmap over the points, compiled by XLA, in doubles.
+"""diffrax on the processor: Dopri5 and its PID controller, one vmap over the points,
+compiled by XLA, in doubles.
 
-Tried and kept for being the fastest: eight separate states (nearly twice as fast as one array of eight), batches of 256
-(64: a fifth slower, 8: half), no saved steps but the last, contact forces with selects (under vmap a branch computes
-both sides anyway). The states are in units of their sizes, so that one scalar tolerance is the vector one. The lanes of
-a batch go on together until the last has ended.
+Tried and kept for being the fastest: eight separate states (nearly twice as fast as one
+array of eight), batches of 256 (64: a fifth slower, 8: half), no saved steps but the
+last, contact forces with selects (under vmap a branch computes both sides anyway). The
+states are in units of their sizes, so that one scalar tolerance is the vector one. The
+lanes of a batch go on together until the last has ended.
 """
 
 from __future__ import annotations
@@ -32,11 +34,20 @@ class Diffrax:
 
     def run(self, problem: Problem, rtol: float) -> Result:
         n = len(problem)
-        order = np.resize(np.arange(n), -(-n // self.batch) * self.batch) if n > self.batch else np.arange(n)
+        order = (
+            np.resize(np.arange(n), -(-n // self.batch) * self.batch)
+            if n > self.batch
+            else np.arange(n)
+        )
         groups = order.reshape(-1, min(self.batch, n))
         scaled = problem.initial / problem.sizes
         args = [
-            (tuple(problem.constants[g].T), tuple(problem.sizes[g].T), problem.first_step[g], tuple(scaled[g].T))
+            (
+                tuple(problem.constants[g].T),
+                tuple(problem.sizes[g].T),
+                problem.first_step[g],
+                tuple(scaled[g].T),
+            )
             for g in groups
         ]
         if groups.shape[1] not in self._warm:
@@ -46,7 +57,8 @@ class Diffrax:
             out = [self._solve(*a, problem.duration, rtol) for a in args]
             for _, count in out:
                 count.block_until_ready()
-        # The last group is filled up with points done before: they cost, but are counted once.
+        # The last group is filled up with points done before: they cost, but are
+        # counted once.
         ends = np.concatenate([np.stack(end, axis=1) for end, _ in out])[:n] * problem.sizes
         steps = int(np.concatenate([np.asarray(count) for _, count in out])[:n].sum())
         share = n / len(order)
@@ -57,13 +69,49 @@ def _compile(jax: Any, diffrax: Any) -> Any:
     jnp = jax.numpy
 
     def coefficient(speed: Any, smoothing: Any, decay: Any, rise: Any, dynamic: Any) -> Any:
-        return 2 / np.pi * jnp.arctan(smoothing * speed) * (rise / (1.0 + decay * jnp.abs(speed)) + dynamic)
+        return (
+            2
+            / np.pi
+            * jnp.arctan(smoothing * speed)
+            * (rise / (1.0 + decay * jnp.abs(speed)) + dynamic)
+        )
 
     def derivative(t: Any, scaled: Any, given: Any) -> Any:
         k, sizes = given
-        x, vx, y, vy, z, vz, twist, omega = (value * size for value, size in zip(scaled, sizes, strict=True))
-        (phase, drive, wob, per_m_l, per_J, per_m_a, q, k_bend, soft_F, soft_T, c_h, c_a, k_a, c_t, k_t, gap, k_w, R_c,
-         eps_w, tau_w, rise_w, mu_w, k_c, s0, eps_b, tau_b, rise_b, mu_b, _) = k  # fmt: skip
+        x, vx, y, vy, z, vz, twist, omega = (
+            value * size for value, size in zip(scaled, sizes, strict=True)
+        )
+        (
+            phase,
+            drive,
+            wob,
+            per_m_l,
+            per_J,
+            per_m_a,
+            q,
+            k_bend,
+            soft_F,
+            soft_T,
+            c_h,
+            c_a,
+            k_a,
+            c_t,
+            k_t,
+            gap,
+            k_w,
+            R_c,
+            eps_w,
+            tau_w,
+            rise_w,
+            mu_w,
+            k_c,
+            s0,
+            eps_b,
+            tau_b,
+            rise_b,
+            mu_b,
+            _,
+        ) = k
         phi = twist + phase + drive * t
         s, c = jnp.sin(phi), jnp.cos(phi)
         force = k_c * jnp.maximum(s0 * s * (4.0 * c * c - 1.0) - z, 0.0)
@@ -81,11 +129,15 @@ def _compile(jax: Any, diffrax: Any) -> Any:
         moment = c_t * omega + k_t * twist + friction * R_c + torque
         alpha = -(moment + q * (fy * c - fx * s)) * per_J
         slopes = (
-            vx, q * (omega * omega * c + alpha * s) + fx * per_m_l,
-            vy, q * (omega * omega * s - alpha * c) + fy * per_m_l,
-            vz, (force - wob - c_a * vz - k_a * z) * per_m_a,
-            omega - drive, alpha,
-        )  # fmt: skip
+            vx,
+            q * (omega * omega * c + alpha * s) + fx * per_m_l,
+            vy,
+            q * (omega * omega * s - alpha * c) + fy * per_m_l,
+            vz,
+            (force - wob - c_a * vz - k_a * z) * per_m_a,
+            omega - drive,
+            alpha,
+        )
         return tuple(slope / size for slope, size in zip(slopes, sizes, strict=True))
 
     term = diffrax.ODETerm(derivative)

@@ -1,4 +1,5 @@
-"""nsdrill itself: through the engine as a sweep runs, or the bare gang with an observer that observes nothing."""
+"""nsdrill itself: through the engine as a sweep runs, or the bare gang with an observer
+that observes nothing."""
 
 from __future__ import annotations
 
@@ -12,7 +13,8 @@ from benchmarks.workload import STATES, Array, Started, sweep, with_rtol
 
 @dataclass
 class Nsdrill:
-    """``lanes`` lanes; ``observed`` false replaces the observer, for comparison only: nsdrill has no such mode."""
+    """``lanes`` lanes; ``observed`` false replaces the observer, for comparison only:
+    nsdrill has no such mode."""
 
     lanes: int
     observed: bool = True
@@ -34,7 +36,9 @@ class Nsdrill:
             self.columns, progress = sweep(work, self.lanes)
         self.lane_use = progress.lanes_in_use
         steps = int(progress.lane_steps)
-        return Result(watch.wall, watch.cpu, 6 * steps, steps, self.columns["final_state"][:, :STATES])
+        return Result(
+            watch.wall, watch.cpu, 6 * steps, steps, self.columns["final_state"][:, :STATES]
+        )
 
     def _run_blind(self, work: Started) -> Result:
         try:
@@ -42,7 +46,9 @@ class Nsdrill:
             from nsdrill.sweep.work import compiled_parts
 
             observer, marker = unobserved(self.lanes)
-            parts = replace(compiled_parts(self.lanes, work.variant), observer=observer, marker=marker)
+            parts = replace(
+                compiled_parts(self.lanes, work.variant), observer=observer, marker=marker
+            )
             points = np.arange(work.plan.points)
             gang = work.new_gang(self.lanes, len(points))
             end = np.empty((len(points), STATES))

@@ -1,7 +1,8 @@
-"""numbalsoda: LSODA and DOP853 in compiled code, right-hand side and loop over the points in numba.
+"""numbalsoda: LSODA and DOP853 in compiled code, right-hand side and loop over the
+points in numba.
 
-It takes one scalar tolerance, so the states are integrated in units of their sizes: |y|/size against 1 is then what the
-vector tolerance asks.
+It takes one scalar tolerance, so the states are integrated in units of their sizes:
+|y|/size against 1 is then what the vector tolerance asks.
 """
 
 from __future__ import annotations
@@ -24,12 +25,15 @@ SIZES, COUNT = K, K + STATES  # places in the data that the right-hand side is g
 
 class NumbaLsoda:
     def __init__(self, method: str) -> None:
-        # Fortran must print at once, while it is muted, and not at the end of the process.
+        # Fortran must print at once, while it is muted, and not at the end of the
+        # process.
         os.environ.setdefault("GFORTRAN_UNBUFFERED_PRECONNECTED", "1")
         try:
             import numbalsoda
         except ImportError as error:
-            raise MissingPeer("pip install numbalsoda (builds from source: a C++ and a Fortran compiler)") from error
+            raise MissingPeer(
+                "pip install numbalsoda (builds from source: a C++ and a Fortran compiler)"
+            ) from error
         self.method = method
         self.name = f"numbalsoda {method}"
         norm = "its own norm" if method == "lsoda" else "RMS norm"
@@ -37,7 +41,9 @@ class NumbaLsoda:
         self._batch = _compile(numbalsoda, method)
 
     def run(self, problem: Problem, rtol: float) -> Result:
-        data = np.concatenate([problem.constants, problem.sizes, np.zeros((len(problem), 1))], axis=1)
+        data = np.concatenate(
+            [problem.constants, problem.sizes, np.zeros((len(problem), 1))], axis=1
+        )
         scaled = problem.initial / problem.sizes
         times = np.array([0.0, problem.duration])
         with _mute(), Stopwatch() as watch:

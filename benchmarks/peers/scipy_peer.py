@@ -1,4 +1,5 @@
-"""SciPy's solve_ivp, the loop in Python, the right-hand side compiled; also the reference solutions (DOP853)."""
+"""SciPy's solve_ivp, the loop in Python, the right-hand side compiled; also the
+reference solutions (DOP853)."""
 
 from __future__ import annotations
 
@@ -16,7 +17,9 @@ STAGES = {"RK45": 6, "DOP853": 12}  # evaluations of a tried step
 @numba.njit("float64[::1](float64, float64[::1], float64[::1])", fastmath=True, error_model="numpy")
 def right_hand_side(t, y, k):  # type: ignore[no-untyped-def]
     d = np.empty(8)
-    d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7] = derivative(t, y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], k)
+    d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7] = derivative(
+        t, y[0], y[1], y[2], y[3], y[4], y[5], y[6], y[7], k
+    )
     return d
 
 
@@ -51,5 +54,6 @@ class Scipy:
 
 
 def reference(problem: Problem, rtol: float = 1e-12) -> Array:
-    """The states at the end by DOP853, of eighth order: nothing in common with the pairs that race."""
+    """The states at the end by DOP853, of eighth order: nothing in common with the
+    pairs that race."""
     return Scipy("DOP853").run(problem, rtol).end

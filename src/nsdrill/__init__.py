@@ -1,4 +1,5 @@
-"""nsdrill: a bifurcation explorer for coupled axial, torsional and lateral drill-string vibration.
+"""nsdrill: a bifurcation explorer for coupled axial, torsional and lateral drill-string
+vibration.
 
 >>> import nsdrill
 >>> study = nsdrill.load_study("study.yaml")
@@ -85,9 +86,11 @@ _HOME = {
 }
 
 
-# Names arrive when they are first used: numba alone takes half a second, and `nsdrill --help` needs none of it.
+# Names arrive when they are first used: numba alone takes half a second, and `nsdrill
+# --help` needs none of it.
 def __getattr__(name: str) -> Any:
-    if name in ("api", "plot"):  # the room that has the name of the function plot can be called like it
+    # the room that has the name of the function plot can be called like it
+    if name in ("api", "plot"):
         return import_module(f"nsdrill.{name}")
     if name in __all__:
         return getattr(import_module(f"nsdrill.{_HOME.get(name, 'api')}"), name)

@@ -1,17 +1,21 @@
-"""The few things that compiled rooms share: how they are compiled and cached, and the layout of the lane buffer.
+"""The few things that compiled rooms share: how they are compiled and cached, and the
+layout of the lane buffer.
 
-**Lanes.** The kernel integrates ``lanes`` trajectories side by side, one per slot of the processor's vector registers.
-Everything a trajectory owns is a column of one flat float64 buffer, row after row::
+**Lanes.** The kernel integrates ``lanes`` trajectories side by side, one per slot of
+the processor's vector registers. Everything a trajectory owns is a column of one flat
+float64 buffer, row after row::
 
     buffer[row * lanes + lane]
 
-A loop over the lanes of one or several rows then compiles to packed instructions. That holds only while all rows
-live in this one buffer and ``lanes`` and the row numbers are compile-time constants; so the compiled functions are made
-by small factories, ``make_...(lanes)``, and the row numbers come from :class:`Rows`.
+A loop over the lanes of one or several rows then compiles to packed instructions. That
+holds only while all rows live in this one buffer and ``lanes`` and the row numbers are
+compile-time constants; so the compiled functions are made by small factories,
+``make_...(lanes)``, and the row numbers come from :class:`Rows`.
 
-**Cache.** The machine code is kept on disk (:mod:`nsdrill.cache`). There an edit in the file of a function is noticed,
-one in the files of the functions inlined into it is not: the numbers would silently be stale. So the cache directory is
-named after a digest of all compiled sources and of the versions of numba and llvmlite.
+**Cache.** The machine code is kept on disk (:mod:`nsdrill.cache`). There an edit in the
+file of a function is noticed, one in the files of the functions inlined into it is not:
+the numbers would silently be stale. So the cache directory is named after a digest of
+all compiled sources and of the versions of numba and llvmlite.
 """
 
 from __future__ import annotations
@@ -37,24 +41,28 @@ from nsdrill.cache import cache_for
 # The package's folders whose sources end up in compiled code.
 COMPILED = ("abi.py", "elementary.py", "models", "kernel", "observe")
 
-# `nsz` ignores the sign of zero. Nothing that reorders sums or fuses products at the compiler's pleasure (the bits
-# would depend on the number of lanes), and nothing that assumes away NaN (a run that blows up must be seen).
+# `nsz` ignores the sign of zero. Nothing that reorders sums or fuses products at the
+# compiler's pleasure (the bits would depend on the number of lanes), and nothing that
+# assumes away NaN (a run that blows up must be seen).
 FASTMATH = {"nsz"}
 
 _compiling = threading.RLock()
 
 BUFFER = types.float64[::1]
-# A right-hand side reads the rows `stage`, `stage_time`, `phase` and `parameter`, and writes `acceleration` and
-# `aux_now`; one with friction apart (`Rows.apart`) reads `relax`, writes `push` and `falling`, and moves the velocities
-# among the `stage` rows.
+# A right-hand side reads the rows `stage`, `stage_time`, `phase` and `parameter`, and
+# writes `acceleration` and `aux_now`; one with friction apart (`Rows.apart`) reads
+# `relax`, writes `push` and `falling`, and moves the velocities among the `stage` rows.
 RIGHT_HAND_SIDE = types.FunctionType(types.void(BUFFER))
 # An observer is shown every packed step: the lane buffer and a store of its own.
 OBSERVER = types.FunctionType(types.void(BUFFER, BUFFER))
-# A stepper tries one step in every lane, shows it to the observer, and returns whether some lane wants attention.
+# A stepper tries one step in every lane, shows it to the observer, and returns whether
+# some lane wants attention.
 STEPPER = types.FunctionType(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER))
-# The observer is told of the marks of one lane's run (lane, mark) and leaves its findings in a row of the outbox,
-# from a column on.
-MARKER = types.FunctionType(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64))
+# The observer is told of the marks of one lane's run (lane, mark) and leaves its
+# findings in a row of the outbox, from a column on.
+MARKER = types.FunctionType(
+    types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64)
+)
 
 # The marks: the window opens, is half over, is over.
 OPENS, HALVES, CLOSES = range(3)
@@ -62,7 +70,8 @@ OPENS, HALVES, CLOSES = range(3)
 
 @lru_cache(maxsize=1)
 def source_digest() -> str:
-    """Digest of all compiled sources and of what compiles them: names the cache directory."""
+    """Digest of all compiled sources and of what compiles them: names the cache
+    directory."""
     digest = hashlib.sha256()
     root = Path(__file__).parent
     for name in COMPILED:
@@ -74,10 +83,12 @@ def source_digest() -> str:
 
 
 def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], Any]:
-    """Compile at once for ``signature``, without the GIL, cached on disk across processes where the disk allows it.
+    """Compile at once for ``signature``, without the GIL, cached on disk across
+    processes where the disk allows it.
 
-    ``variant`` are the numbers that tell the functions of one factory apart. They go into the function's name: numba
-    names the machine code after it, and of two pieces loaded from the cache under one name only the first is found.
+    ``variant`` are the numbers that tell the functions of one factory apart. They go
+    into the function's name: numba names the machine code after it, and of two pieces
+    loaded from the cache under one name only the first is found.
     """
 
     def compile_function(function: Callable[..., Any]) -> Any:
@@ -85,7 +96,9 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
         function.__qualname__ = function.__name__
         # numba has a lock for compiling, none for making what is then compiled.
         with _compiling, _uncollected():
-            made = numba.njit(nogil=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(function)
+            made = numba.njit(nogil=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(
+                function
+            )
             if hasattr(made, "compile"):  # not where compilation is switched off
                 made._cache = cache_for(function, source_digest())
                 made.compile(signature)
@@ -96,8 +109,9 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
 
 
 class Inlined(CPUDispatcher):
-    """A helper that is compiled for its compiled callers alone: making an entry for Python too would cost as much as a
-    sixth of all compiling. A call from Python goes through a compiled caller, made at the first of them."""
+    """A helper that is compiled for its compiled callers alone: making an entry for
+    Python too would cost as much as a sixth of all compiling. A call from Python goes
+    through a compiled caller, made at the first of them."""
 
     def __call__(self, *arguments: Any) -> Any:
         if not hasattr(self, "_caller"):
@@ -112,8 +126,8 @@ class Inlined(CPUDispatcher):
 
 @contextmanager
 def _uncollected() -> Iterator[None]:
-    """Without the collector of cyclic garbage, which would pass again and again over all that a compiler makes: an
-    eighth of the time."""
+    """Without the collector of cyclic garbage, which would pass again and again over
+    all that a compiler makes: an eighth of the time."""
     was = gc.isenabled()
     gc.disable()
     try:
@@ -124,19 +138,25 @@ def _uncollected() -> Iterator[None]:
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """A helper that disappears into its caller, so that the caller's lane loop still vectorises."""
+    """A helper that disappears into its caller, so that the caller's lane loop still
+    vectorises."""
     made = numba.njit(
-        forceinline=True, fastmath=FASTMATH, error_model="numpy", _nrt=False,
-        no_cfunc_wrapper=True, no_cpython_wrapper=True,
-    )(function)  # fmt: skip
+        forceinline=True,
+        fastmath=FASTMATH,
+        error_model="numpy",
+        _nrt=False,
+        no_cfunc_wrapper=True,
+        no_cpython_wrapper=True,
+    )(function)
     if isinstance(made, CPUDispatcher):  # not where compilation is switched off
         made.__class__ = Inlined
     return lasting(made, f"{function.__module__}.{function.__name__}")
 
 
 def lasting(made: Any, name: str) -> Any:
-    """Give a function of numba an identity that lasts: numba draws one anew in every process, and the cache of a
-    function that calls it through a closure would never be hit."""
+    """Give a function of numba an identity that lasts: numba draws one anew in every
+    process, and the cache of a function that calls it through a closure would never be
+    hit."""
     if hasattr(made, "_set_uuid"):  # not where compilation is switched off
         made._set_uuid(f"nsdrill.{name}.{source_digest()}")
     return made
@@ -146,7 +166,8 @@ CACHE_LINE = 8  # numbers
 
 
 def aligned_zeros(size: int) -> np.ndarray:
-    """Zeros that begin on a cache line: a packed load or store that straddles two lines costs twice."""
+    """Zeros that begin on a cache line: a packed load or store that straddles two lines
+    costs twice."""
     raw = np.zeros(size + CACHE_LINE)
     offset = -(raw.ctypes.data // raw.itemsize) % CACHE_LINE
     return raw[offset : offset + size]
@@ -154,27 +175,34 @@ def aligned_zeros(size: int) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Rows:
-    """Row numbers of the lane buffer for a model of ``states`` states, ``aux`` auxiliary outputs and ``parameters``
-    parameters, an observer with ``observed`` rows of its own and a stepper with ``private`` ones.
+    """Row numbers of the lane buffer for a model of ``states`` states, ``aux``
+    auxiliary outputs and ``parameters`` parameters, an observer with ``observed`` rows
+    of its own and a stepper with ``private`` ones.
 
-    States are positions and velocities in turn, position' = velocity + drift, velocity' = slope; after these pairs come
-    ``singles`` states of first order, state' = slope. The model reads ``stage``, ``stage_time``, ``phase`` and
-    ``parameter`` and writes ``slope`` and ``aux_now``; the observer also reads the ends of the step; the rest is the
-    kernel's.
+    States are positions and velocities in turn, position' = velocity + drift, velocity'
+    = slope; after these pairs come ``singles`` states of first order, state' = slope.
+    The model reads ``stage``, ``stage_time``, ``phase`` and ``parameter`` and writes
+    ``slope`` and ``aux_now``; the observer also reads the ends of the step; the rest is
+    the kernel's.
 
-    The last ``companions`` of the states, none or as many as the others, only follow them, like the tangent vector of a
-    Lyapunov exponent: they have no say in the step size and begin anew in every run of a chain. So the others keep
-    their bits, with companions or without. Where they are ``judged``, their errors count as those of the others do: a
-    monodromy is then as good as the motion, also where the motion stands still.
+    The last ``companions`` of the states, none or as many as the others, only follow
+    them, like the tangent vector of a Lyapunov exponent: they have no say in the step
+    size and begin anew in every run of a chain. So the others keep their bits, with
+    companions or without. Where they are ``judged``, their errors count as those of the
+    others do: a monodromy is then as good as the motion, also where the motion stands
+    still.
 
-    The ``phase`` is an angle that advances at a constant rate and is carried from run to run along a chain, the angle
-    of a drive: its row holds its value, less whole turns, when the clock of the run stands at zero.
+    The ``phase`` is an angle that advances at a constant rate and is carried from run
+    to run along a chain, the angle of a drive: its row holds its value, less whole
+    turns, when the clock of the run stands at zero.
 
-    ``apart`` has a bit for every own slope in which friction acts and is kept apart, for a stepper that treats friction
-    implicitly: bit k for slope k. What friction adds to such a slope is its *push*, which stands in a row of ``push``
-    beside the whole slope. With ``relax`` [s] above zero, the right-hand side first solves for velocities that are the
-    given ones plus ``relax`` times the push, and leaves them in ``stage``. They are the only ones while ``relax`` times
-    ``falling`` [1/s] is below 1: how fast the slip grows where friction falls with speed.
+    ``apart`` has a bit for every own slope in which friction acts and is kept apart,
+    for a stepper that treats friction implicitly: bit k for slope k. What friction adds
+    to such a slope is its *push*, which stands in a row of ``push`` beside the whole
+    slope. With ``relax`` [s] above zero, the right-hand side first solves for
+    velocities that are the given ones plus ``relax`` times the push, and leaves them in
+    ``stage``. They are the only ones while ``relax`` times ``falling`` [1/s] is below
+    1: how fast the slip grows where friction falls with speed.
     """
 
     states: int
@@ -215,7 +243,8 @@ class Rows:
 
     @property
     def blocks(self) -> tuple[tuple[int, int, int, int], ...]:
-        """The states as blocks of one order: (order, how many, first state, first slope)."""
+        """The states as blocks of one order: (order, how many, first state, first
+        slope)."""
         found = []
         for copy in range(2 if self.companions else 1):
             state, slope = copy * self.own, copy * self.own_slopes
@@ -223,8 +252,9 @@ class Rows:
             found.append((1, self.singles, state + 2 * self.pairs, slope + self.pairs))
         return tuple(block for block in found if block[1])
 
-    # What the model reads (`stage`, `stage_time`, `phase`, `parameter`) and writes (`acceleration`, `aux_now`): the
-    # slopes are accelerations, but for states of first order.
+    # What the model reads (`stage`, `stage_time`, `phase`, `parameter`) and writes
+    # (`acceleration`, `aux_now`): the slopes are accelerations, but for states of first
+    # order.
     @property
     def stage(self) -> int:
         return 0
@@ -261,9 +291,10 @@ class Rows:
     def parameter(self) -> int:
         return self.phase + 1
 
-    # What the observer reads besides: the step goes from (`time`, `start`) to (`time` + `step`, `stage`), with the
-    # accelerations `start_acceleration` and `acceleration` at its ends; `moves` is 1.0 where it is accepted, `window`
-    # where it is observed, else 0.0.
+    # What the observer reads besides: the step goes from (`time`, `start`) to (`time` +
+    # `step`, `stage`), with the accelerations `start_acceleration` and `acceleration`
+    # at its ends; `moves` is 1.0 where it is accepted, `window` where it is observed,
+    # else 0.0.
     @property
     def start(self) -> int:
         return self.parameter + self.parameters
@@ -300,7 +331,8 @@ class Rows:
     def observer(self) -> int:
         return self.time + 4
 
-    # The kernel's own rows, of which an observer may read `size` and the tolerance, then the stepper's private ones.
+    # The kernel's own rows, of which an observer may read `size` and the tolerance,
+    # then the stepper's private ones.
     @property
     def size(self) -> int:
         """The natural sizes of the states."""

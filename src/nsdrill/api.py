@@ -1,8 +1,10 @@
-"""The functions of ``nsdrill`` for Python: studies, files and quantities in any form in, xarray Datasets out.
+"""The functions of ``nsdrill`` for Python: studies, files and quantities in any form
+in, xarray Datasets out.
 
-Wherever a *study* is taken, it is a :class:`Study`, the name of a YAML file, YAML text, or a mapping. Wherever
-*results* are taken, they are a Dataset or the name of a file. Wherever a *quantity* is taken, it is a number in SI
-units or a text with its unit, ``"60 rpm"``. Errors are :class:`InputError` and the others of :mod:`nsdrill.errors`.
+Wherever a *study* is taken, it is a :class:`Study`, the name of a YAML file, YAML text,
+or a mapping. Wherever *results* are taken, they are a Dataset or the name of a file.
+Wherever a *quantity* is taken, it is a number in SI units or a text with its unit,
+``"60 rpm"``. Errors are :class:`InputError` and the others of :mod:`nsdrill.errors`.
 """
 
 from __future__ import annotations
@@ -16,7 +18,16 @@ from contextlib import nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar, cast
 
-from nsdrill.app.arguments import is_whole, keep_apart, name_in, number_in, seconds_in, study_in, texts_in, values_in
+from nsdrill.app.arguments import (
+    is_whole,
+    keep_apart,
+    name_in,
+    number_in,
+    seconds_in,
+    study_in,
+    texts_in,
+    values_in,
+)
 from nsdrill.app.datasets import (
     branches_in,
     checked,
@@ -55,14 +66,17 @@ _R = TypeVar("_R")
 
 
 def _in_words_of_python(function: Callable[_P, _R]) -> Callable[_P, _R]:
-    """``function`` with errors that name its arguments, where the layers below name options of the command line."""
+    """``function`` with errors that name its arguments, where the layers below name
+    options of the command line."""
 
     @functools.wraps(function)
     def call(*args: _P.args, **more: _P.kwargs) -> _R:
         try:
             return function(*args, **more)
         except (NsdrillError, KeyboardInterrupt) as error:
-            error.args = tuple(python_words(text) if isinstance(text, str) else text for text in error.args)
+            error.args = tuple(
+                python_words(text) if isinstance(text, str) else text for text in error.args
+            )
             if isinstance(error, StudyError):
                 error.faults = [
                     replace(
@@ -82,14 +96,16 @@ def _in_words_of_python(function: Callable[_P, _R]) -> Callable[_P, _R]:
 def load_study(study: StudyLike, set: Settings = None) -> Study:
     """The study in a file, a text or a mapping, checked, with the defaults filled in.
 
-    ``study``: the name of a YAML file; or the YAML itself, which a string is that has a line break or a colon and a
-    blank in it; or a mapping with the keys of a study file, nested (``{"operation": {"wob": "30 kN"}}``) or dotted
-    (``{"operation.wob": "30 kN"}``). In a mapping values are as in a file: a quantity is a text with its unit, and a
-    bare number for one is an error, as nobody sees in which unit it was meant.
+    ``study``: the name of a YAML file; or the YAML itself, which a string is that has a
+    line break or a colon and a blank in it; or a mapping with the keys of a study file,
+    nested (``{"operation": {"wob": "30 kN"}}``) or dotted
+    (``{"operation.wob": "30 kN"}``). In a mapping values are as in a file: a quantity
+    is a text with its unit, and a bare number for one is an error, as nobody sees in
+    which unit it was meant.
 
-    ``set``: keys to change, a mapping by dotted keys with values of the same kind, or texts ``"key=value"`` as the
-    command line takes them. FileError where a file cannot be read, StudyError, with all its faults, where the study is
-    not valid.
+    ``set``: keys to change, a mapping by dotted keys with values of the same kind, or
+    texts ``"key=value"`` as the command line takes them. FileError where a file cannot
+    be read, StudyError, with all its faults, where the study is not valid.
     """
     return study_in(study, set)
 
@@ -108,21 +124,26 @@ def run(
     overwrite: bool = False,
     progress: bool | Callable[[Progress], object] = True,
 ) -> Dataset:
-    """Run a study and give its results: into the file ``path``, or in memory without one.
+    """Run a study and give its results: into the file ``path``, or in memory without
+    one.
 
-    ``set`` changes keys of the study, as in :func:`load_study`. ``workers`` run side by side, by default as many as
-    there are processors; ``engine`` is ``"threads"`` or ``"dask"``, with the address of a ``scheduler`` where one is
-    running. The numbers do not depend on any of them.
+    ``set`` changes keys of the study, as in :func:`load_study`. ``workers`` run side by
+    side, by default as many as there are processors; ``engine`` is ``"threads"`` or
+    ``"dask"``, with the address of a ``scheduler`` where one is running. The numbers do
+    not depend on any of them.
 
-    With a path, finished points are safe in ``path.part`` at every moment: after an interrupt, which is a
-    KeyboardInterrupt, the same call with ``resume=True`` runs what is missing. ``retry_failed=True`` also runs failed
-    points again. An existing file is an error without ``overwrite=True``.
+    With a path, finished points are safe in ``path.part`` at every moment: after an
+    interrupt, which is a KeyboardInterrupt, the same call with ``resume=True`` runs
+    what is missing. ``retry_failed=True`` also runs failed points again. An existing
+    file is an error without ``overwrite=True``.
 
-    ``progress``: True for a bar on stderr in terminals and notebooks, or a line every 10 s where there is neither;
-    False for nothing; or a function that is called with a :class:`Progress` some times a second. What it raises ends
-    the run, which can be resumed. Gives the Dataset of the results, opened from ``path`` and read when it is used. A
-    RunWarning says how many points failed; they are marked in ``status``. InputError, before anything has run, where
-    the study is no sweep, an argument is wrong, or memory or disk are too small.
+    ``progress``: True for a bar on stderr in terminals and notebooks, or a line every
+    10 s where there is neither; False for nothing; or a function that is called with a
+    :class:`Progress` some times a second. What it raises ends the run, which can be
+    resumed. Gives the Dataset of the results, opened from ``path`` and read when it is
+    used. A RunWarning says how many points failed; they are marked in ``status``.
+    InputError, before anything has run, where the study is no sweep, an argument is
+    wrong, or memory or disk are too small.
     """
     from nsdrill.app.run import check_sweep, run_in_memory, run_study
     from nsdrill.store import check_target, open_results
@@ -131,11 +152,19 @@ def run(
     loaded = study_in(study, set)
     _check_engine(engine, scheduler)
     if workers is not None and not is_whole(workers):
-        raise InputError(f"workers: found {workers!r}; allowed: a whole number, 1 or more, or None.")
+        raise InputError(
+            f"workers: found {workers!r}; allowed: a whole number, 1 or more, or None."
+        )
     if path is None:
-        for name, on in (("resume", resume), ("retry_failed", retry_failed), ("overwrite", overwrite)):
+        for name, on in (
+            ("resume", resume),
+            ("retry_failed", retry_failed),
+            ("overwrite", overwrite),
+        ):
             if on:
-                raise InputError(f"{name}: found without a path; allowed: with the path of a results file.")
+                raise InputError(
+                    f"{name}: found without a path; allowed: with the path of a results file."
+                )
     check_sweep(loaded)
     if path is not None:
         path = name_in(path, "path")
@@ -176,23 +205,28 @@ def continue_branches(
     overwrite: bool = False,
     progress: bool | Callable[[str], object] = False,
 ) -> Dataset:
-    """Follow the motions of a study along the number that its section ``continue`` names, stable or not, and give their
-    branches: into the file ``path``, or in memory without one.
+    """Follow the motions of a study along the number that its section ``continue``
+    names, stable or not, and give their branches: into the file ``path``, or in memory
+    without one.
 
-    ``seeds`` is the name of a results file whose settled points are followed, in place of what the study says. The
-    Dataset has the dimension ``branch`` (``motion``, ``lobes``, ``parent``, ``end_reason``, ``row_size``) and the
-    dimension ``point``, all branches one after the other: the number continued, ``state`` at the drive angle 0 in SI,
-    ``period`` [s], ``multiplier_real`` and ``multiplier_imag``, how many of them are ``unstable``, the ``label`` of
-    special points, and the features of results over one period. ``set`` changes keys of the study, ``workers``,
-    ``resume`` and ``overwrite`` are as in :func:`run`; ``progress``: True for lines on stderr, or a function that is
-    called with each of them. InputError where the study has no section ``continue``, or nothing to follow is found.
+    ``seeds`` is the name of a results file whose settled points are followed, in place
+    of what the study says. The Dataset has the dimension ``branch`` (``motion``,
+    ``lobes``, ``parent``, ``end_reason``, ``row_size``) and the dimension ``point``,
+    all branches one after the other: the number continued, ``state`` at the drive angle
+    0 in SI, ``period`` [s], ``multiplier_real`` and ``multiplier_imag``, how many of
+    them are ``unstable``, the ``label`` of special points, and the features of results
+    over one period. ``set`` changes keys of the study, ``workers``, ``resume`` and
+    ``overwrite`` are as in :func:`run`; ``progress``: True for lines on stderr, or a
+    function that is called with each of them. InputError where the study has no section
+    ``continue``, or nothing to follow is found.
     """
     from nsdrill.app.continuing import continue_study
 
     loaded = study_in(study, set)
     if path is None and (resume or overwrite):
         raise InputError(
-            f"{'resume' if resume else 'overwrite'}: found without a path; allowed: with the path of a file."
+            f"{'resume' if resume else 'overwrite'}: found without a path; allowed: with the path "
+            f"of a file."
         )
     if path is not None:
         path = name_in(path, "path")
@@ -231,18 +265,23 @@ def simulate(
     orbit: str | os.PathLike[str] | None = None,
     point: int | None = None,
 ) -> Dataset:
-    """Simulate one operating point of a study, or along its ramps, and give the trace: variables over ``time`` [s].
+    """Simulate one operating point of a study, or along its ramps, and give the trace:
+    variables over ``time`` [s].
 
-    ``depth`` [m], ``wob`` [N] and ``rotary_speed`` [rad/s] are by default those of the study's ``operation``; a value
-    given here takes the place of a ramp. ``at`` holds those, or any other number of the study, by key:
-    ``at={"bit.rock_stiffness": "25 MN/m"}``; ``at={"sample": 17}`` takes the uncertain numbers of a sample. ``start``
-    is the number of the start where the study has several. The run takes ``duration`` [s], by default the study's
-    transient and observed time, or until the last knot of a ramp, and is sampled every ``sample`` [s] (10 ms). ``set``
-    changes keys of the study, as in :func:`load_study`. With ``orbit``, a file of branches, it is the motion at its
-    ``point``, a number from 0, over one period, stable or not; the study is that of the branches.
+    ``depth`` [m], ``wob`` [N] and ``rotary_speed`` [rad/s] are by default those of the
+    study's ``operation``; a value given here takes the place of a ramp. ``at`` holds
+    those, or any other number of the study, by key:
+    ``at={"bit.rock_stiffness": "25 MN/m"}``; ``at={"sample": 17}`` takes the uncertain
+    numbers of a sample. ``start`` is the number of the start where the study has
+    several. The run takes ``duration`` [s], by default the study's transient and
+    observed time, or until the last knot of a ramp, and is sampled every ``sample`` [s]
+    (10 ms). ``set`` changes keys of the study, as in :func:`load_study`. With
+    ``orbit``, a file of branches, it is the motion at its ``point``, a number from 0,
+    over one period, stable or not; the study is that of the branches.
 
-    A RunWarning says where the run ended early; the trace then holds what was computed before, and its attribute
-    ``status`` says why. InputError for values outside the model.
+    A RunWarning says where the run ended early; the trace then holds what was computed
+    before, and its attribute ``status`` says why. InputError for values outside the
+    model.
     """
     from nsdrill.app import trajectory
     from nsdrill.study.keys import keys_of
@@ -251,15 +290,25 @@ def simulate(
     given = values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
     if orbit is not None or point is not None:
         if given or start is not None or orbit is None or point is None:
-            raise InputError("simulate: found a choice of the point, or one of orbit and point; allowed: both alone.")
+            raise InputError(
+                "simulate: found a choice of the point, or one of orbit and point; "
+                "allowed: both alone."
+            )
         from nsdrill.app.orbit import trace_of
 
         number, ends = number_in("point", point), {"duration": duration, "sample": sample}
-        spans = {name: None if value is None else seconds_in(name, value) for name, value in ends.items()}
-        return _trace(trace_of(loaded, lambda texts: study_in(loaded, texts), orbit, int(number or 0), **spans)[0])
+        spans = {
+            name: None if value is None else seconds_in(name, value) for name, value in ends.items()
+        }
+        return _trace(
+            trace_of(
+                loaded, lambda texts: study_in(loaded, texts), orbit, int(number or 0), **spans
+            )[0]
+        )
     further = []
     for key, value in given.items():
-        if key not in (*_OPERATION, "sample"):  # one of the numbers of the study, checked as if it stood there
+        # one of the numbers of the study, checked as if it stood there
+        if key not in (*_OPERATION, "sample"):
             further.append(f"{key}={keys_of(loaded.model).leaf(key, loaded.resolved).text(value)}")
     result = trajectory.simulate(
         study_in(loaded, further),
@@ -286,17 +335,20 @@ def replay(
     start: int | None = None,
     sample: Quantity = "10 ms",
 ) -> Dataset:
-    """Run one point of results again, from its stored initial state, and give its trace.
+    """Run one point of results again, from its stored initial state, and give its
+    trace.
 
-    ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] and ``at``, which holds values of any axes by key, and the
-    ``sample`` where numbers are uncertain, say which point; the nearest of the sweep is taken. An axis with a single
-    value may be left out, and so may ``procedure`` (``"same"``, ``"up"``, ``"down"``) where there is one only.
-    ``start`` is the number of the start where every operating point has several. The run is sampled every ``sample``
-    [s]. A Dataset has to be whole, as :func:`run` or :func:`open_results` gave it.
+    ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] and ``at``, which holds values
+    of any axes by key, and the ``sample`` where numbers are uncertain, say which point;
+    the nearest of the sweep is taken. An axis with a single value may be left out, and
+    so may ``procedure`` (``"same"``, ``"up"``, ``"down"``) where there is one only.
+    ``start`` is the number of the start where every operating point has several. The
+    run is sampled every ``sample`` [s]. A Dataset has to be whole, as :func:`run` or
+    :func:`open_results` gave it.
 
-    The attribute ``same_bits`` of the trace is 1 where the run ends in the stored final state, bit for bit; a
-    RunWarning says where it does not, and what differs. InputError for a point beyond the sweep, or one that has not
-    been run.
+    The attribute ``same_bits`` of the trace is 1 where the run ends in the stored final
+    state, bit for bit; a RunWarning says where it does not, and what differs.
+    InputError for a point beyond the sweep, or one that has not been run.
     """
     from nsdrill.app import trajectory
 
@@ -315,9 +367,13 @@ def replay(
         sample=seconds_in("sample", sample),
     )
     if not result.same_bits:
-        cause = "; ".join(result.differing) or "nothing that the file records, so this is a fault: please report it"
+        cause = (
+            "; ".join(result.differing)
+            or "nothing that the file records, so this is a fault: please report it"
+        )
         warnings.warn(
-            f"The run does not end in the stored final state. What differs: {cause}. Where the motion is chaotic, the "
+            f"The run does not end in the stored final state. What differs: {cause}. Where the "
+            f"motion is chaotic, the "
             "trajectory is then another one of the same kind.",
             RunWarning,
             stacklevel=3,
@@ -329,10 +385,12 @@ def replay(
 def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
     """Give results new labels with other thresholds; nothing is run again.
 
-    ``changes`` are keys of ``classify`` with their new values, ``{"classify.stick_slip.stick_slip_index": 60}``, or
-    texts ``"key=value"``; without any, the thresholds of the study are restored. Given the name of a file, the file
-    gets the new labels, in one step, and is opened; given a Dataset, which has to be whole, another one with the new
-    labels comes back, and the Dataset stays as it was. What was done is added to the attribute ``history``.
+    ``changes`` are keys of ``classify`` with their new values,
+    ``{"classify.stick_slip.stick_slip_index": 60}``, or texts ``"key=value"``; without
+    any, the thresholds of the study are restored. Given the name of a file, the file
+    gets the new labels, in one step, and is opened; given a Dataset, which has to be
+    whole, another one with the new labels comes back, and the Dataset stays as it was.
+    What was done is added to the attribute ``history``.
     """
     from nsdrill.app.report import MEASURED, reclassify, relabelled
     from nsdrill.models.registry import model_in
@@ -343,7 +401,11 @@ def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
     try:
         if is_dataset(results):
             variables = model_in(results.attrs).variables
-            measured = [v.name for v in variables if v.room in MEASURED and v.only is None and v.room != "label"]
+            measured = [
+                v.name
+                for v in variables
+                if v.room in MEASURED and v.only is None and v.room != "label"
+            ]
             data = results_in(results, "classify", ("status", "response", *measured))
             return to_dataset(relabelled(data, texts))
         reclassify(name_in(results), texts)
@@ -354,8 +416,8 @@ def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
 
 @_in_words_of_python
 def show(data: ResultsLike, *, units: str = "si") -> str:
-    """What is in results, an unfinished run or a trace, in words and numbers, as the command ``nsdrill show`` says
-    it, in ``units`` si or field."""
+    """What is in results, an unfinished run or a trace, in words and numbers, as the
+    command ``nsdrill show`` says it, in ``units`` si or field."""
     if units not in ("si", "field"):
         raise InputError(f"units: found {units!r}; allowed: si or field.")
     from nsdrill.app.report import needed, summarize
@@ -394,24 +456,31 @@ def plot(
     title: str | bool | None = None,
     style: PathLike | Mapping[str, Any] | None = None,
 ) -> Figure:
-    """Draw results, an unfinished run or a trace, or a :func:`chart` of a study, and give the matplotlib Figure.
+    """Draw results, an unfinished run or a trace, or a :func:`chart` of a study, and
+    give the matplotlib Figure.
 
-    A notebook shows the figure where it is the value of a cell; ``figure.savefig`` or :func:`save` writes it to a file.
-    pyplot knows nothing of it. ``kind`` says what to draw, by default what fits the data; a wrong one is told with all
-    that fit. ``ax`` is drawn into, for kinds that have one axes, say ``orbit`` of a trace, or ``map`` of one procedure;
-    its title is left alone, and the Figure that it belongs to comes back.
+    A notebook shows the figure where it is the value of a cell; ``figure.savefig`` or
+    :func:`save` writes it to a file. pyplot knows nothing of it. ``kind`` says what to
+    draw, by default what fits the data; a wrong one is told with all that fit. ``ax``
+    is drawn into, for kinds that have one axes, say ``orbit`` of a trace, or ``map`` of
+    one procedure; its title is left alone, and the Figure that it belongs to comes
+    back.
 
-    ``units``: ``"si"`` (m, kN, rad/s) or ``"field"`` (ft, klbf, rpm). ``depth``, ``wob``, ``rotary_speed`` and ``at``
-    cut a sweep at the nearest values of these axes; ``start`` draws one start of several; ``states`` are the two of a
-    basin drawn from an ensemble; ``over`` is a sweep below the ``ramp`` of a trace or below branches, or branches over
-    a map; ``severity`` (0 to 4) is that of a ``window``, ``confidence`` (0 to 1) that of a ``window`` and of
-    ``probability`` where numbers are uncertain.
+    ``units``: ``"si"`` (m, kN, rad/s) or ``"field"`` (ft, klbf, rpm). ``depth``,
+    ``wob``, ``rotary_speed`` and ``at`` cut a sweep at the nearest values of these
+    axes; ``start`` draws one start of several; ``states`` are the two of a basin drawn
+    from an ensemble; ``over`` is a sweep below the ``ramp`` of a trace or below
+    branches, or branches over a map; ``severity`` (0 to 4) is that of a ``window``,
+    ``confidence`` (0 to 1) that of a ``window`` and of ``probability`` where numbers
+    are uncertain.
 
-    ``width`` and ``height`` of the figure are lengths ("3.3 in"), ``font_size`` is in points; ``title`` is a text in
-    place of the usual title, or False for none; ``style`` is a style file of matplotlib, one of its styles, or a
-    mapping of its settings. What you have changed in matplotlib's ``rcParams`` holds as well. ``xlim`` limits the axis
-    that lies across, ``time`` the part of a trace that is drawn; either end of ``time`` may be None. InputError where
-    the kind, or an argument, does not fit.
+    ``width`` and ``height`` of the figure are lengths ("3.3 in"), ``font_size`` is in
+    points; ``title`` is a text in place of the usual title, or False for none;
+    ``style`` is a style file of matplotlib, one of its styles, or a mapping of its
+    settings. What you have changed in matplotlib's ``rcParams`` holds as well. ``xlim``
+    limits the axis that lies across, ``time`` the part of a trace that is drawn; either
+    end of ``time`` may be None. InputError where the kind, or an argument, does not
+    fit.
     """
     from nsdrill.data import Trace
     from nsdrill.models.registry import drawn_in
@@ -420,15 +489,36 @@ def plot(
     from nsdrill.study.study import Study
 
     if is_study(data) or isinstance(data, Study):
-        given = {"at": at, "depth": depth, "wob": wob, "rotary_speed": rotary_speed, "start": start, "states": states,
-                 "over": over, "severity": severity, "confidence": confidence, "xlim": xlim, "time": time}  # fmt: skip
+        given = {
+            "at": at,
+            "depth": depth,
+            "wob": wob,
+            "rotary_speed": rotary_speed,
+            "start": start,
+            "states": states,
+            "over": over,
+            "severity": severity,
+            "confidence": confidence,
+            "xlim": xlim,
+            "time": time,
+        }
         for name, value in given.items():
             if value is not None:
                 raise InputError(
-                    f"{name}: found with a study; allowed: with results. nsdrill.chart takes set and along."
+                    f"{name}: found with a study; allowed: with results. nsdrill.chart takes set "
+                    f"and along."
                 )
-        return chart(data, kind, ax=ax, units=units, width=width, height=height, font_size=font_size, title=title,
-                     style=style)  # fmt: skip
+        return chart(
+            data,
+            kind,
+            ax=ax,
+            units=units,
+            width=width,
+            height=height,
+            font_size=font_size,
+            title=title,
+            style=style,
+        )
     _check_confidence(confidence)
     wanted = look_of(width, height, font_size, title, style, xlim, time)
     chosen = values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
@@ -436,9 +526,17 @@ def plot(
     if (branches := branches_in(data)) is not None:
         from nsdrill.plot.branches import draw_branches
 
-        if kind not in (None, "branches") or ax is not None or chosen or start is not None or states or severity:
+        if (
+            kind not in (None, "branches")
+            or ax is not None
+            or chosen
+            or start is not None
+            or states
+            or severity
+        ):
             raise InputError(
-                "plot: found branches with a kind, axes or a choice of points; allowed: units, over, width, height, "
+                "plot: found branches with a kind, axes or a choice of points; allowed: units, "
+                "over, width, height, "
                 "font_size, title and style. Their panels are a figure of their own."
             )
         return draw_branches(
@@ -452,14 +550,17 @@ def plot(
         more = {"start": start, "states": states, "severity": severity, "confidence": confidence}
         for name, value in (*chosen.items(), *more.items()):
             if value is not None:
-                raise InputError(f"{name}: found with a trace, which is of one point; allowed: with results.")
+                raise InputError(
+                    f"{name}: found with a trace, which is of one point; allowed: with results."
+                )
         drawn: Results | Trace = outline
     elif severity is not None:
         if kind != "window":
             raise InputError(f"severity: found with kind={kind!r}; allowed: with kind='window'.")
         from nsdrill.app.window import read_for_window
 
-        drawn = read_for_window(data_in(data, None) if is_dataset(data) else name_in(data), severity)  # type: ignore[arg-type]
+        source = data_in(data, None) if is_dataset(data) else name_in(data)
+        drawn = read_for_window(source, severity)  # type: ignore[arg-type]
     else:
         drawn = data_in(data, needed(outline, kind, chosen, start))
     behind: Any = None
@@ -470,14 +571,24 @@ def plot(
             behind = results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
 
     def picture() -> Figure:
-        options: dict[str, Any] = {"over": behind, "states": states, "severity": severity, "confidence": confidence}
-        return draw(drawn, kind, units=units, at=chosen or None, start=start, look=wanted, **options)
+        options: dict[str, Any] = {
+            "over": behind,
+            "states": states,
+            "severity": severity,
+            "confidence": confidence,
+        }
+        return draw(
+            drawn, kind, units=units, at=chosen or None, start=start, look=wanted, **options
+        )
 
     with of_whole("plot"):
         if ax is None:
             figure = picture()
             if missing := getattr(figure, "missing", ""):
-                text = f"The title has characters that no font here has: {missing[:20]}. title gives another one."
+                text = (
+                    f"The title has characters that no font here has: {missing[:20]}. title gives "
+                    f"another one."
+                )
                 warnings.warn(text, RunWarning, stacklevel=3)
             return figure
         from nsdrill.plot.into import into_axes
@@ -497,13 +608,16 @@ def animate(
     title: str | bool | None = None,
     overwrite: bool = False,
 ) -> str:
-    """Write a film of ``trace``: the collar in the hole, to scale, with bit and collar turning.
+    """Write a film of ``trace``: the collar in the hole, to scale, with bit and collar
+    turning.
 
-    ``path`` ends in ``.gif`` or ``.mp4``; where there is no ffmpeg, which MP4 needs, a GIF is written in its place.
-    Gives the name of the file that was written. The film shows the part of the trace between the two ``time`` [s], by
-    default the last five turns of the bit; ``speed`` 2 is twice as fast as nature. ``units``, ``width`` and ``title``
-    are as in :func:`plot`. FileError where the file is there already, unless ``overwrite``; InputError where the trace
-    has no collar that moves in a hole, or the film would be too long.
+    ``path`` ends in ``.gif`` or ``.mp4``; where there is no ffmpeg, which MP4 needs, a
+    GIF is written in its place. Gives the name of the file that was written. The film
+    shows the part of the trace between the two ``time`` [s], by default the last five
+    turns of the bit; ``speed`` 2 is twice as fast as nature. ``units``, ``width`` and
+    ``title`` are as in :func:`plot`. FileError where the file is there already, unless
+    ``overwrite``; InputError where the trace has no collar that moves in a hole, or the
+    film would be too long.
     """
     from nsdrill.data import Trace
     from nsdrill.plot import look_of
@@ -538,14 +652,17 @@ def chart(
     title: str | bool | None = None,
     style: PathLike | Mapping[str, Any] | None = None,
 ) -> Figure:
-    """Draw a chart of a study, for which nothing is run, and give the matplotlib Figure.
+    """Draw a chart of a study, for which nothing is run, and give the matplotlib
+    Figure.
 
-    ``kind``: ``"critical-speeds"`` against depth, or ``along`` another axis that the study sweeps; ``"buckling"`` loads
-    against the inclination of the hole, or ``along`` an axis; ``"drive-card"``, how much of a torsional wave each drive
-    throws back; ``"drive-tuning"``, the fall of friction that a soft-torque drive holds, over its gain and frequency.
-    ``set`` changes keys of the study, as in :func:`load_study`; ``ax``, ``units``, ``width``, ``height``,
-    ``font_size``, ``title`` and ``style`` are as in :func:`plot`. InputError where the kind is not known, or the study
-    does not have what it shows.
+    ``kind``: ``"critical-speeds"`` against depth, or ``along`` another axis that the
+    study sweeps; ``"buckling"`` loads against the inclination of the hole, or ``along``
+    an axis; ``"drive-card"``, how much of a torsional wave each drive throws back;
+    ``"drive-tuning"``, the fall of friction that a soft-torque drive holds, over its
+    gain and frequency. ``set`` changes keys of the study, as in :func:`load_study`;
+    ``ax``, ``units``, ``width``, ``height``, ``font_size``, ``title`` and ``style`` are
+    as in :func:`plot`. InputError where the kind is not known, or the study does not
+    have what it shows.
     """
     from nsdrill.app.charts import draw_chart
     from nsdrill.plot import look_of
@@ -564,14 +681,22 @@ def chart(
 
 @_in_words_of_python
 def view(
-    path: PathLike, *, over: PathLike | None = None, set: Settings = None, units: str = "si", height: int = 900
+    path: PathLike,
+    *,
+    over: PathLike | None = None,
+    set: Settings = None,
+    units: str = "si",
+    height: int = 900,
 ) -> View:
-    """Explore the file ``path``, results, an unfinished run, branches or a study, in the browser, as the command
-    ``nsdrill view`` does; of results with the branches of the file ``over`` above them.
+    """Explore the file ``path``, results, an unfinished run, branches or a study, in
+    the browser, as the command ``nsdrill view`` does; of results with the branches of
+    the file ``over`` above them.
 
-    A notebook shows the explorer in a frame of ``height`` pixels where it is the value of a cell; its ``url`` opens in
-    any browser on this machine. It goes on until its ``close()`` or the end of this process. ``set`` changes keys of a
-    study, as in :func:`load_study`; ``units`` are si or field. FileError where the file is no results and no study.
+    A notebook shows the explorer in a frame of ``height`` pixels where it is the value
+    of a cell; its ``url`` opens in any browser on this machine. It goes on until its
+    ``close()`` or the end of this process. ``set`` changes keys of a study, as in
+    :func:`load_study`; ``units`` are si or field. FileError where the file is no
+    results and no study.
     """
     from nsdrill.plot.labels import check_units
     from nsdrill.web.notebook import View
@@ -581,23 +706,31 @@ def view(
     check_units(units)
     if is_dataset(path):
         raise InputError(
-            "path: found results in memory; allowed: the name of a file, as the explorer reads one. Save them first: "
+            "path: found results in memory; allowed: the name of a file, as the explorer reads "
+            "one. Save them first: "
             'nsdrill.save(results, "out.h5").'
         )
     if not is_whole(height) or not 100 <= height <= 10_000:
         raise InputError(f"height: found {height!r}; allowed: 100 to 10000 pixels.")
     above = None if over is None else name_in(over, "over")
-    return View(Explorer(Session(name_in(path, "path"), units, texts_in(set, "set"), above)), height)
+    return View(
+        Explorer(Session(name_in(path, "path"), units, texts_in(set, "set"), above)), height
+    )
 
 
 @_in_words_of_python
-def window(results: ResultsLike, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
-    """The safe window of results: where one may run whatever the history, as plain data in SI units.
+def window(
+    results: ResultsLike, severity: int | None = None, confidence: float | None = None
+) -> dict[str, Any]:
+    """The safe window of results: where one may run whatever the history, as plain data
+    in SI units.
 
-    Safe are points without critical response in every procedure, or with ``severity`` those of which no severity
-    exceeds it (0 to 4). Of results with samples of uncertain numbers a point is safe where a run is so with a
-    probability of at least ``confidence`` (0 to 1; 0.9 where none is given); the recommended point has its
-    ``probability`` and the 95 % interval of it. The keys are those of ``nsdrill window --json``.
+    Safe are points without critical response in every procedure, or with ``severity``
+    those of which no severity exceeds it (0 to 4). Of results with samples of uncertain
+    numbers a point is safe where a run is so with a probability of at least
+    ``confidence`` (0 to 1; 0.9 where none is given); the recommended point has its
+    ``probability`` and the 95 % interval of it. The keys are those of
+    ``nsdrill window --json``.
     """
     from nsdrill.analysis.probability import needed
     from nsdrill.analysis.window import YIELDS
@@ -607,17 +740,21 @@ def window(results: ResultsLike, severity: int | None = None, confidence: float 
     _check_confidence(confidence)
     if not is_dataset(results):
         return app.window(name_in(results), severity, confidence)
-    return app.window(results_in(results, "window", ["status", *needed(severity), *YIELDS]), severity, confidence)
+    return app.window(
+        results_in(results, "window", ["status", *needed(severity), *YIELDS]), severity, confidence
+    )
 
 
 @_in_words_of_python
 def probability(results: ResultsLike, severity: int | None = None) -> Dataset:
-    """How probable a safe run and each response are at every operating point of results with samples of uncertain
-    numbers: a Dataset with ``probability``, ``low`` and ``high``, the ends of its 95 % interval, and ``unknown``.
+    """How probable a safe run and each response are at every operating point of results
+    with samples of uncertain numbers: a Dataset with ``probability``, ``low`` and
+    ``high``, the ends of its 95 % interval, and ``unknown``.
 
-    Dimensions are ``outcome`` (``safe`` and the responses), the swept axes, and ``history`` where there are several
-    procedures: each of them, and ``every``, where safe is safe in all of them and a response is there in any.
-    ``severity`` is as in :func:`window`. InputError of results without samples.
+    Dimensions are ``outcome`` (``safe`` and the responses), the swept axes, and
+    ``history`` where there are several procedures: each of them, and ``every``, where
+    safe is safe in all of them and a response is there in any. ``severity`` is as in
+    :func:`window`. InputError of results without samples.
     """
     from nsdrill.app.probability import dataset
     from nsdrill.app.window import read_for_window
@@ -632,10 +769,12 @@ def probability(results: ResultsLike, severity: int | None = None) -> Dataset:
 
 @_in_words_of_python
 def sensitivity(results: ResultsLike, severity: int | None = None) -> dict[str, Any]:
-    """Which uncertain number matters most, of results with samples, as plain data in SI units: for the safe run and for
-    each feature that decides on a response the Sobol indices of every unknown, and which to ``measure_first``. The keys
-    are those of ``nsdrill sensitivity --json``. A Dataset may be a part of the results, ``data.sel(wob=40e3)`` say:
-    the answers are summed over its operating points. ``severity`` is as in :func:`window`.
+    """Which uncertain number matters most, of results with samples, as plain data in SI
+    units: for the safe run and for each feature that decides on a response the Sobol
+    indices of every unknown, and which to ``measure_first``. The keys are those of
+    ``nsdrill sensitivity --json``. A Dataset may be a part of the results,
+    ``data.sel(wob=40e3)`` say: the answers are summed over its operating points.
+    ``severity`` is as in :func:`window`.
     """
     from nsdrill.analysis.sensitivity import needed
     from nsdrill.app import sensitivity as app
@@ -644,7 +783,9 @@ def sensitivity(results: ResultsLike, severity: int | None = None) -> dict[str, 
     if not is_dataset(results):
         return app.sensitivity(name_in(results), severity)
     outline = cast("Results", outline_in(results))
-    return app.sensitivity(results_in(results, "sensitivity", ["status", *needed(outline, severity)]), severity)
+    return app.sensitivity(
+        results_in(results, "sensitivity", ["status", *needed(outline, severity)]), severity
+    )
 
 
 @_in_words_of_python
@@ -668,29 +809,38 @@ def fit(
     overwrite: bool = False,
     progress: bool | Callable[[Progress], object] = True,
 ) -> Fit:
-    """Adjust the unknowns of a study, the numbers of its section ``uncertain``, to measurements.
+    """Adjust the unknowns of a study, the numbers of its section ``uncertain``, to
+    measurements.
 
-    ``data``: a CSV file with a name and a unit over every column, over operating points or over time. ``rename`` has
-    the names of nsdrill by heads of the file, ``ignore`` heads to pass over (``"*"`` for all that are not known),
-    ``errors`` standard deviations by name, as ``{"surface_torque_max": "0.2 kft*lbf"}``, in percent, or in SI as
-    numbers; ``skip_gaps`` passes over rows with gaps. Of a table over time, a stretch of constant settings lasts at
-    least ``shortest`` [s], of which the first part, ``settle`` [s], is not used.
+    ``data``: a CSV file with a name and a unit over every column, over operating points
+    or over time. ``rename`` has the names of nsdrill by heads of the file, ``ignore``
+    heads to pass over (``"*"`` for all that are not known), ``errors`` standard
+    deviations by name, as ``{"surface_torque_max": "0.2 kft*lbf"}``, in percent, or in
+    SI as numbers; ``skip_gaps`` passes over rows with gaps. Of a table over time, a
+    stretch of constant settings lasts at least ``shortest`` [s], of which the first
+    part, ``settle`` [s], is not used.
 
-    Rounds of ``batch`` samples are run, at most so many ``rounds``; ``samples`` are left in the study that comes out.
-    With ``path`` the study is written there, and until then every round is kept beside it: after a KeyboardInterrupt,
-    or a power cut, the same call with ``resume=True`` makes the runs that are missing, and the result has the bits of
-    an undisturbed fit.
+    Rounds of ``batch`` samples are run, at most so many ``rounds``; ``samples`` are
+    left in the study that comes out. With ``path`` the study is written there, and
+    until then every round is kept beside it: after a KeyboardInterrupt, or a power cut,
+    the same call with ``resume=True`` makes the runs that are missing, and the result
+    has the bits of an undisturbed fit.
 
-    ``set``, ``workers``, ``overwrite`` and ``progress`` are as in :func:`run`. Gives a :class:`nsdrill.app.fit.Fit`:
-    its ``note`` is what ``nsdrill fit --json`` prints, its ``study`` the text of the adjusted study, ``picture()`` a
-    figure. InputError where the study has no unknown, or something in the file cannot be used.
+    ``set``, ``workers``, ``overwrite`` and ``progress`` are as in :func:`run`. Gives a
+    :class:`nsdrill.app.fit.Fit`: its ``note`` is what ``nsdrill fit --json`` prints,
+    its ``study`` the text of the adjusted study, ``picture()`` a figure. InputError
+    where the study has no unknown, or something in the file cannot be used.
     """
     from nsdrill.app import fit as app
     from nsdrill.app.measured import Reading, read_measured
     from nsdrill.app.rounds import Rounds
     from nsdrill.store import write_text
 
-    for name, number, least in (("batch", batch, 16), ("rounds", rounds, 2), ("samples", samples, 2)):
+    for name, number, least in (
+        ("batch", batch, 16),
+        ("rounds", rounds, 2),
+        ("samples", samples, 2),
+    ):
         if not is_whole(number) or number < least:
             raise InputError(f"{name}: found {number!r}; allowed: a whole number, {least} or more.")
     if path is None:
@@ -700,7 +850,9 @@ def fit(
     loaded = study_in(study, set)
     times = seconds_in("shortest", shortest), seconds_in("settle", settle)
     measured = read_measured(
-        name_in(data, "data"), loaded, Reading(rename or {}, tuple(ignore), errors or {}, skip_gaps, *times)
+        name_in(data, "data"),
+        loaded,
+        Reading(rename or {}, tuple(ignore), errors or {}, skip_gaps, *times),
     )
     for doubt in app.far_from_the_sweep(loaded, measured):
         warnings.warn(doubt, RunWarning, stacklevel=3)
@@ -712,7 +864,14 @@ def fit(
         kept = Rounds.beside(path, loaded, measured, batch, overwrite=overwrite, resume=resume)
     with kept.guarding(), reporting(progress) as watch:
         found = app.fit(
-            loaded, measured, batch=batch, rounds=rounds, samples=samples, workers=workers, watch=watch, kept=kept
+            loaded,
+            measured,
+            batch=batch,
+            rounds=rounds,
+            samples=samples,
+            workers=workers,
+            watch=watch,
+            kept=kept,
         )
         if path is not None:
             write_text(path, found.study, overwrite=overwrite or resume)
@@ -722,38 +881,47 @@ def fit(
 
 @_in_words_of_python
 def hysteresis(results: ResultsLike) -> list[dict[str, Any]]:
-    """Where the two directions of an up-down sweep differ: one mapping for each interval, in SI units, as in ``nsdrill
-    show --json``. Empty for a sweep that is not up-down."""
+    """Where the two directions of an up-down sweep differ: one mapping for each
+    interval, in SI units, as in ``nsdrill show --json``. Empty for a sweep that is not
+    up-down."""
     from nsdrill.app import hysteresis as app
 
-    return app.hysteresis(results_in(results, "hysteresis", app.NEEDED) if is_dataset(results) else name_in(results))
+    return app.hysteresis(
+        results_in(results, "hysteresis", app.NEEDED) if is_dataset(results) else name_in(results)
+    )
 
 
 @_in_words_of_python
 def attractors(results: ResultsLike) -> list[dict[str, Any]]:
     """The attractors of each operating point of results that have several starts.
 
-    A list with one entry for each operating point in the order of the results: the values of the axes in SI units, the
-    numbers of ``starts``, ``failed``, ``pending``, ``unsettled`` and ``ungrouped`` ones, and ``attractors``, by falling
-    share: ``number``, the same for one attractor in all entries, ``response``, ``whirl_kind``, ``motion`` and
-    ``period`` where recorded, ``members``, ``unsettled`` members, ``share`` of the starts that ended well and its 95 %
-    interval ``low`` to ``high`` (None in a slice, whose starts are no sample), and the median ``features`` in SI (None
-    where not finite). FileError where every operating point has one start.
+    A list with one entry for each operating point in the order of the results: the
+    values of the axes in SI units, the numbers of ``starts``, ``failed``, ``pending``,
+    ``unsettled`` and ``ungrouped`` ones, and ``attractors``, by falling share:
+    ``number``, the same for one attractor in all entries, ``response``, ``whirl_kind``,
+    ``motion`` and ``period`` where recorded, ``members``, ``unsettled`` members,
+    ``share`` of the starts that ended well and its 95 % interval ``low`` to ``high``
+    (None in a slice, whose starts are no sample), and the median ``features`` in SI
+    (None where not finite). FileError where every operating point has one start.
     """
     from nsdrill.analysis.attractors import NEEDED
     from nsdrill.app import attractors as app
 
-    return app.attractors(results_in(results, "attractors", NEEDED) if is_dataset(results) else name_in(results))
+    return app.attractors(
+        results_in(results, "attractors", NEEDED) if is_dataset(results) else name_in(results)
+    )
 
 
 @_in_words_of_python
 def check(study: StudyLike, set: Settings = None) -> Report:
     """Check a study without running it.
 
-    The report has the ``coefficients`` at the study's ``operation`` in SI units (``report.coefficients.k_t``; None of a
-    model without them), ``figures`` that follow from them, ``warnings`` in plain sentences, the numbers of ``points``
-    and ``chains``, and the bytes of ``disk`` and ``memory`` that a run takes; ``report.as_json()`` is all of it as
-    plain data. ``set`` changes keys of the study, as in :func:`load_study`.
+    The report has the ``coefficients`` at the study's ``operation`` in SI units
+    (``report.coefficients.k_t``; None of a model without them), ``figures`` that follow
+    from them, ``warnings`` in plain sentences, the numbers of ``points`` and
+    ``chains``, and the bytes of ``disk`` and ``memory`` that a run takes;
+    ``report.as_json()`` is all of it as plain data. ``set`` changes keys of the study,
+    as in :func:`load_study`.
     """
     from nsdrill.app import check as app
 
@@ -762,9 +930,10 @@ def check(study: StudyLike, set: Settings = None) -> Report:
 
 @_in_words_of_python
 def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
-    """What differs between two results or traces, ``a`` and ``b``, as plain data in SI units: ``same_study`` (but for
-    the title), ``same_numbers`` (to the bit), and in ``study``, ``made``, ``axes``, ``points``, ``responses`` and
-    ``variables`` what, as in ``nsdrill diff --json``."""
+    """What differs between two results or traces, ``a`` and ``b``, as plain data in SI
+    units: ``same_study`` (but for the title), ``same_numbers`` (to the bit), and in
+    ``study``, ``made``, ``axes``, ``points``, ``responses`` and ``variables`` what, as
+    in ``nsdrill diff --json``."""
     from nsdrill.app import diff as app
 
     one, two = (data_in(data, None) if is_dataset(data) else name_in(data) for data in (a, b))
@@ -772,17 +941,23 @@ def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
 
 
 @_in_words_of_python
-def combine(results: Sequence[ResultsLike], path: PathLike | None = None, overwrite: bool = False) -> Dataset:
-    """One set of results made of several whose studies differ in one number, which becomes an axis: the one that a
-    sweep of that axis would have given, to the bit. With a ``path`` it is written there; an existing file is an error
-    without ``overwrite=True``. InputError where they differ in anything else."""
+def combine(
+    results: Sequence[ResultsLike], path: PathLike | None = None, overwrite: bool = False
+) -> Dataset:
+    """One set of results made of several whose studies differ in one number, which
+    becomes an axis: the one that a sweep of that axis would have given, to the bit.
+    With a ``path`` it is written there; an existing file is an error without
+    ``overwrite=True``. InputError where they differ in anything else."""
     from nsdrill.app import combine as app
     from nsdrill.app import saving
     from nsdrill.store.dataset import to_dataset
 
     if isinstance(results, str | os.PathLike) or is_dataset(results):
         raise InputError("results: found one of them; allowed: a list of two or more.")
-    parts = [results_in(one, "combine", ("status", "response")) if is_dataset(one) else name_in(one) for one in results]
+    parts = [
+        results_in(one, "combine", ("status", "response")) if is_dataset(one) else name_in(one)
+        for one in results
+    ]
     whole, _ = app.combine(parts)
     if path is not None:
         saving.save(whole, name_in(path, "path"), overwrite=overwrite)
@@ -791,9 +966,9 @@ def combine(results: Sequence[ResultsLike], path: PathLike | None = None, overwr
 
 @_in_words_of_python
 def open_results(path: PathLike) -> Dataset:
-    """The file ``path`` as a Dataset: results, which are read when they are used; a trace; branches; or the points
-    so far of an unfinished run (``path.part``). Close it, or use ``with``, when done. FileError where it cannot be
-    read."""
+    """The file ``path`` as a Dataset: results, which are read when they are used; a
+    trace; branches; or the points so far of an unfinished run (``path.part``). Close
+    it, or use ``with``, when done. FileError where it cannot be read."""
     from nsdrill.app.reading import read_any
     from nsdrill.store import kind_of, open_branches, open_results
     from nsdrill.store.dataset import to_dataset
@@ -809,12 +984,14 @@ def open_results(path: PathLike) -> Dataset:
 
 @_in_words_of_python
 def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> None:
-    """Write results or a trace to the file ``path``, whole or not at all: HDF5 (``.h5``), netCDF (``.nc``) or a table
-    (``.csv``, one row for each point or sample, with units in the headings); or a figure of :func:`plot` (``.png``,
-    ``.pdf``, ``.svg``).
+    """Write results or a trace to the file ``path``, whole or not at all: HDF5
+    (``.h5``), netCDF (``.nc``) or a table (``.csv``, one row for each point or sample,
+    with units in the headings); or a figure of :func:`plot` (``.png``, ``.pdf``,
+    ``.svg``).
 
-    FileError where the file is there already, unless ``overwrite``; InputError for other endings, or a Dataset that
-    lacks variables or has others than nsdrill's, which no file of nsdrill holds.
+    FileError where the file is there already, unless ``overwrite``; InputError for
+    other endings, or a Dataset that lacks variables or has others than nsdrill's, which
+    no file of nsdrill holds.
     """
     from nsdrill.app import saving
     from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
@@ -830,7 +1007,10 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
         save_figure(cast("Figure", data), path, overwrite=overwrite)
         return
     if not is_dataset(data):
-        raise InputError(f"save: found a value of the type {type(data).__name__}; allowed: a Dataset, or a figure.")
+        raise InputError(
+            f"save: found a value of the type {type(data).__name__}; allowed: a "
+            f"Dataset, or a figure."
+        )
     known = {*BY_NAME, *IN_TRACE}
     dataset: Any = data
     if dataset.attrs.get("nsdrill_kind") == "branches" or "branch" in dataset.dims:
@@ -841,7 +1021,8 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
         return
     if extra := [str(name) for name in dataset.data_vars if name not in known]:
         raise InputError(
-            f"the Dataset: found {', '.join(extra)}, which nsdrill does not know; allowed: its own variables. Leave "
+            f"the Dataset: found {', '.join(extra)}, which nsdrill does not know; allowed: its "
+            f"own variables. Leave "
             "the others out with drop_vars, or write all with to_netcdf."
         )
     saving.save(checked(from_dataset(dataset)), path, overwrite=overwrite)
@@ -854,7 +1035,9 @@ def _check_severity(severity: Any) -> None:
 
 def _check_confidence(confidence: Any) -> None:
     if confidence is not None and not (isinstance(confidence, float) and 0.0 < confidence < 1.0):
-        raise InputError(f"confidence: found {confidence!r}; allowed: a number between 0 and 1, as 0.9, or None.")
+        raise InputError(
+            f"confidence: found {confidence!r}; allowed: a number between 0 and 1, as 0.9, or None."
+        )
 
 
 _OPERATION = ("depth", "wob", "rotary_speed")
@@ -869,7 +1052,8 @@ def _check_engine(engine: Any, scheduler: Any) -> None:
 
 
 def _crew(engine: str, scheduler: str | None, workers: int | None) -> Any:
-    """A context with the executor, None for threads of this process, and the number of workers."""
+    """A context with the executor, None for threads of this process, and the number of
+    workers."""
     if engine != "dask":
         return nullcontext((None, workers))
     from nsdrill.app.cluster import dask_executor
@@ -879,7 +1063,10 @@ def _crew(engine: str, scheduler: str | None, workers: int | None) -> Any:
 
 def _warn_failed(failed: int, points: int) -> None:
     if failed:
-        text = f"{failed} of {points} points failed; status says which and how, and nsdrill.show lists them."
+        text = (
+            f"{failed} of {points} points failed; status says which and how, and nsdrill.show "
+            f"lists them."
+        )
         warnings.warn(text, RunWarning, stacklevel=4)
 
 
@@ -894,5 +1081,7 @@ def _trace(result: Trajectory) -> Dataset:
         words = f"The run ended early ({status}): {ENDINGS.get(status, status)}" + (
             f"; {result.advice}." if result.advice else "."
         )
-        warnings.warn(f"{words} The trace holds what was computed before.", RunWarning, stacklevel=4)
+        warnings.warn(
+            f"{words} The trace holds what was computed before.", RunWarning, stacklevel=4
+        )
     return to_dataset(result.trace)

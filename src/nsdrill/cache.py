@@ -1,9 +1,12 @@
-"""Compiled functions on disk, for the next process: one file a function, a SHA-256 and the pickled machine code.
+"""Compiled functions on disk, for the next process: one file a function, a SHA-256 and
+the pickled machine code.
 
-numba's own files are not checked: an empty or a changed one ends the process in whatever way the unpickler or LLVM
-does. Here nothing is unpickled or loaded that has another checksum than it was written with, nor anything that another
-user may have written, since a pickle can run any code. What is wrong with the cache never stops a run: the function is
-compiled anew, and a :class:`CacheWarning` says so, once in a process.
+numba's own files are not checked: an empty or a changed one ends the process in
+whatever way the unpickler or LLVM does. Here nothing is unpickled or loaded that has
+another checksum than it was written with, nor anything that another user may have
+written, since a pickle can run any code. What is wrong with the cache never stops a
+run: the function is compiled anew, and a :class:`CacheWarning` says so, once in a
+process.
 """
 
 from __future__ import annotations
@@ -33,8 +36,8 @@ _told = False
 
 
 def cache_for(function: Callable[..., Any], digest: str) -> Any:
-    """The cache for the compiled ``function`` of sources with this ``digest``; one that stays empty where there can be
-    none."""
+    """The cache for the compiled ``function`` of sources with this ``digest``; one that
+    stays empty where there can be none."""
     try:
         folder = cache_directory(digest)
         _make_private(folder)
@@ -45,8 +48,9 @@ def cache_for(function: Callable[..., Any], digest: str) -> Any:
 
 
 def cache_directory(digest: str) -> Path:
-    """``$NUMBA_CACHE_DIR`` where set, else the user's cache folder; in it one folder per ``digest`` of the sources.
-    RuntimeError where nothing says which folder is the user's."""
+    """``$NUMBA_CACHE_DIR`` where set, else the user's cache folder; in it one folder
+    per ``digest`` of the sources. RuntimeError where nothing says which folder is the
+    user's."""
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):
         root = Path(chosen)
     elif os.name == "nt":
@@ -63,8 +67,11 @@ class CodeCache(FunctionCache):
         self._py_func = function
         self._name = repr(function)
         self._cache_path = str(folder)
-        made_from = getattr(function, "__globals__", {}).get("__source__")  # of a function made from text
-        self._source = made_from.encode() if made_from else Path(inspect.getfile(function)).read_bytes()
+        # of a function made from text
+        made_from = getattr(function, "__globals__", {}).get("__source__")
+        self._source = (
+            made_from.encode() if made_from else Path(inspect.getfile(function)).read_bytes()
+        )
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled function, or None where it has to be compiled."""
@@ -81,13 +88,16 @@ class CodeCache(FunctionCache):
             with suppress(OSError):
                 path.unlink()
             _tell(
-                f"{path}: this file of compiled code is not used ({_reason(error)}); the function is compiled anew, "
-                "which takes some seconds. If this comes back, remove the folder and check its disk."
+                f"{path}: this file of compiled code is not used ({_reason(error)}); the function "
+                f"is compiled anew, "
+                "which takes some seconds. If this comes back, remove the folder and check its "
+                "disk."
             )
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep the compiled function ``data``; other processes see a whole file or none."""
+        """Keep the compiled function ``data``; other processes see a whole file or
+        none."""
         if data.library.has_dynamic_globals:  # addresses of this process
             return
         if data.fndesc.modname == NOWHERE:  # no other process could find the function
@@ -100,17 +110,27 @@ class CodeCache(FunctionCache):
             _tell_unkept(str(path.parent), error)
 
     def _path(self, sig: Any, codegen: Any) -> Path:
-        """Named after all that decides the machine code: signature, processor, byte code and closure, the Python, the
-        function's own file, and all compiled sources, whose digest is the name of the folder."""
+        """Named after all that decides the machine code: signature, processor, byte
+        code and closure, the Python, the function's own file, and all compiled sources,
+        whose digest is the name of the folder."""
         folder = Path(self._cache_path)
-        key = repr((self._index_key(sig, codegen), sys.implementation.cache_tag, folder.name)).encode() + self._source
-        return folder / f"{self._py_func.__name__[:100]}-{hashlib.sha256(key).hexdigest()[:32]}.code"
+        key = (
+            repr(
+                (self._index_key(sig, codegen), sys.implementation.cache_tag, folder.name)
+            ).encode()
+            + self._source
+        )
+        return (
+            folder / f"{self._py_func.__name__[:100]}-{hashlib.sha256(key).hexdigest()[:32]}.code"
+        )
 
 
 def _make_private(folder: Path) -> None:
-    """Make ``folder``, for its owner alone. OSError where that cannot be, or others may have put something there.
+    """Make ``folder``, for its owner alone. OSError where that cannot be, or others may
+    have put something there.
 
-    Who may write in the folders above can put another one in its place, but none that belongs to this user.
+    Who may write in the folders above can put another one in its place, but none that
+    belongs to this user.
     """
     for place in (*reversed(folder.parents), folder):
         if not place.is_dir():
@@ -120,13 +140,15 @@ def _make_private(folder: Path) -> None:
                 raise NotADirectoryError(0, "it is no folder", str(place)) from error
     found = folder.stat()
     if _lax(found) and found.st_uid == os.geteuid():
-        folder.chmod(0o700)  # made with a lax umask; what was put there by others is found file by file
+        # made with a lax umask; what was put there by others is found file by file
+        folder.chmod(0o700)
         found = folder.stat()
     _check_owner(found, folder)
 
 
 def _read(path: Path) -> bytes:
-    """The bytes of a file that nobody else may have written, else OSError. Follows no link, waits for no pipe."""
+    """The bytes of a file that nobody else may have written, else OSError. Follows no
+    link, waits for no pipe."""
     flags = [getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY")]
     with open(os.open(path, os.O_RDONLY | sum(flags)), "rb") as file:
         found = os.fstat(file.fileno())
@@ -153,7 +175,8 @@ def _lax(found: os.stat_result) -> bool:
 
 
 def _check_owner(found: os.stat_result, path: Path) -> None:
-    """PermissionError where somebody else than the user or root may have written what is ``found``."""
+    """PermissionError where somebody else than the user or root may have written what
+    is ``found``."""
     if os.name != "nt" and found.st_uid not in (0, os.geteuid()):
         raise PermissionError(0, "it belongs to another user", str(path))
     if _lax(found):
@@ -167,7 +190,8 @@ def _reason(error: BaseException) -> str:
 
 def _tell_unkept(place: str, error: Exception) -> None:
     _tell(
-        f"{place}: compiled code cannot be kept there ({_reason(error)}), so every run compiles anew, which takes "
+        f"{place}: compiled code cannot be kept there ({_reason(error)}), so every run compiles "
+        f"anew, which takes "
         "some seconds. Mend that, or set NUMBA_CACHE_DIR to another folder that only you may write."
     )
 

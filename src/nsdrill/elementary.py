@@ -1,11 +1,13 @@
-"""Elementary functions that vectorise: branch-free, free of library calls, accurate to 2 ulp over the range used.
+"""Elementary functions that vectorise: branch-free, free of library calls, accurate to
+2 ulp over the range used.
 
-A call of ``math.sin`` inside a lane loop keeps it scalar. These are the classical algorithms (Cody & Waite 1980;
-fdlibm's kernel polynomials; Cephes' three intervals of the arctangent) with selects instead of branches.
+A call of ``math.sin`` inside a lane loop keeps it scalar. These are the classical
+algorithms (Cody & Waite 1980; fdlibm's kernel polynomials; Cephes' three intervals of
+the arctangent) with selects instead of branches.
 
-Fused multiply-adds are written out, ``fma(a, b, c)`` for a * b + c in one rounding. Were the compiler free to fuse
-where it likes (the ``contract`` flag), it would choose differently for one lane and for eight, and the bits would
-differ.
+Fused multiply-adds are written out, ``fma(a, b, c)`` for a * b + c in one rounding.
+Were the compiler free to fuse where it likes (the ``contract`` flag), it would choose
+differently for one lane and for eight, and the bits would differ.
 """
 
 from __future__ import annotations
@@ -20,11 +22,13 @@ from numba.extending import intrinsic as numba_intrinsic
 
 from nsdrill.abi import inlined, lasting
 
-# Adding and subtracting this rounds to the nearest whole number in the default rounding mode.
+# Adding and subtracting this rounds to the nearest whole number in the default rounding
+# mode.
 ROUNDER = 6755399441055744.0  # 1.5 * 2^52
 
-# pi/2 in two parts. A fused multiply-add takes a whole number below 2^20 times the first off the angle without
-# rounding, as what is left is a multiple of 2^-53 and below 1.
+# pi/2 in two parts. A fused multiply-add takes a whole number below 2^20 times the
+# first off the angle without rounding, as what is left is a multiple of 2^-53 and below
+# 1.
 PIO2_HIGH = 1.57079632679489655800e00
 PIO2_LOW = 6.12323399573676603587e-17
 TWO_OVER_PI = 0.63661977236758134308
@@ -100,7 +104,8 @@ def sincos(angle: float) -> tuple[float, float]:
     r = fma(-quarters, PIO2_LOW, fma(-quarters, PIO2_HIGH, angle))
     r2 = r * r
     r4 = r2 * r2
-    # fdlibm's polynomials, in pairs of terms: a chain half as long as Horner's for one product more.
+    # fdlibm's polynomials, in pairs of terms: a chain half as long as Horner's for one
+    # product more.
     p = fma(
         r4,
         fma(r2, 1.58969099521155010221e-10, -2.50507602534068634195e-08),
@@ -115,8 +120,8 @@ def sincos(angle: float) -> tuple[float, float]:
     )
     q = fma(r4, q, fma(r2, -1.38888888888741095749e-03, 4.16666666666666019037e-02))
     cosine = fma(r4, q, fma(r2, -0.5, 1.0))
-    # The last two bits of the shifted number are the quadrant: swap on odd ones, then set the signs by flipping the
-    # sign bit, which is cheaper than a select.
+    # The last two bits of the shifted number are the quadrant: swap on odd ones, then
+    # set the signs by flipping the sign bit, which is cheaper than a select.
     quadrant = float_bits(shifted)
     odd = (quadrant & 1) != 0
     s = cosine if odd else sine
@@ -128,9 +133,10 @@ def sincos(angle: float) -> tuple[float, float]:
 
 @inlined
 def direction_reduced(x: float, unit: float) -> tuple[float, float, float]:
-    """The three intervals of the arctangent: (above, below, base) with (2/pi) atan |x / unit| = base + (2/pi) atan t,
-    where t = above / below is at most tan(pi/8) in size; ``unit`` is positive. The quotient is left to the caller, who
-    may have another division to share."""
+    """The three intervals of the arctangent: (above, below, base) with (2/pi) atan |x /
+    unit| = base + (2/pi) atan t, where t = above / below is at most tan(pi/8) in size;
+    ``unit`` is positive. The quotient is left to the caller, who may have another
+    division to share."""
     size = abs(x)
     middle = size > 0.41421356237309504880 * unit
     large = size > 2.41421356237309504880 * unit
@@ -142,8 +148,8 @@ def direction_reduced(x: float, unit: float) -> tuple[float, float, float]:
 
 @inlined
 def direction_joined(x: float, t: float, base: float) -> float:
-    """(2/pi) atan from the sign of x and the reduced argument t; a minimax polynomial whose even
-    and odd terms run side by side."""
+    """(2/pi) atan from the sign of x and the reduced argument t; a minimax polynomial
+    whose even and odd terms run side by side."""
     z = t * t
     z2 = z * z
     even = fma(z2, 0.013708989435972764, 0.03629911913777127)
@@ -167,8 +173,9 @@ def direction(x: float) -> float:
 
 @inlined
 def angle_between(x0: float, y0: float, x1: float, y1: float) -> float:
-    """The angle [rad] by which the vector (x0, y0) has to turn to point as (x1, y1) does, between -pi and pi; 0
-    where both lie on one line, on which no turn has a direction."""
+    """The angle [rad] by which the vector (x0, y0) has to turn to point as (x1, y1)
+    does, between -pi and pi; 0 where both lie on one line, on which no turn has a
+    direction."""
     cross, dot = fma(x0, y1, -(y0 * x1)), fma(x0, x1, y0 * y1)
     above, below, base = direction_reduced(cross, max(abs(dot), 1e-300))
     quarters = direction_joined(cross, above / below, base)
@@ -179,7 +186,8 @@ def angle_between(x0: float, y0: float, x1: float, y1: float) -> float:
 
 @inlined
 def log2(x: float) -> float:
-    """Binary logarithm of a positive normal number, to 1e-9 absolute: for the step-size controller."""
+    """Binary logarithm of a positive normal number, to 1e-9 absolute: for the step-size
+    controller."""
     bits = float_bits(x)
     # Mantissa in [sqrt(1/2), sqrt(2)): take the exponent of x / sqrt(1/2).
     exponent = (bits - 4604544271217802189) >> 52
@@ -197,7 +205,8 @@ def log2(x: float) -> float:
 
 @inlined
 def exp2(x: float) -> float:
-    """2 to the power x for x within +-1000, to 1e-9 relative: for the step-size controller."""
+    """2 to the power x for x within +-1000, to 1e-9 relative: for the step-size
+    controller."""
     shifted = x + ROUNDER
     f = (x - (shifted - ROUNDER)) * 0.693147180559945309417232
     p = fma(f, 1 / 40320, 1 / 5040)
@@ -213,10 +222,12 @@ def exp2(x: float) -> float:
 
 @inlined
 def expm1(x: float) -> float:
-    """e to the power x, less 1, of x at most 0 and at least -700 (less is taken for that), to 2 ulp.
+    """e to the power x, less 1, of x at most 0 and at least -700 (less is taken for
+    that), to 2 ulp.
 
-    With x = n ln 2 + r, |r| at most (ln 2)/2, e^x - 1 = 2^n (e^r - 1) + (2^n - 1), so nothing cancels near 0. ln 2 is
-    in two parts, as pi/2 for the sine; the Taylor polynomial of e^r - 1 to the 13th power leaves 1e-17 of it.
+    With x = n ln 2 + r, |r| at most (ln 2)/2, e^x - 1 = 2^n (e^r - 1) + (2^n - 1), so
+    nothing cancels near 0. ln 2 is in two parts, as pi/2 for the sine; the Taylor
+    polynomial of e^r - 1 to the 13th power leaves 1e-17 of it.
     """
     x = max(x, -700.0)
     shifted = fma(x, 1.44269504088896340736, ROUNDER)

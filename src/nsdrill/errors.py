@@ -1,6 +1,8 @@
-"""Errors made for people. Every one says what was found, where, what is allowed and what to do.
+"""Errors made for people. Every one says what was found, where, what is allowed and
+what to do.
 
-The command line turns them into one paragraph on stderr and the exit code of the class; a traceback is a bug.
+The command line turns them into one paragraph on stderr and the exit code of the class;
+a traceback is a bug.
 """
 
 from __future__ import annotations
@@ -9,8 +11,8 @@ from dataclasses import dataclass
 
 
 def printable(text: str) -> str:
-    """``text`` with what cannot be shown, control characters and lone surrogates, as escapes; a byte of a file name
-    that is not UTF-8 as that byte."""
+    """``text`` with what cannot be shown, control characters and lone surrogates, as
+    escapes; a byte of a file name that is not UTF-8 as that byte."""
     if text.isprintable():
         return text
     return "".join(char if char.isprintable() else _escape(char) for char in text)
@@ -22,7 +24,8 @@ def _escape(char: str) -> str:
 
 
 class NsdrillError(Exception):
-    """The run failed, and not through the input: a full disk, a dead worker (exit code 1)."""
+    """The run failed, and not through the input: a full disk, a dead worker (exit code
+    1)."""
 
     exit_code = 1
 
@@ -31,30 +34,34 @@ class NsdrillError(Exception):
 
 
 class InputError(NsdrillError):
-    """The command line, the study or an input file is wrong; nothing was written (exit code 2)."""
+    """The command line, the study or an input file is wrong; nothing was written (exit
+    code 2)."""
 
     exit_code = 2
 
 
 class FileError(InputError):
-    """A file that cannot be used as asked: missing, damaged, of another program, already there."""
+    """A file that cannot be used as asked: missing, damaged, of another program,
+    already there."""
 
 
 class CacheWarning(UserWarning):
-    """Compiled code cannot be kept, or what was kept is not used. A run takes longer; its numbers are the same."""
+    """Compiled code cannot be kept, or what was kept is not used. A run takes longer;
+    its numbers are the same."""
 
 
 class RunWarning(UserWarning):
-    """A run that was asked for from Python is not all that it might be: points failed, or the run ended early, or not
-    in the state that it ended in before."""
+    """A run that was asked for from Python is not all that it might be: points failed,
+    or the run ended early, or not in the state that it ended in before."""
 
 
 @dataclass(frozen=True)
 class Fault:
     """One thing wrong with a study file.
 
-    ``line`` and ``column`` count from 1 and are None where the fault has no place (a ``--set`` value, a missing file).
-    ``key`` is the dotted path, ``well.friction.static``.
+    ``line`` and ``column`` count from 1 and are None where the fault has no place (a
+    ``--set`` value, a missing file). ``key`` is the dotted path,
+    ``well.friction.static``.
     """
 
     key: str

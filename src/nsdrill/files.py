@@ -1,8 +1,10 @@
-"""Files that are there whole or not at all: written under a temporary name, synced, then renamed.
+"""Files that are there whole or not at all: written under a temporary name, synced,
+then renamed.
 
-A temporary file is new, has a random name, and is locked while it is written. So whoever comes later can tell one that
-a killed process left, which is removed, from one that a living process writes. Numbers of processes cannot tell: every
-container has a process 1.
+A temporary file is new, has a random name, and is locked while it is written. So
+whoever comes later can tell one that a killed process left, which is removed, from one
+that a living process writes. Numbers of processes cannot tell: every container has a
+process 1.
 """
 
 from __future__ import annotations
@@ -26,9 +28,11 @@ _FOLDER_SECONDS = 2.0  # to wait for others who begin a file in the same folder
 
 
 class Temporary:
-    """A new, empty, locked file beside ``target``; with ``with`` it is removed unless it got that name.
+    """A new, empty, locked file beside ``target``; with ``with`` it is removed unless
+    it got that name.
 
-    FileError if another process or thread is writing ``target`` in the same way, OSError if the disk refuses.
+    FileError if another process or thread is writing ``target`` in the same way,
+    OSError if the disk refuses.
     """
 
     def __init__(self, target: Path) -> None:
@@ -44,7 +48,8 @@ class Temporary:
     def _begin(self) -> None:
         if _clear(self.target):
             raise FileError(
-                f"{self.target}: another process is writing this file now. Wait for it, or choose another -o."
+                f"{self.target}: another process is writing this file now. Wait for it, or choose "
+                f"another -o."
             )
         interrupt.doomed.add(str(self.path))
         self.file = io.FileIO(self.path, "x+")  # fails on anything that is there, a link too
@@ -62,16 +67,21 @@ class Temporary:
         except OSError as error:
             if error.errno not in (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS, errno.EMLINK):
                 raise
-            if os.path.lexists(self.target):  # a file system without links: the check and the rename are two steps
-                raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(self.target)) from error
+            # a file system without links: the check and the rename are two steps
+            if os.path.lexists(self.target):
+                raise FileExistsError(
+                    errno.EEXIST, os.strerror(errno.EEXIST), str(self.target)
+                ) from error
             os.rename(self.path, self.target)
         else:
-            with suppress(FileNotFoundError):  # whoever looked meanwhile saw it to be the target, and removed it
+            # whoever looked meanwhile saw it to be the target, and removed it
+            with suppress(FileNotFoundError):
                 os.unlink(self.path)
         interrupt.doomed.discard(str(self.path))
 
     def remove(self) -> None:
-        """Close the file, which ends its lock, and remove it where it still has its temporary name."""
+        """Close the file, which ends its lock, and remove it where it still has its
+        temporary name."""
         if str(self.path) in interrupt.doomed:
             with suppress(OSError):
                 os.unlink(self.path)
@@ -93,11 +103,13 @@ def replacing(
     *,
     overwrite: bool = True,
 ) -> Iterator[Path]:
-    """Yield the name of an empty file in the folder of ``path``; what is written there takes the name ``path`` at the
-    end. A ``path`` that is a link stays one, and its target is replaced.
+    """Yield the name of an empty file in the folder of ``path``; what is written there
+    takes the name ``path`` at the end. A ``path`` that is a link stays one, and its
+    target is replaced.
 
-    Whatever goes wrong, ``path`` is untouched and the temporary file is removed. FileError if another process or thread
-    is writing ``path``, or, without ``overwrite``, if it has come into being meanwhile. Errors of the system, of a full
+    Whatever goes wrong, ``path`` is untouched and the temporary file is removed.
+    FileError if another process or thread is writing ``path``, or, without
+    ``overwrite``, if it has come into being meanwhile. Errors of the system, of a full
     disk say, become NsdrillError that ends with ``remedy``.
     """
     target = Path(os.path.realpath(path))
@@ -113,10 +125,13 @@ def replacing(
         raise
     except FileExistsError as error:
         raise FileError(
-            f"{path}: another process has just made this file. Choose another name, or replace it by --overwrite."
+            f"{path}: another process has just made this file. Choose another name, or replace it "
+            f"by --overwrite."
         ) from error
     except (OSError, RuntimeError) as error:  # h5py reports a failed flush as either
-        raise NsdrillError(f"{path}: could not be written: {reason(error)}. Nothing was changed. {remedy()}") from error
+        raise NsdrillError(
+            f"{path}: could not be written: {reason(error)}. Nothing was changed. {remedy()}"
+        ) from error
 
 
 def write_text(path: str | os.PathLike[str], text: str, *, overwrite: bool = True) -> None:
@@ -132,24 +147,28 @@ def sweep_away(target: Path) -> None:
 
 
 def lock(file: io.FileIO, path: Path) -> None:
-    """Lock the open ``file`` until it is closed or the process ends, however it ends; FileError, about ``path``, where
-    another process or thread has the lock."""
+    """Lock the open ``file`` until it is closed or the process ends, however it ends;
+    FileError, about ``path``, where another process or thread has the lock."""
     try:
         _flock(file.fileno())
     except BlockingIOError as error:
         raise FileError(
-            f"{path}: another process is writing these results now. Wait for it, stop it, or choose another -o."
+            f"{path}: another process is writing these results now. Wait for it, stop it, or "
+            f"choose another -o."
         ) from error
     except OSError as error:
         # Some cluster file systems have no locks: better a run without one than no run.
         if error.errno not in _NO_LOCKS:
             raise
     if os.fstat(file.fileno()).st_nlink == 0:  # its name went away between opening and locking
-        raise FileError(f"{path}: another process has just begun anew with these results. Try again.")
+        raise FileError(
+            f"{path}: another process has just begun anew with these results. Try again."
+        )
 
 
 def open_plain(path: str | os.PathLike[str], mode: str) -> io.FileIO:
-    """Open a file that is there, without waiting where it is a pipe; OSError where it is a link and may be written."""
+    """Open a file that is there, without waiting where it is a pipe; OSError where it
+    is a link and may be written."""
     more = os.O_NONBLOCK | (os.O_NOFOLLOW if "+" in mode else 0)
     try:
         return io.FileIO(path, mode, opener=lambda name, flags: os.open(name, flags | more))
@@ -175,7 +194,9 @@ def check_room(path: Path, size: int) -> None:
     disk = os.statvfs(path.parent)
     free = disk.f_bavail * disk.f_frsize
     if free < size:
-        raise OSError(errno.ENOSPC, f"the points need {amount(size)}, the disk has {amount(free)} free")
+        raise OSError(
+            errno.ENOSPC, f"the points need {amount(size)}, the disk has {amount(free)} free"
+        )
 
 
 def amount(size: float) -> str:
@@ -198,14 +219,17 @@ def reason(error: BaseException) -> str:
 
 
 def _clear(target: Path) -> bool:
-    """Remove what killed processes left of ``target``; whether a living one is writing it."""
+    """Remove what killed processes left of ``target``; whether a living one is writing
+    it."""
     name, busy = re.compile(re.escape(f".{target.name}.tmp-") + "[0-9a-f]+"), False
     for leftover in os.scandir(target.parent):
         if not name.fullmatch(leftover.name) or not leftover.is_file(follow_symlinks=False):
             continue
-        with suppress(OSError), open_plain(leftover.path, "r+") as file:  # OSError: of others, or gone
+        # OSError: of others, or gone
+        with suppress(OSError), open_plain(leftover.path, "r+") as file:
             try:
-                # Of a process killed while its file had both names, it is the target itself, which may be locked.
+                # Of a process killed while its file had both names, it is the target
+                # itself, which may be locked.
                 if not (target.exists() and os.path.samefile(leftover.path, target)):
                     _flock(file.fileno())
             except BlockingIOError:
@@ -216,9 +240,11 @@ def _clear(target: Path) -> bool:
 
 
 def _in_turn(folder: Path, work: Callable[[], object]) -> None:
-    """Do ``work`` alone, of all that begin a file in ``folder``. Where its lock cannot be had, do it all the same.
+    """Do ``work`` alone, of all that begin a file in ``folder``. Where its lock cannot
+    be had, do it all the same.
 
-    The closing follows without a call in between, in the same function, so that no interrupt can keep the lock.
+    The closing follows without a call in between, in the same function, so that no
+    interrupt can keep the lock.
     """
     fd = -1
     try:

@@ -1,7 +1,9 @@
-"""Functions made from text: what is regular but has to be spelt out for the compiler, a program writes.
+"""Functions made from text: what is regular but has to be spelt out for the compiler, a
+program writes.
 
-Such a function belongs to a module of its own, named after a digest of the text and registered before the text is
-executed: another process that loads the machine code from the cache looks the module up by that name.
+Such a function belongs to a module of its own, named after a digest of the text and
+registered before the text is executed: another process that loads the machine code from
+the cache looks the module up by that name.
 """
 
 from __future__ import annotations
@@ -14,10 +16,12 @@ from typing import Any
 
 
 def define(name: str, text: str, **known: Any) -> Any:
-    """The function ``name`` that the Python source ``text`` defines; ``known`` are the names that it may use.
+    """The function ``name`` that the Python source ``text`` defines; ``known`` are the
+    names that it may use.
 
-    Two texts of one name give two functions whose qualified names differ, as numba names machine code after them. The
-    text is kept as ``__source__`` of the module and shown in tracebacks.
+    Two texts of one name give two functions whose qualified names differ, as numba
+    names machine code after them. The text is kept as ``__source__`` of the module and
+    shown in tracebacks.
     """
     digest = hashlib.sha256(text.encode()).hexdigest()[:16]
     module = ModuleType(f"nsdrill._generated_{name}_{digest}")

@@ -1,12 +1,14 @@
-"""A request to end: SIGINT, SIGTERM and SIGHUP as a flag, never as an exception out of nowhere.
+"""A request to end: SIGINT, SIGTERM and SIGHUP as a flag, never as an exception out of
+nowhere.
 
-An exception from a signal handler comes up in any line, in finalizers and callbacks of libraries too, where it is
-lost. So the handlers do nothing, and a thread receives the signals. Work that has something in hand looks at the flag
-at places where it can be left (:func:`heeded`, :func:`look`). All other work is ended at once, also inside a library
-that does not return for long: the files of nsdrill survive that at any moment.
+An exception from a signal handler comes up in any line, in finalizers and callbacks of
+libraries too, where it is lost. So the handlers do nothing, and a thread receives the
+signals. Work that has something in hand looks at the flag at places where it can be
+left (:func:`heeded`, :func:`look`). All other work is ended at once, also inside a
+library that does not return for long: the files of nsdrill survive that at any moment.
 
-Only the command line calls :func:`listen`. From Python no flag is ever set, and a KeyboardInterrupt is what it is
-everywhere.
+Only the command line calls :func:`listen`. From Python no flag is ever set, and a
+KeyboardInterrupt is what it is everywhere.
 """
 
 from __future__ import annotations
@@ -21,10 +23,14 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import NoReturn
 
-SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
+SIGNALS = [
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+]
 EXIT_CODE = 130
 PATIENCE = 10.0  # seconds that work which heeds the flag has to save what it has in hand
-AGAIN = 1.0  # seconds after which a second signal is one of impatience; batch systems send the same one twice
+# seconds after which a second signal is one of impatience; batch systems send the same
+# one twice
+AGAIN = 1.0
 NOTHING = "Interrupted; nothing was written."
 COMPLETE = "Interrupted, but the file was already complete."
 
@@ -58,8 +64,8 @@ def asked() -> bool:
 
 @contextmanager
 def heeded() -> Iterator[None]:
-    """Work that calls :func:`look` several times a second, and saves what it has in hand when that raises; also within
-    other such work."""
+    """Work that calls :func:`look` several times a second, and saves what it has in
+    hand when that raises; also within other such work."""
     before, _state.heeded = _state.heeded, True
     try:
         yield
@@ -70,7 +76,8 @@ def heeded() -> Iterator[None]:
 
 @contextmanager
 def telling(words: Callable[[], str]) -> Iterator[None]:
-    """What to say where work in here is ended at once. ``words`` is called in another thread."""
+    """What to say where work in here is ended at once. ``words`` is called in another
+    thread."""
     before, _state.told = _state.told, words
     try:
         yield
@@ -80,7 +87,8 @@ def telling(words: Callable[[], str]) -> Iterator[None]:
 
 @contextmanager
 def settling() -> Iterator[None]:
-    """A step with which the work is done: an interrupt comes before it, or the command ends as if there was none."""
+    """A step with which the work is done: an interrupt comes before it, or the command
+    ends as if there was none."""
     look()
     with _last:
         yield
@@ -88,9 +96,10 @@ def settling() -> Iterator[None]:
 
 
 def listen() -> None:
-    """Hear signals from now on. A SIGHUP that is ignored (nohup) stays ignored. The others do not: a shell starts
-    background jobs deaf to SIGINT, and a supervisor deaf to SIGTERM makes its children so, but a signal that is sent
-    to this process is meant. Does nothing outside of the main thread."""
+    """Hear signals from now on. A SIGHUP that is ignored (nohup) stays ignored. The
+    others do not: a shell starts background jobs deaf to SIGINT, and a supervisor deaf
+    to SIGTERM makes its children so, but a signal that is sent to this process is
+    meant. Does nothing outside of the main thread."""
     if _state.pipe is not None or threading.current_thread() is not threading.main_thread():
         return
     reader, writer = map(_above_the_standard_streams, os.pipe())
@@ -101,19 +110,25 @@ def listen() -> None:
     signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
     threading.Thread(target=_wait, args=(reader,), daemon=True).start()
     for number in SIGNALS:
-        if number != getattr(signal, "SIGHUP", None) or signal.getsignal(number) is not signal.SIG_IGN:
+        if (
+            number != getattr(signal, "SIGHUP", None)
+            or signal.getsignal(number) is not signal.SIG_IGN
+        ):
             signal.signal(number, lambda number, frame: None)
-            signal.siginterrupt(number, False)  # libraries go on as if nothing was, until the thread has its turn
+            # libraries go on as if nothing was, until the thread has its turn
+            signal.siginterrupt(number, False)
 
 
 def give_way() -> None:
-    """Return, but not while the process is being ended: what fails then, for want of a file say, is not to be told."""
+    """Return, but not while the process is being ended: what fails then, for want of a
+    file say, is not to be told."""
     while _state.ending:
         time.sleep(1.0)
 
 
 def _above_the_standard_streams(end: int) -> int:
-    """An end of a pipe under a number that is no standard stream's, which may have been free."""
+    """An end of a pipe under a number that is no standard stream's, which may have been
+    free."""
     if end > 2:
         return end
     moved = fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 3)
@@ -122,7 +137,8 @@ def _above_the_standard_streams(end: int) -> int:
 
 
 def decided() -> None:
-    """The exit code is settled: signals are ignored until the interpreter is gone, which takes a moment."""
+    """The exit code is settled: signals are ignored until the interpreter is gone,
+    which takes a moment."""
     give_way()
     if _state.pipe is None or threading.current_thread() is not threading.main_thread():
         return

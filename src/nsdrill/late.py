@@ -8,7 +8,8 @@ from typing import Any
 
 
 def late(room: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
-    """The ``__getattr__`` of the module ``room``: ``homes`` says in which module each of its names stands."""
+    """The ``__getattr__`` of the module ``room``: ``homes`` says in which module each
+    of its names stands."""
 
     def find(name: str) -> Any:
         if name in homes:

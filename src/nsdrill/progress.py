@@ -1,4 +1,5 @@
-"""How far a run is, for people: a bar in a terminal or a notebook, a line now and then elsewhere, or a callable."""
+"""How far a run is, for people: a bar in a terminal or a notebook, a line now and then
+elsewhere, or a callable."""
 
 from __future__ import annotations
 
@@ -23,9 +24,11 @@ Watch = Callable[["Counts"], None]
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is: points ``done`` of ``total`` so far, those of earlier sessions among them, and how many of them
-    ``failed``; the ``seconds_left`` [s] at the pace of this session, None before the first point; and, where the run
-    takes several passes, in ``note`` the present one. ``total`` grows where a map is refined or points are checked."""
+    """How far a run is: points ``done`` of ``total`` so far, those of earlier sessions
+    among them, and how many of them ``failed``; the ``seconds_left`` [s] at the pace of
+    this session, None before the first point; and, where the run takes several passes,
+    in ``note`` the present one. ``total`` grows where a map is refined or points are
+    checked."""
 
     done: int
     total: int
@@ -36,13 +39,16 @@ class Progress:
 
 @contextmanager
 def reporting(progress: bool | Callable[[Progress], object]) -> Iterator[Watch]:
-    """The function that the run calls; what it is told goes to stderr, to the callable ``progress``, or nowhere where
-    that is False."""
+    """The function that the run calls; what it is told goes to stderr, to the callable
+    ``progress``, or nowhere where that is False."""
     if progress is False:
         yield lambda counts: None
     elif progress is not True:
         if not callable(progress):
-            raise InputError(f"progress: found {progress!r}; allowed: True, False, or a function of one argument.")
+            raise InputError(
+                f"progress: found {progress!r}; allowed: True, False, or a function "
+                f"of one argument."
+            )
         begun, report = time.monotonic(), progress
 
         def tell(counts: Counts) -> None:
@@ -62,14 +68,19 @@ def reporting(progress: bool | Callable[[Progress], object]) -> Iterator[Watch]:
 
 
 def pace(done: int, left: int, seconds: float) -> str:
-    """Points per second, and the time that the rest takes. Points of an earlier session do not count as fast ones."""
+    """Points per second, and the time that the rest takes. Points of an earlier session
+    do not count as fast ones."""
     if done == 0 or seconds <= 0:
         return "starting"
     rate = done / seconds
-    per_second = f"{rate:.0f}/s" if rate >= 10 else f"{rate:.1f}/s" if rate >= 1 else f"{60 * rate:.1f}/min"
+    per_second = (
+        f"{rate:.0f}/s" if rate >= 10 else f"{rate:.1f}/s" if rate >= 1 else f"{60 * rate:.1f}/min"
+    )
     minutes, rest = divmod(round(left / rate), 60)
     hours, minutes = divmod(minutes, 60)
-    return f"{per_second}, {f'{hours} h {minutes:02d} min' if hours else f'{minutes}:{rest:02d}'} left"
+    return (
+        f"{per_second}, {f'{hours} h {minutes:02d} min' if hours else f'{minutes}:{rest:02d}'} left"
+    )
 
 
 def _record(counts: Counts, seconds: float) -> Progress:
@@ -89,9 +100,14 @@ def _bar(console: Console) -> Iterator[Watch]:
     from rich.progress import Progress as Bar
 
     columns = (
-        TextColumn("points"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[pace]}"),
-        TextColumn("{task.fields[failures]}"), TimeElapsedColumn(), TextColumn("{task.fields[note]}"),
-    )  # fmt: skip
+        TextColumn("points"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[pace]}"),
+        TextColumn("{task.fields[failures]}"),
+        TimeElapsedColumn(),
+        TextColumn("{task.fields[note]}"),
+    )
     with Bar(*columns, console=console, transient=True) as bar:
         task = bar.add_task("points", total=None, pace="starting", failures="", note="")
         begun = time.monotonic()
@@ -123,7 +139,8 @@ def _lines() -> Watch:
         failed = f", {counts.failed} failed" if counts.failed else ""
         note = f" ({counts.note})" if counts.note else ""
         print(
-            f"{counts.before + counts.done} of {counts.total} points{failed}; {_pace(counts, now - begun)}{note}",
+            f"{counts.before + counts.done} of {counts.total} points{failed}; "
+            f"{_pace(counts, now - begun)}{note}",
             file=sys.stderr,
             flush=True,
         )

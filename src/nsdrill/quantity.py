@@ -1,7 +1,9 @@
-"""Every quantity that is shown, once: its words, its SI units, and the units in which people see it.
+"""Every quantity that is shown, once: its words, its SI units, and the units in which
+people see it.
 
-The names, long names and SI units of what files hold come from :mod:`nsdrill.variables`, those of the numbers of a
-study from its parameters. Pictures, tables, messages and exports take words and units from here.
+The names, long names and SI units of what files hold come from
+:mod:`nsdrill.variables`, those of the numbers of a study from its parameters. Pictures,
+tables, messages and exports take words and units from here.
 """
 
 from __future__ import annotations
@@ -17,7 +19,8 @@ from nsdrill.variables import AXES, COORDINATES, dimension_of
 SYSTEMS = ("si", "field")
 LONG = 3.0  # m, from which a length is told in feet, not in inches
 
-# SI units -> those shown in SI, as engineers write it, and in field units; both as nsdrill.units reads them.
+# SI units -> those shown in SI, as engineers write it, and in field units; both as
+# nsdrill.units reads them.
 SHOWN: dict[str, tuple[str, str]] = {
     "m": ("mm", "in"),
     "N": ("kN", "klbf"),
@@ -114,10 +117,11 @@ _LABELS = {
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity by its ``name`` in files and studies: ``long_name``, as files say it; ``words`` for a sentence;
-    ``label`` for the axis of a picture; its SI ``units`` as a study writes them, "" for a plain number; and in
-    ``shown`` the units in which people see it in SI and in field units, as :mod:`nsdrill.units` reads them. ``choice``
-    is the key of a choice, "" of a number."""
+    """A quantity by its ``name`` in files and studies: ``long_name``, as files say it;
+    ``words`` for a sentence; ``label`` for the axis of a picture; its SI ``units`` as a
+    study writes them, "" for a plain number; and in ``shown`` the units in which people
+    see it in SI and in field units, as :mod:`nsdrill.units` reads them. ``choice`` is
+    the key of a choice, "" of a number."""
 
     name: str
     long_name: str
@@ -129,16 +133,18 @@ class Quantity:
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """The words of a choice, whose places among them are its values; () of a number."""
+        """The words of a choice, whose places among them are its values; () of a
+        number."""
         return words_of(self.choice) if self.choice else ()
 
     def unit(self, system: str) -> str:
-        """The unit in which people see it in the ``system``, "si" or "field"; "" for a plain number."""
+        """The unit in which people see it in the ``system``, "si" or "field"; "" for a
+        plain number."""
         return self.shown[SYSTEMS.index(system)]
 
     def text(self, value: float, system: str, digits: int = 6) -> str:
-        """An SI ``value`` with its unit, in one in which it is neither large nor small where there is a choice; of a
-        choice its word."""
+        """An SI ``value`` with its unit, in one in which it is neither large nor small
+        where there is a choice; of a choice its word."""
         if self.choices:
             return self.choices[int(value)]
         if system == "si" and self.name not in (*AXES, *_SHOWN_OF_NAME):
@@ -148,7 +154,8 @@ class Quantity:
 
 
 def amount(value: float, unit: str, digits: int = 6) -> str:
-    """An SI ``value`` in ``unit``, to so many digits or to the last one before the point: ``16404.2 ft``."""
+    """An SI ``value`` in ``unit``, to so many digits or to the last one before the
+    point: ``16404.2 ft``."""
     if unit in ("", "percent"):
         return f"{value:.{digits}g} {sign(unit)}".strip()
     number = from_si(value, unit)
@@ -164,8 +171,9 @@ def sign(unit: str) -> str:
 
 
 def in_system(value: float, units: str, system: str) -> tuple[float, str]:
-    """An SI ``value`` for programs, and its unit: in SI as it is, in field units as people see it. ``units`` are SI, as
-    a study or as the attributes of a file write them."""
+    """An SI ``value`` for programs, and its unit: in SI as it is, in field units as
+    people see it. ``units`` are SI, as a study or as the attributes of a file write
+    them."""
     unit = unit_in(units, system)
     return (value, units) if unit is None else (from_si(value, unit), unit)
 
@@ -197,13 +205,16 @@ def _known(model: str) -> dict[str, Quantity]:
         words = key.removeprefix("drillstring.").replace(".", " ").replace("_", " ")
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
         choice = key if key in choices else ""
-        found[name] = Quantity(name, words, words, words[:1].upper() + words[1:], units, shown, choice)
+        found[name] = Quantity(
+            name, words, words, words[:1].upper() + words[1:], units, shown, choice
+        )
     return found
 
 
 def find(name: str) -> Quantity | None:
-    """The quantity of this name, of a variable or coordinate of a file, or of a number of a study by its dotted key;
-    None for none. A name means the same in every model."""
+    """The quantity of this name, of a variable or coordinate of a file, or of a number
+    of a study by its dotted key; None for none. A name means the same in every
+    model."""
     wanted = dimension_of(name.removeprefix("operation."))
     return next((known[wanted] for known in map(_known, NAMES) if wanted in known), None)
 

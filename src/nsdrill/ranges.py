@@ -1,7 +1,9 @@
-"""The range of every value of a study: it stands once, with the field of the dataclass that holds the value.
+"""The range of every value of a study: it stands once, with the field of the dataclass
+that holds the value.
 
-Validation, messages, the JSON Schema and the tables of the documentation read it from there. A range ends a decade or
-more beyond what is met in the field, and where every number that follows from the values is still finite.
+Validation, messages, the JSON Schema and the tables of the documentation read it from
+there. A range ends a decade or more beyond what is met in the field, and where every
+number that follows from the values is still finite.
 """
 
 from __future__ import annotations
@@ -27,9 +29,11 @@ def parameter(
     words: tuple[str, ...] = (),
     most: int = 0,
 ) -> Any:
-    """A field with its units, source and confidence, its range from ``low`` to ``high``, both allowed, in SI, and in
-    words what is ``usual`` in the field; ``meaning`` says what it is, where no table of meanings does. One of the
-    ``words`` may stand in place of a number; with ``most`` the value is a list of up to so many numbers, a tuple."""
+    """A field with its units, source and confidence, its range from ``low`` to
+    ``high``, both allowed, in SI, and in words what is ``usual`` in the field;
+    ``meaning`` says what it is, where no table of meanings does. One of the ``words``
+    may stand in place of a number; with ``most`` the value is a list of up to so many
+    numbers, a tuple."""
     return field(
         default=default,
         metadata={
@@ -46,15 +50,27 @@ def parameter(
     )
 
 
-def records(kind: type, default: tuple[Any, ...], source: str, confidence: str, *, most: int, meaning: str) -> Any:
-    """A field that is a list of one to ``most`` records of the dataclass ``kind``, a tuple."""
-    meta = {"units": "", "source": source, "confidence": confidence, "meaning": meaning, "most": most, "record": kind}
+def records(
+    kind: type, default: tuple[Any, ...], source: str, confidence: str, *, most: int, meaning: str
+) -> Any:
+    """A field that is a list of one to ``most`` records of the dataclass ``kind``, a
+    tuple."""
+    meta = {
+        "units": "",
+        "source": source,
+        "confidence": confidence,
+        "meaning": meaning,
+        "most": most,
+        "record": kind,
+    }
     return field(default=default, metadata=meta)
 
 
 def choice(default: str, source: str) -> Any:
     """A field that takes one of the words of its type."""
-    return field(default=default, metadata={"units": "", "source": source, "confidence": "modelling choice"})
+    return field(
+        default=default, metadata={"units": "", "source": source, "confidence": "modelling choice"}
+    )
 
 
 class Checked:
@@ -65,7 +81,8 @@ class Checked:
 
 
 def check_fields(record: Any) -> None:
-    """ValueError where a field of the dataclass ``record`` has a value of another type or outside its range."""
+    """ValueError where a field of the dataclass ``record`` has a value of another type
+    or outside its range."""
     hints = _hints(record.__class__)
     for item in fields(record):
         value, hint = getattr(record, item.name), hints[item.name]
@@ -73,7 +90,9 @@ def check_fields(record: Any) -> None:
             continue
         if typing.get_origin(hint) is Literal:
             if value not in typing.get_args(hint):
-                raise ValueError(f"{item.name}: found {value!r:.60}, allowed: {', '.join(typing.get_args(hint))}")
+                raise ValueError(
+                    f"{item.name}: found {value!r:.60}, allowed: {', '.join(typing.get_args(hint))}"
+                )
         elif hint is bool:
             if not isinstance(value, bool):
                 raise ValueError(f"{item.name}: found {value!r:.60}, allowed: true or false")
@@ -98,10 +117,14 @@ def _check_length(name: str, value: Any, most: int) -> None:
 
 def _check_number(name: str, value: Any, kind: type, meta: Any) -> None:
     low, high = meta["low"], meta["high"]
-    if isinstance(value, bool) or not isinstance(value, kind) or not low <= value <= high:  # NaN is in no range
+    # NaN is in no range
+    if isinstance(value, bool) or not isinstance(value, kind) or not low <= value <= high:
         found = f"{value:g}" if isinstance(value, float) else f"{value!r:.60}"
         what = "a whole number, " if kind is Integral else ""
-        raise ValueError(f"{name}: found {found}, allowed: {what}{range_text(low, high)} {meta['units']}".rstrip())
+        raise ValueError(
+            f"{name}: found {found}, allowed: {what}{range_text(low, high)} "
+            f"{meta['units']}".rstrip()
+        )
 
 
 def range_text(low: float, high: float, text: Callable[[float], str] | None = None) -> str:

@@ -1,11 +1,14 @@
 """Unknown numbers: their distributions, and the samples that are drawn of them.
 
-An unknown is described by plain data, ``{kind: numbers}`` in SI, as a resolved study holds it:
+An unknown is described by plain data, ``{kind: numbers}`` in SI, as a resolved study
+holds it:
 
 - ``{"uniform": [low, high]}``
 - ``{"triangular": [low, mode, high]}``
-- ``{"normal": {"mean": m, "deviation": s}}``, cut off below ``low`` and above ``high`` where these are given
-- ``{"lognormal": {"median": m, "factor": f}}``: 68 % lie between m/f and m f; cut off likewise
+- ``{"normal": {"mean": m, "deviation": s}}``, cut off below ``low`` and above ``high``
+  where these are given
+- ``{"lognormal": {"median": m, "factor": f}}``: 68 % lie between m/f and m f; cut off
+  likewise
 - ``{"values": [...]}``: each as probable as the others
 """
 
@@ -23,7 +26,10 @@ Numbers = Mapping[str, Any]  # {kind: numbers}
 
 KINDS = ("uniform", "normal", "lognormal", "triangular", "values")
 CUT = ("low", "high")
-NAMED: dict[str, tuple[str, ...]] = {"normal": ("mean", "deviation"), "lognormal": ("median", "factor")}
+NAMED: dict[str, tuple[str, ...]] = {
+    "normal": ("mean", "deviation"),
+    "lognormal": ("median", "factor"),
+}
 DESIGNS = ("sobol", "saltelli")
 DIGITS = 9  # of a drawn value: the last ones of a quantile depend on the version of SciPy
 MOST_SAMPLES = 100_000
@@ -32,12 +38,14 @@ MOST_UNKNOWNS = 40
 
 @dataclass(frozen=True)
 class Uncertain:
-    """The unknowns of a study by their keys, as plain data in SI: ``distributions``, and the columns of a joint
-    ``table``, all of one length, whose rows are samples. ``correlations`` are [key, key, rank correlation].
+    """The unknowns of a study by their keys, as plain data in SI: ``distributions``,
+    and the columns of a joint ``table``, all of one length, whose rows are samples.
+    ``correlations`` are [key, key, rank correlation].
 
-    With the design ``sobol`` there are ``samples`` samples; with ``saltelli`` as many in a matrix A, as many in B, and
-    for every unknown as many with its column of A taken from B: samples x (unknowns + 2) in all, from which Sobol
-    indices follow without further assumptions."""
+    With the design ``sobol`` there are ``samples`` samples; with ``saltelli`` as many
+    in a matrix A, as many in B, and for every unknown as many with its column of A
+    taken from B: samples x (unknowns + 2) in all, from which Sobol indices follow
+    without further assumptions."""
 
     distributions: Mapping[str, Numbers] = field(default_factory=dict)
     table: Mapping[str, Sequence[float]] = field(default_factory=dict)
@@ -54,19 +62,28 @@ class Uncertain:
     @property
     def runs(self) -> int:
         """How many samples there are in all."""
-        return self.samples * (len(self.distributions) + 2) if self.design == "saltelli" else self.samples
+        return (
+            self.samples * (len(self.distributions) + 2)
+            if self.design == "saltelli"
+            else self.samples
+        )
 
 
 def draw(unknown: Uncertain) -> dict[str, Array]:
-    """The samples of each unknown by its key, float arrays [runs]. The same for the same input, to the bit.
+    """The samples of each unknown by its key, float arrays [runs]. The same for the
+    same input, to the bit.
 
-    The points in the unit cube are a scrambled Sobol sequence (Owen 1998; :class:`scipy.stats.qmc.Sobol`), of which
-    the first ones are taken where their number is no power of two."""
+    The points in the unit cube are a scrambled Sobol sequence (Owen 1998;
+    :class:`scipy.stats.qmc.Sobol`), of which the first ones are taken where their
+    number is no power of two."""
     drawn: dict[str, Array] = {}
     names = list(unknown.distributions)
     if names:
         u = correlated(unit_samples(unknown), correlation_matrix(names, unknown.correlations))
-        drawn = {key: rounded(quantile(unknown.distributions[key], u[:, i])) for i, key in enumerate(names)}
+        drawn = {
+            key: rounded(quantile(unknown.distributions[key], u[:, i]))
+            for i, key in enumerate(names)
+        }
     return drawn | {key: np.array(values, dtype=float) for key, values in unknown.table.items()}
 
 
@@ -93,9 +110,11 @@ def _sobol(dimensions: int, count: int, seed: int) -> Array:
     return np.clip(points.random_base2(math.ceil(math.log2(count)))[:count], half, 1.0 - half)
 
 
-def correlation_matrix(names: Sequence[str], correlations: Sequence[tuple[str, str, float]]) -> Array:
-    """The correlations of a Gaussian copula with these rank correlations (Spearman's rho), by r = 2 sin(pi rho / 6)
-    (Pearson 1907): [unknowns, unknowns]."""
+def correlation_matrix(
+    names: Sequence[str], correlations: Sequence[tuple[str, str, float]]
+) -> Array:
+    """The correlations of a Gaussian copula with these rank correlations (Spearman's
+    rho), by r = 2 sin(pi rho / 6) (Pearson 1907): [unknowns, unknowns]."""
     matrix = np.eye(len(names))
     for one, two, rank in correlations:
         i, j = names.index(one), names.index(two)
@@ -104,8 +123,8 @@ def correlation_matrix(names: Sequence[str], correlations: Sequence[tuple[str, s
 
 
 def correlated(u: Array, matrix: Array) -> Array:
-    """Independent samples ``u`` in the unit cube [n, d] with the Gaussian copula of this correlation ``matrix``;
-    LinAlgError where it is not positive definite."""
+    """Independent samples ``u`` in the unit cube [n, d] with the Gaussian copula of
+    this correlation ``matrix``; LinAlgError where it is not positive definite."""
     if np.array_equal(matrix, np.eye(len(matrix))):
         return u
     from scipy.special import ndtr, ndtri
@@ -114,8 +133,8 @@ def correlated(u: Array, matrix: Array) -> Array:
 
 
 def distribution(numbers: Numbers) -> Any:
-    """The distribution of one unknown, not cut off, as a frozen one of :mod:`scipy.stats`; of a list of values the
-    uniform one over their places."""
+    """The distribution of one unknown, not cut off, as a frozen one of
+    :mod:`scipy.stats`; of a list of values the uniform one over their places."""
     from scipy import stats
 
     ((kind, given),) = numbers.items()
@@ -149,7 +168,8 @@ def quantile(numbers: Numbers, u: Array) -> Array:
 
 
 def cut_of(numbers: Numbers) -> tuple[float | None, float | None]:
-    """Below and above which a normal or lognormal distribution is cut off; None where it is not."""
+    """Below and above which a normal or lognormal distribution is cut off; None where
+    it is not."""
     ((_, given),) = numbers.items()
     return (given.get("low"), given.get("high")) if isinstance(given, Mapping) else (None, None)
 
@@ -158,7 +178,9 @@ def part_below(numbers: Numbers) -> tuple[float, float]:
     """The parts of a normal or lognormal distribution, not cut off, below its two ends."""
     made = distribution(numbers)
     low, high = cut_of(numbers)
-    return (0.0 if low is None else float(made.cdf(low))), (1.0 if high is None else float(made.cdf(high)))
+    return (0.0 if low is None else float(made.cdf(low))), (
+        1.0 if high is None else float(made.cdf(high))
+    )
 
 
 def rounded(values: Array) -> Array:

@@ -1,9 +1,10 @@
 """Right-hand sides written for one trajectory, put into lanes.
 
-A model need not know lanes: a plain function of time, states and parameters, over tuples, is called in a loop over the
-lanes, into which it disappears, and the loop compiles to packed instructions. The function must not branch on values
-but select (``a if condition else b``), and call nothing but what vectorises: arithmetic, ``np.sqrt``, ``np.floor`` and
-the functions of :mod:`nsdrill.elementary`.
+A model need not know lanes: a plain function of time, states and parameters, over
+tuples, is called in a loop over the lanes, into which it disappears, and the loop
+compiles to packed instructions. The function must not branch on values but select
+(``a if condition else b``), and call nothing but what vectorises: arithmetic,
+``np.sqrt``, ``np.floor`` and the functions of :mod:`nsdrill.elementary`.
 """
 
 from __future__ import annotations
@@ -29,13 +30,16 @@ Slopes = Callable[..., Sequence[float]]
 
 @lru_cache
 def unobserved(lanes: int) -> tuple[Any, Any]:
-    """A compiled observer and a marker that do nothing, for runs of which only the end is wanted."""
+    """A compiled observer and a marker that do nothing, for runs of which only the end
+    is wanted."""
 
     @compiled(types.void(BUFFER, BUFFER), lanes)
     def watch_nothing(b, store):  # type: ignore[no-untyped-def]
         pass
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes)
+    @compiled(
+        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes
+    )
     def mark_nothing(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         pass
 
@@ -45,14 +49,17 @@ def unobserved(lanes: int) -> tuple[Any, Any]:
 def in_lanes(slopes: Slopes, lanes: int, rows: Rows, deviation: Slopes | None = None) -> Any:
     """The compiled right-hand side of a model whose slopes are ``slopes(t, y, p)``.
 
-    ``t`` is the time, ``y`` the tuple of the own states and ``p`` that of the parameters, in the order of ``rows``. The
-    result is the tuple of the slopes: for each pair of position and velocity the velocity's, then those of the states
-    of first order. Where the layout has companions, ``deviation(t, y, d, p)`` gives the slopes of a deviation ``d``
-    from the motion: the Jacobian times ``d``. Without it the difference of the slopes at two states, ``STEP`` times
-    ``d`` apart about the motion, takes its place: as ``d`` has natural sizes, its error is about 1e-8 of them.
+    ``t`` is the time, ``y`` the tuple of the own states and ``p`` that of the
+    parameters, in the order of ``rows``. The result is the tuple of the slopes: for
+    each pair of position and velocity the velocity's, then those of the states of first
+    order. Where the layout has companions, ``deviation(t, y, d, p)`` gives the slopes
+    of a deviation ``d`` from the motion: the Jacobian times ``d``. Without it the
+    difference of the slopes at two states, ``STEP`` times ``d`` apart about the motion,
+    takes its place: as ``d`` has natural sizes, its error is about 1e-8 of them.
 
-    Either function may ask for the phase as one argument more, the last: the angle of the drive, less whole turns, when
-    the time is zero. With the drive's speed among the parameters the angle now is ``phase + speed * t``.
+    Either function may ask for the phase as one argument more, the last: the angle of
+    the drive, less whole turns, when the time is zero. With the drive's speed among the
+    parameters the angle now is ``phase + speed * t``.
     """
     W, own = lanes, rows.own
     state = _row("stage", range(own))
@@ -60,12 +67,16 @@ def in_lanes(slopes: Slopes, lanes: int, rows: Rows, deviation: Slopes | None = 
     parameters = _row("parameter", range(rows.parameters))
     slope = _row("acceleration", range(rows.own_slopes))
     follows = _row("acceleration", range(rows.own_slopes, rows.slopes))
-    places = {name: W * getattr(rows, name) for name in ("stage", "acceleration", "stage_time", "phase", "parameter")}
+    places = {
+        name: W * getattr(rows, name)
+        for name in ("stage", "acceleration", "stage_time", "phase", "parameter")
+    }
     lines = [
         f"# {_signed(slopes)}{f', {_signed(deviation)}' if deviation else ''}",
         constants(W=W, **places),
         "def right_hand_side(b):",
-        # The length is nothing that the compiler knows, or it would unroll the loop of a small model before packing it.
+        # The length is nothing that the compiler knows, or it would unroll the loop of
+        # a small model before packing it.
         "    for i in range(min(W, len(b))):",
         "        t = b[stage_time + i]",
         f"        y = ({state})",
@@ -75,13 +86,22 @@ def in_lanes(slopes: Slopes, lanes: int, rows: Rows, deviation: Slopes | None = 
     known = {"slopes": inlined(slopes)}
     if rows.companions:
         if deviation is not None:
-            lines.append(f"        ({follows}) = deviation(t, y, ({deviated}), p{_phase(deviation, 4)})")
+            lines.append(
+                f"        ({follows}) = deviation(t, y, ({deviated}), p{_phase(deviation, 4)})"
+            )
             known["deviation"] = inlined(deviation)
         else:
             for name, sign in (("above", "+"), ("below", "-")):
-                moved = (f"b[stage + {n} * W + i] {sign} {STEP!r} * b[stage + {own + n} * W + i], " for n in range(own))
-                lines.append(f"        {name} = slopes(t, ({''.join(moved)}), p{_phase(slopes, 3)})")
-            parts = (f"(above[{n}] - below[{n}]) * {0.5 / STEP!r}, " for n in range(rows.own_slopes))
+                moved = (
+                    f"b[stage + {n} * W + i] {sign} {STEP!r} * b[stage + {own + n} * W + i], "
+                    for n in range(own)
+                )
+                lines.append(
+                    f"        {name} = slopes(t, ({''.join(moved)}), p{_phase(slopes, 3)})"
+                )
+            parts = (
+                f"(above[{n}] - below[{n}]) * {0.5 / STEP!r}, " for n in range(rows.own_slopes)
+            )
             lines.append(f"        ({follows}) = ({''.join(parts)})")
     function = define("right_hand_side", "\n".join(lines) + "\n", **known)
     return compiled(types.void(BUFFER), W, *astuple(rows))(function)
@@ -99,30 +119,37 @@ def _row(name: str, numbers: Sequence[int]) -> str:
 
 
 def embedded(function: Callable[..., Any]) -> tuple[Any, str]:
-    """``function`` as a helper that disappears into the text which calls it, and a line for that text which tells its
-    code from any other. A function that is compiled already stays as it is."""
+    """``function`` as a helper that disappears into the text which calls it, and a line
+    for that text which tells its code from any other. A function that is compiled
+    already stays as it is."""
     line = _signed(function)
     if not isinstance(function, FunctionType):
         return function, line
     # Two functions of one name, as all lambdas are, would be one to the cache.
     name = f"{function.__name__.strip('<>')}_{hashlib.sha256(line.encode()).hexdigest()[:16]}"
-    copy = FunctionType(function.__code__, function.__globals__, name, function.__defaults__, function.__closure__)
+    copy = FunctionType(
+        function.__code__, function.__globals__, name, function.__defaults__, function.__closure__
+    )
     copy.__qualname__ = name
     copy.__module__ = function.__module__
     return inlined(copy), line
 
 
 def _signed(function: Callable[..., Any], callers: tuple[Any, ...] = ()) -> str:
-    """The function's name with a digest of its code, of the file it stands in and of all that it refers to: other code
-    must not meet machine code from before."""
+    """The function's name with a digest of its code, of the file it stands in and of
+    all that it refers to: other code must not meet machine code from before."""
     function = getattr(function, "py_func", function)
-    name = f"{getattr(function, '__module__', '')}.{getattr(function, '__qualname__', repr(function))}"
+    name = (
+        f"{getattr(function, '__module__', '')}.{getattr(function, '__qualname__', repr(function))}"
+    )
     # What belongs to the package is in the digest of its sources.
     if not isinstance(function, FunctionType) or function in callers or name.startswith("nsdrill."):
         return name
     code, file = function.__code__, Path(inspect.getfile(function))
     digest = hashlib.sha256(file.read_bytes() if file.exists() else b"")
-    digest.update(repr((code.co_code, code.co_names, code.co_varnames, _plain(code.co_consts))).encode())
+    digest.update(
+        repr((code.co_code, code.co_names, code.co_varnames, _plain(code.co_consts))).encode()
+    )
     known = inspect.getclosurevars(function)
     for word, value in sorted({**known.globals, **known.nonlocals}.items()):
         digest.update(f"{word} {_told(value, (*callers, function))}".encode())

@@ -1,4 +1,5 @@
-"""The units that a quantity may be written in: exact factors, as a table of definitions."""
+"""The units that a quantity may be written in: exact factors, as a table of
+definitions."""
 
 from __future__ import annotations
 
@@ -75,10 +76,22 @@ ohm = 1 V/A
 H henry = 1 V*s/A
 """
 PREFIXES = {
-    name: Fraction(10) ** power for names, power in (
-        ("n nano", -9), ("µ μ u micro", -6), ("m milli", -3), ("c centi", -2), ("d deci", -1), ("da deca deka", 1),
-        ("h hecto", 2), ("k kilo", 3), ("M mega", 6), ("G giga", 9), ("T tera", 12)) for name in names.split()
-}  # fmt: skip
+    name: Fraction(10) ** power
+    for names, power in (
+        ("n nano", -9),
+        ("µ μ u micro", -6),
+        ("m milli", -3),
+        ("c centi", -2),
+        ("d deci", -1),
+        ("da deca deka", 1),
+        ("h hecto", 2),
+        ("k kilo", 3),
+        ("M mega", 6),
+        ("G giga", 9),
+        ("T tera", 12),
+    )
+    for name in names.split()
+}
 
 
 def _read(definitions: str) -> dict[str, tuple[Fraction, str]]:
@@ -91,4 +104,5 @@ def _read(definitions: str) -> dict[str, tuple[Fraction, str]]:
 
 
 TABLE = _read(_DEFINITIONS)
-"""What each unit name stands for: how many of which compound unit; a dimension in brackets stands for itself."""
+"""What each unit name stands for: how many of which compound unit; a dimension in
+brackets stands for itself."""

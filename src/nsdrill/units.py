@@ -1,7 +1,8 @@
 """Quantities as people write them ("15 in", "5 klbf", "60 rpm") to SI floats and back.
 
-The text is taken apart by a small grammar, which evaluates nothing, and each unit name is looked up in a table of exact
-factors. So the result is the float nearest to the value written: "9 in" is 0.2286 and "5 klbf" is 22241.1080763025.
+The text is taken apart by a small grammar, which evaluates nothing, and each unit name
+is looked up in a table of exact factors. So the result is the float nearest to the
+value written: "9 in" is 0.2286 and "5 klbf" is 22241.1080763025.
 
 Angles are a dimension here: without one "1 Hz" would do for "1 rad/s", wrong by 2 pi.
 """
@@ -48,22 +49,60 @@ USUAL: dict[str, tuple[str, ...]] = {
     "ohm": ("ohm", "mohm"),
     "V s/rad": ("V*s/rad",),
 }
-"""Units to suggest and to display in, by the SI units of the quantity; SI engineering units first."""
+"""Units to suggest and to display in, by the SI units of the quantity; SI engineering
+units first."""
 
 KINDS = {
-    "m": "length", "N": "force", "rad/s": "speed of rotation", "rad": "angle", "s": "time", "m/s": "speed",
-    "m/s^2": "acceleration", "kg/m^3": "density", "Pa": "pressure", "N/m": "stiffness", "N m": "torque",
-    "kg": "mass", "Hz": "frequency", "m^3/s": "flow",
-}  # fmt: skip
+    "m": "length",
+    "N": "force",
+    "rad/s": "speed of rotation",
+    "rad": "angle",
+    "s": "time",
+    "m/s": "speed",
+    "m/s^2": "acceleration",
+    "kg/m^3": "density",
+    "Pa": "pressure",
+    "N/m": "stiffness",
+    "N m": "torque",
+    "kg": "mass",
+    "Hz": "frequency",
+    "m^3/s": "flow",
+}
 """What a quantity with these SI units is, in words."""
 
 CF = {
-    "": "1", "percent": "percent", "m": "m", "N": "N", "rad/s": "rad s-1", "rad": "rad", "s": "s", "m/s": "m s-1",
-    "m/s^2": "m s-2", "kg/m^3": "kg m-3", "Pa": "Pa", "N/m": "N m-1", "N/m^1.5": "N m-1.5", "N s/m": "N s m-1",
-    "N m s/rad": "N m s rad-1", "N m": "N m", "1/s": "s-1", "s/m": "s m-1", "s/rad": "s rad-1",
-    "N s^2/m^2": "N s2 m-2", "N m/rad": "N m rad-1", "kg m^2": "kg m2", "Hz": "Hz", "s^2/rad^2": "s2 rad-2",
-    "kg": "kg", "m^3/s": "m3 s-1", "Pa s": "Pa s", "A": "A", "H": "H", "ohm": "ohm", "V s/rad": "V s rad-1",
-}  # fmt: skip
+    "": "1",
+    "percent": "percent",
+    "m": "m",
+    "N": "N",
+    "rad/s": "rad s-1",
+    "rad": "rad",
+    "s": "s",
+    "m/s": "m s-1",
+    "m/s^2": "m s-2",
+    "kg/m^3": "kg m-3",
+    "Pa": "Pa",
+    "N/m": "N m-1",
+    "N/m^1.5": "N m-1.5",
+    "N s/m": "N s m-1",
+    "N m s/rad": "N m s rad-1",
+    "N m": "N m",
+    "1/s": "s-1",
+    "s/m": "s m-1",
+    "s/rad": "s rad-1",
+    "N s^2/m^2": "N s2 m-2",
+    "N m/rad": "N m rad-1",
+    "kg m^2": "kg m2",
+    "Hz": "Hz",
+    "s^2/rad^2": "s2 rad-2",
+    "kg": "kg",
+    "m^3/s": "m3 s-1",
+    "Pa s": "Pa s",
+    "A": "A",
+    "H": "H",
+    "ohm": "ohm",
+    "V s/rad": "V s rad-1",
+}
 """Units as the attributes of files have them, by the SI units of a key."""
 
 _PLAIN_OF_CF = {cf: plain for plain, cf in CF.items()}
@@ -71,12 +110,17 @@ _PLAIN_OF_CF = {cf: plain for plain, cf in CF.items()}
 _LONGEST = 80  # characters; no quantity needs more, and it bounds the work done on hostile input
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*(\S.*)?", re.ASCII)
-_TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-zµμ°][A-Za-z_]*)|(?P<one>1)(?=\s*/)|(?P<mark>[*/()])|(?P<end>$))", re.ASCII)
+_TOKEN = re.compile(
+    r"\s*(?:(?P<name>[A-Za-zµμ°][A-Za-z_]*)|(?P<one>1)(?=\s*/)|(?P<mark>[*/()])|(?P<end>$))",
+    re.ASCII,
+)
 _EXPONENT = re.compile(
     r"\s*(?:\^|\*\*)\s*(?:(?P<plain>[-+]?\d{1,2}(?:\.\d{1,4})?)|\((?P<ratio>-?\d{1,2}(?:/[1-9])?)\))|(?P<bare>-?\d(?:\.\d{1,4})?)",
     re.ASCII,
 )
-_PLAIN = str.maketrans({"·": "*", "⋅": "*", "×": "*", "∙": "*", "−": "-", "\u00a0": " ", "\u202f": " "})
+_PLAIN = str.maketrans(
+    {"·": "*", "⋅": "*", "×": "*", "∙": "*", "−": "-", "\u00a0": " ", "\u202f": " "}
+)
 _SUPERSCRIPT = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _SUPERSCRIPTS = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+")
 
@@ -86,7 +130,8 @@ Dimensions = dict[str, Fraction]
 
 
 class QuantityError(InputError, ValueError):
-    """A quantity that cannot be read: what was found, what is allowed, and perhaps what was meant."""
+    """A quantity that cannot be read: what was found, what is allowed, and perhaps what
+    was meant."""
 
     def __init__(self, found: str, allowed: str, suggestion: str | None = None) -> None:
         self.found, self.allowed, self.suggestion = found, allowed, suggestion
@@ -95,7 +140,8 @@ class QuantityError(InputError, ValueError):
 
 
 class Asked(float):
-    """An SI value that remembers the ``unit`` in which it was asked for, so that the answer can name it in that."""
+    """An SI value that remembers the ``unit`` in which it was asked for, so that the
+    answer can name it in that."""
 
     def __new__(cls, value: float, unit: str) -> Asked:
         made = super().__new__(cls, value)
@@ -118,7 +164,8 @@ def asked(text: str, units: str) -> Asked:
 def to_si(text: str, units: str) -> float:
     """The value of ``text`` in the SI ``units`` ("m", "N s/m", "N/m^1.5", ...).
 
-    Raises :class:`QuantityError` where the text is not one finite number with a unit of the same dimension.
+    Raises :class:`QuantityError` where the text is not one finite number with a unit of
+    the same dimension.
     """
     match = _QUANTITY.fullmatch(_tidy(text)) if len(text) <= _LONGEST else None
     if match is None:
@@ -132,7 +179,9 @@ def to_si(text: str, units: str) -> float:
         raise _wrong_dimension(text, units, unit, dimensions)
     value = float(number)  # first as a float: a fraction of 1e999999999 would take for ever
     if math.isinf(value) or (value == 0.0 and re.search("[1-9]", re.split("[eE]", number)[0])):
-        raise QuantityError(f"{quoted(text)}, beyond the range of floating-point numbers", allowed_units(units))
+        raise QuantityError(
+            f"{quoted(text)}, beyond the range of floating-point numbers", allowed_units(units)
+        )
     try:
         return float(Fraction(number) * factor / base) + 0.0  # + 0.0: no negative zero
     except OverflowError:
@@ -141,7 +190,8 @@ def to_si(text: str, units: str) -> float:
 
 
 def from_si(value: float, units: str) -> float:
-    """An SI ``value`` expressed in ``units``, any name that :func:`to_si` reads. NaN and infinities stay."""
+    """An SI ``value`` expressed in ``units``, any name that :func:`to_si` reads. NaN
+    and infinities stay."""
     if not math.isfinite(value):
         return value
     factor, _ = _meaning(units, units, units)
@@ -149,8 +199,9 @@ def from_si(value: float, units: str) -> float:
 
 
 def rounded_from_si(value: float, units: str) -> float:
-    """As :func:`from_si`, to 15 digits where :func:`to_si` makes the same ``value`` of that: 8 klbf stay 8 klbf, and
-    are not the 7.999999999999999 that the nearest float in newtons is."""
+    """As :func:`from_si`, to 15 digits where :func:`to_si` makes the same ``value`` of
+    that: 8 klbf stay 8 klbf, and are not the 7.999999999999999 that the nearest float
+    in newtons is."""
     exact = from_si(value, units)
     if not math.isfinite(exact):
         return exact
@@ -160,14 +211,15 @@ def rounded_from_si(value: float, units: str) -> float:
 
 
 def format_quantity(value: float, units: str, digits: int = 6) -> str:
-    """An SI ``value`` for people, in ``units`` and to ``digits`` significant digits: ``format_quantity(22240, "kN")``
-    is "22.24 kN"."""
+    """An SI ``value`` for people, in ``units`` and to ``digits`` significant digits:
+    ``format_quantity(22240, "kN")`` is "22.24 kN"."""
     return f"{from_si(value, units):.{digits}g} {units}"
 
 
 def readable(value: float, units: str, digits: int = 6) -> str:
-    """An SI ``value`` for people, in the first of its usual units in which it is neither large nor small:
-    ``readable(2.2e4, "N")`` is "22 kN"; a plain number stays one. A value that was asked for in a unit is in that."""
+    """An SI ``value`` for people, in the first of its usual units in which it is
+    neither large nor small: ``readable(2.2e4, "N")`` is "22 kN"; a plain number stays
+    one. A value that was asked for in a unit is in that."""
     if units in ("", "percent"):
         return f"{value:.{digits}g}"
     if isinstance(value, Asked):
@@ -183,12 +235,14 @@ def plain_units(cf: str) -> str:
 
 
 def exact_text(value: float, units: str) -> str:
-    """The text that :func:`to_si` reads back as exactly ``value``, in that of the usual units that needs the fewest
-    digits: 0.2286 m is "9 in"."""
+    """The text that :func:`to_si` reads back as exactly ``value``, in that of the usual
+    units that needs the fewest digits: 0.2286 m is "9 in"."""
     candidates = []
     for unit in USUAL.get(units, ()):
         number = f"{from_si(value, unit):.12g}"
-        if (value == 0.0 or 1.0 <= abs(float(number)) < 1e4) and to_si(f"{number} {unit}", units) == value:
+        if (value == 0.0 or 1.0 <= abs(float(number)) < 1e4) and to_si(
+            f"{number} {unit}", units
+        ) == value:
             candidates.append((len(number.replace(".", "").strip("-0")), f"{number} {unit}"))
     if not candidates:
         return f"{value!r} {units.replace(' ', '*')}"
@@ -199,7 +253,9 @@ def allowed_units(units: str) -> str:
     """What may stand where a quantity of these SI units is wanted, in words."""
     names = USUAL.get(units, (units.replace(" ", "*"),))
     head, last = ", ".join(names[:-1]), names[-1]
-    return f"a number with its unit ({head} or {last})" if head else f"a number with its unit ({last})"
+    return (
+        f"a number with its unit ({head} or {last})" if head else f"a number with its unit ({last})"
+    )
 
 
 def quoted(text: str) -> str:
@@ -238,27 +294,38 @@ def _wrong_dimension(text: str, units: str, unit: str, dimensions: Dimensions) -
         )
     if units == "m/s^2" and dimensions == {"[mass]": 1}:
         return QuantityError(
-            f"{quoted(text)}, a mass", allowed_units(units), "g is the gram here: write gravity, as in 0.25 gravity."
+            f"{quoted(text)}, a mass",
+            allowed_units(units),
+            "g is the gram here: write gravity, as in 0.25 gravity.",
         )
     return QuantityError(
-        f"{quoted(text)}, in units of {_in_words(dimensions)}", allowed_units(units), _pounds(units, unit, dimensions)
+        f"{quoted(text)}, in units of {_in_words(dimensions)}",
+        allowed_units(units),
+        _pounds(units, unit, dimensions),
     )
 
 
 def _pounds(units: str, unit: str, dimensions: Dimensions) -> str | None:
-    """What was meant where a pound that is a mass stands for one that is a force: ft*lbf for ft*lb."""
+    """What was meant where a pound that is a mass stands for one that is a force:
+    ft*lbf for ft*lb."""
     wanted = _evaluate(_tidy(units))[1]
     force, mass = _evaluate("N")[1], {"[mass]": Fraction(1)}
     names = {*dimensions, *force}
-    as_force = {n: dimensions.get(n, Fraction(0)) + force.get(n, Fraction(0)) - mass.get(n, Fraction(0)) for n in names}
-    if {n: power for n, power in as_force.items() if power} != wanted or not re.search(r"lbs?\b", unit):
+    as_force = {
+        n: dimensions.get(n, Fraction(0)) + force.get(n, Fraction(0)) - mass.get(n, Fraction(0))
+        for n in names
+    }
+    if {n: power for n, power in as_force.items() if power} != wanted or not re.search(
+        r"lbs?\b", unit
+    ):
         return None
     meant = re.sub(r"lbs?\b", "lbf", unit)
     return f"A pound is a mass here: write {meant}."
 
 
 def kind_of(units: str) -> str:
-    """What a quantity with these SI units is, in words: "force" of N; the units themselves where there is no word."""
+    """What a quantity with these SI units is, in words: "force" of N; the units
+    themselves where there is no word."""
     return KINDS.get(units, units)
 
 
@@ -279,7 +346,8 @@ def _in_words(dimensions: Dimensions) -> str:
 
 
 def _meaning(unit: str, text: str, wanted: str) -> tuple[Fraction, Dimensions]:
-    """Factor to SI and dimensions of a compound unit; errors speak of ``text`` and ``wanted``."""
+    """Factor to SI and dimensions of a compound unit; errors speak of ``text`` and
+    ``wanted``."""
     try:
         return _evaluate(_tidy(unit))
     except KeyError as error:
@@ -291,12 +359,15 @@ def _meaning(unit: str, text: str, wanted: str) -> tuple[Fraction, Dimensions]:
         found = f"{quoted(text)}, with an unknown unit '{name[:30]}'"
         raise QuantityError(found, allowed_units(wanted), hint) from None
     except SyntaxError:
-        raise QuantityError(f"{quoted(text)}, whose unit cannot be read", allowed_units(wanted)) from None
+        raise QuantityError(
+            f"{quoted(text)}, whose unit cannot be read", allowed_units(wanted)
+        ) from None
 
 
 @lru_cache(maxsize=1024)
 def _evaluate(unit: str) -> tuple[Fraction, Dimensions]:
-    """KeyError(name) for an unknown unit name, SyntaxError for anything outside the grammar."""
+    """KeyError(name) for an unknown unit name, SyntaxError for anything outside the
+    grammar."""
     factor, dimensions = Fraction(1), Dimensions()
     for name, exponent in _powers(unit):
         base, parts = _named(name)
@@ -308,7 +379,8 @@ def _evaluate(unit: str) -> tuple[Fraction, Dimensions]:
 
 @lru_cache(maxsize=1024)
 def _named(name: str) -> tuple[Fraction, Dimensions]:
-    """Factor to SI and dimensions of a unit name, with a prefix or in the plural perhaps; KeyError(name) for none."""
+    """Factor to SI and dimensions of a unit name, with a prefix or in the plural
+    perhaps; KeyError(name) for none."""
     # No plural of a short symbol: "Ns" is no number of newtons.
     for singular in (name, name.removesuffix("s") if len(name) > 3 or name == "lbs" else name):
         for length in range(len(name)):
@@ -324,9 +396,11 @@ def _named(name: str) -> tuple[Fraction, Dimensions]:
 
 
 def _powers(unit: str) -> list[tuple[str, Fraction]]:
-    """The grammar: names with exponents, joined by ``*``, ``/`` or a space, left to right, with parentheses.
+    """The grammar: names with exponents, joined by ``*``, ``/`` or a space, left to
+    right, with parentheses.
 
-    ``N*m*s/rad``, ``kg/m^3``, ``kg/m3``, ``N m s/rad``, ``1/s``, ``N/(m/s)``, ``N/m^(3/2)``.
+    ``N*m*s/rad``, ``kg/m^3``, ``kg/m3``, ``N m s/rad``, ``1/s``, ``N/(m/s)``,
+    ``N/m^(3/2)``.
     """
     found: list[tuple[str, Fraction]] = []
     signs = [1]  # sign of the enclosing group, one entry per open parenthesis

@@ -1,7 +1,9 @@
-"""What a variable of a file is, the codes of labels and statuses, and the variables that files of every model have.
+"""What a variable of a file is, the codes of labels and statuses, and the variables
+that files of every model have.
 
-Those of a model stand in its folder; :mod:`nsdrill.models.description` puts both into one table, from which the store
-writes, the export and the plots label, and the file-format page of the documentation is made.
+Those of a model stand in its folder; :mod:`nsdrill.models.description` puts both into
+one table, from which the store writes, the export and the plots label, and the
+file-format page of the documentation is made.
 """
 
 from __future__ import annotations
@@ -36,8 +38,8 @@ def dimension_of(key: str) -> str:
 
 @dataclass(frozen=True)
 class Axis:
-    """A number of the study that a sweep varies: its dotted ``key`` as the study has it, the SI ``units`` of its values
-    as a study writes them, and what it is."""
+    """A number of the study that a sweep varies: its dotted ``key`` as the study has
+    it, the SI ``units`` of its values as a study writes them, and what it is."""
 
     key: str
     units: str
@@ -51,8 +53,9 @@ class Axis:
 
 @dataclass(frozen=True)
 class Unknown(Axis):
-    """A number of the study that is uncertain: each sample has a value of its own. Its name is that of its whole key,
-    ``operation_wob`` of the weight on bit, as ``wob`` is the value that the study gives."""
+    """A number of the study that is uncertain: each sample has a value of its own. Its
+    name is that of its whole key, ``operation_wob`` of the weight on bit, as ``wob`` is
+    the value that the study gives."""
 
     @property
     def short(self) -> str:
@@ -62,11 +65,13 @@ class Unknown(Axis):
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable. ``room`` says who makes it: ``run`` (bookkeeping), ``feature`` (measured during the run; a new
-    classification leaves it alone), ``label`` (made from features by the classification), ``trust`` (measured by the
-    checks of a point), ``peaks``, ``section``, ``states``. ``units`` are empty where those of its entries differ by
-    state. Where ``only`` names something to keep (:class:`nsdrill.models.kept.Kept`) or a state, the variable is
-    there only if that is."""
+    """One variable. ``room`` says who makes it: ``run`` (bookkeeping), ``feature``
+    (measured during the run; a new classification leaves it alone), ``label`` (made
+    from features by the classification), ``trust`` (measured by the checks of a point),
+    ``peaks``, ``section``, ``states``. ``units`` are empty where those of its entries
+    differ by state. Where ``only`` names something to keep
+    (:class:`nsdrill.models.kept.Kept`) or a state, the variable is there only if that
+    is."""
 
     name: str
     dtype: str
@@ -83,13 +88,26 @@ class Variable:
 def flag(name: str, long_name: str, words: str, only: str | None = None) -> Variable:
     """A label whose values 0, 1, 2, ... have these ``words``."""
     values = tuple(range(len(words.split())))
-    return Variable(name, "i1", "1", long_name, "label", flag_values=values, flag_meanings=words, only=only)
+    return Variable(
+        name, "i1", "1", long_name, "label", flag_values=values, flag_meanings=words, only=only
+    )
 
 
-def responses(name: str, long_name: str, present: tuple[str, ...], only: str | None = None) -> Variable:
+def responses(
+    name: str, long_name: str, present: tuple[str, ...], only: str | None = None
+) -> Variable:
     """A label of critical responses, a bit for each of those that the model has."""
     bits = tuple(1 << RESPONSES.index(word) for word in present)
-    return Variable(name, "i1", "1", long_name, "label", flag_masks=bits, flag_meanings=" ".join(present), only=only)
+    return Variable(
+        name,
+        "i1",
+        "1",
+        long_name,
+        "label",
+        flag_masks=bits,
+        flag_meanings=" ".join(present),
+        only=only,
+    )
 
 
 def feature(name: str, units: str, long_name: str, only: str | None = None) -> Variable:
@@ -105,8 +123,14 @@ def last_peaks(name: str, units: str, long_name: str) -> Variable:
 def at_section(name: str, units: str, long_name: str) -> Variable:
     """A quantity at the last returns to the Poincare section."""
     return Variable(
-        f"section_{name}", "f8", units, f"{long_name} at the Poincare section", "section", (*POINT, "crossing"),
-        only="returns")  # fmt: skip
+        f"section_{name}",
+        "f8",
+        units,
+        f"{long_name} at the Poincare section",
+        "section",
+        (*POINT, "crossing"),
+        only="returns",
+    )
 
 
 def in_trace(name: str, units: str, long_name: str, only: str | None = None) -> Variable:
@@ -117,7 +141,8 @@ def in_trace(name: str, units: str, long_name: str, only: str | None = None) -> 
 CHECKS = ("tight", "long")
 # What the verdict on a checked point is made from, beside its response.
 TRUST = ("trusted", *(f"{check}_{what}" for what in ("response", "status") for check in CHECKS))
-SCHEDULED = {"depth": "depth", "wob": "wob", "rotary_speed": "drive_speed"}  # where a trace has the operating values
+# where a trace has the operating values
+SCHEDULED = {"depth": "depth", "wob": "wob", "rotary_speed": "drive_speed"}
 
 SAMPLE = "sample"
 COUNTED = (SAMPLE, "start", "peak", "crossing")  # coordinates that count from 0

@@ -1,4 +1,5 @@
-"""One number for one attractor along the axes: crossings, births, gaps, folds; whatever the order."""
+"""One number for one attractor along the axes: crossings, births, gaps, folds; whatever
+the order."""
 
 from __future__ import annotations
 
@@ -26,7 +27,8 @@ def joined(*groups: Table) -> Table:
 
 
 def numbered(variables: Table, shape: tuple[int, ...] | None = None) -> np.ndarray:
-    """The number of every start, from the groups at each operating point to the branches."""
+    """The number of every start, from the groups at each operating point to the
+    branches."""
     n = len(variables["status"])
     speed, gap, axial = np.full(n, SPEED), np.full(n, GAP), np.full(n, 1e-3)
     apart, along = coordinates(variables, speed, gap, axial)
@@ -36,40 +38,63 @@ def numbered(variables: Table, shape: tuple[int, ...] | None = None) -> np.ndarr
     return numbers[np.searchsorted(found.point, np.arange(n))[:, None] + group - 1]
 
 
-def made_up(*attractors: tuple[int, float], members: int = 8, settled: bool = True, kinds: int = 0) -> Places:
+def made_up(
+    *attractors: tuple[int, float], members: int = 8, settled: bool = True, kinds: int = 0
+) -> Places:
     """Attractors at (operating point, place) with one coordinate."""
     point, place = np.array(attractors).T
     n = len(point)
-    return Places(point.astype(int), np.full(n, members), place[:, None], np.full(n, kinds), np.full(n, settled))
+    return Places(
+        point.astype(int),
+        np.full(n, members),
+        place[:, None],
+        np.full(n, kinds),
+        np.full(n, settled),
+    )
 
 
 def test_branches_whose_features_cross_are_told_apart_by_their_states() -> None:
-    """The time off the rock of the one rises as that of the other falls. From 0.34 at one point the nearest at the next
-    is 0.34 of the other; the greatest radius says which is which."""
+    """The time off the rock of the one rises as that of the other falls. From 0.34 at
+    one point the nearest at the next is 0.34 of the other; the greatest radius says
+    which is which."""
     rising = [0.20, 0.26, 0.34, 0.40]
     points = [
         joined(
-            starts(3, lift_off_fraction=a, radius_max=0.2 * GAP), starts(2, lift_off_fraction=b, radius_max=0.4 * GAP)
+            starts(3, lift_off_fraction=a, radius_max=0.2 * GAP),
+            starts(2, lift_off_fraction=b, radius_max=0.4 * GAP),
         )
         for a, b in zip(rising, rising[::-1], strict=True)
     ]
     assert numbered(stacked(*points)).tolist() == [[1, 1, 1, 2, 2]] * 4
     blind = [point | {"radius_max": np.full(5, 0.2 * GAP)} for point in points]
-    assert numbered(stacked(*blind)).tolist() != [[1, 1, 1, 2, 2]] * 4, "else this test could not fail"
+    assert numbered(stacked(*blind)).tolist() != [[1, 1, 1, 2, 2]] * 4, (
+        "else this test could not fail"
+    )
 
 
 @pytest.mark.parametrize("state", ["radius_max", "axial_max", "bit_speed_min", "bit_speed_max"])
 def test_each_state_tells_apart(state: str) -> None:
-    far = {"radius_max": 0.5 * GAP, "axial_max": 10e-3, "bit_speed_min": -0.5 * SPEED, "bit_speed_max": 2.5 * SPEED}
+    far = {
+        "radius_max": 0.5 * GAP,
+        "axial_max": 10e-3,
+        "bit_speed_min": -0.5 * SPEED,
+        "bit_speed_max": 2.5 * SPEED,
+    }
     points = stacked(starts(2), starts(2, **{state: far[state]}))
     assert numbered(points).tolist() == [[1, 1], [2, 2]]
 
 
 def test_one_vanishes_and_another_is_born() -> None:
-    """At the third operating point the first has no starts any more; the second is there from the second one on."""
+    """At the third operating point the first has no starts any more; the second is
+    there from the second one on."""
     low, high = starts(4, lift_off_fraction=0.1), starts(4, lift_off_fraction=0.7)
     mixed = joined(starts(3, lift_off_fraction=0.12), starts(1, lift_off_fraction=0.69))
-    assert numbered(stacked(low, mixed, high, high)).tolist() == [[2] * 4, [2, 2, 2, 1], [1] * 4, [1] * 4]
+    assert numbered(stacked(low, mixed, high, high)).tolist() == [
+        [2] * 4,
+        [2, 2, 2, 1],
+        [1] * 4,
+        [1] * 4,
+    ]
 
 
 def test_the_largest_in_the_whole_sweep_is_the_first() -> None:
@@ -79,8 +104,14 @@ def test_the_largest_in_the_whole_sweep_is_the_first() -> None:
 
 
 def test_labels_and_contact_with_the_wall_change_along_a_branch() -> None:
-    """As between 5.2 and 5.4 rad/s in the worked example: from rattling along the wall to rolling."""
-    wide = {"radius_mean": 0.99 * GAP, "radius_max": 1.02 * GAP, "whirl_speed_mean": -1.4 * SPEED, "response": 5}
+    """As between 5.2 and 5.4 rad/s in the worked example: from rattling along the wall
+    to rolling."""
+    wide = {
+        "radius_mean": 0.99 * GAP,
+        "radius_max": 1.02 * GAP,
+        "whirl_speed_mean": -1.4 * SPEED,
+        "response": 5,
+    }
     rattling = starts(3, **wide, wall_contact_fraction=0.42, whirl_kind=2)
     rolling = starts(3, **wide, wall_contact_fraction=0.98, whirl_kind=3)
     assert numbered(stacked(rattling, rolling)).tolist() == [[1] * 3] * 2
@@ -100,7 +131,8 @@ def test_nearest_in_sum_rather_than_one_by_one() -> None:
 
 @pytest.mark.parametrize("missed", range(1, MISSED + 2))
 def test_what_comes_back(missed: int) -> None:
-    """A branch that a few operating points miss keeps its number; over more of them it gets a new one."""
+    """A branch that a few operating points miss keeps its number; over more of them it
+    gets a new one."""
     ever = [(point, 5.0) for point in range(2 + missed)]
     found = made_up(*sorted([(0, 0.0), (missed + 1, 0.1), *ever]))
     first, *_, last, _ = number(found, (2 + missed,), MATCHING)
@@ -122,17 +154,24 @@ def test_the_same_kind_of_motion_is_preferred_and_no_other_excluded() -> None:
     ]:
         assert (
             number(
-                Places(found.point, found.members, found.place, np.array(kinds), found.settled), (2,), MATCHING
+                Places(found.point, found.members, found.place, np.array(kinds), found.settled),
+                (2,),
+                MATCHING,
             ).tolist()
             == expected
         )
     doubled = made_up((0, 0.0), (1, 0.05))
-    doubled = Places(doubled.point, doubled.members, doubled.place, np.array([once, twice]), doubled.settled)
-    assert number(doubled, (2,), MATCHING).tolist() == [1, 1], "a period that doubles ends no branch"
+    doubled = Places(
+        doubled.point, doubled.members, doubled.place, np.array([once, twice]), doubled.settled
+    )
+    assert number(doubled, (2,), MATCHING).tolist() == [1, 1], (
+        "a period that doubles ends no branch"
+    )
 
 
 def test_a_start_on_its_way_takes_no_number_from_a_settled_one() -> None:
-    """As at 2.2 rad/s: a single start, almost at rest, lies nearer to the attractor of the next speed."""
+    """As at 2.2 rad/s: a single start, almost at rest, lies nearer to the attractor of
+    the next speed."""
     found = made_up((0, 0.0), (0, 0.06), (1, 0.07))
     found.settled[1] = False
     assert OTHER * MATCHING > 0.06
@@ -146,14 +185,15 @@ def test_pieces_of_a_chaotic_motion_are_paired_by_size() -> None:
 
 
 def test_a_way_around_joins_no_two_attractors_of_one_operating_point() -> None:
-    """Around the four operating points each is near the next, from 0 to 0.47 at the first one. The widest step parts
-    them."""
+    """Around the four operating points each is near the next, from 0 to 0.47 at the
+    first one. The widest step parts them."""
     found = made_up((0, 0.0), (0, 0.47), (1, 0.11), (2, 0.36), (3, 0.24))
     assert number(found, (2, 2), MATCHING).tolist() == [2, 1, 2, 1, 1]
 
 
 def cusp(a: np.ndarray, b: np.ndarray, count: int) -> tuple[Table, np.ndarray]:
-    """Starts of x' = b + a x - x^3 from -2 to 2, at their ends, and which of them lie above the unstable state."""
+    """Starts of x' = b + a x - x^3 from -2 to 2, at their ends, and which of them lie
+    above the unstable state."""
     x = np.linspace(-2, 2, count)
     ends, above = np.empty((len(a), count)), np.empty((len(a), count), bool)
     for i, (slope, push) in enumerate(zip(a, b, strict=True)):
@@ -170,8 +210,9 @@ def cusp(a: np.ndarray, b: np.ndarray, count: int) -> tuple[Table, np.ndarray]:
 
 
 def test_the_basins_of_a_cubic() -> None:
-    """Upper and lower state of x' = b + 1.5 x - x^3 coexist for 27 b^2 < 4 * 1.5^3; the unstable state between divides
-    their basins. Each has its number, until it ends in a fold."""
+    """Upper and lower state of x' = b + 1.5 x - x^3 coexist for 27 b^2 < 4 * 1.5^3; the
+    unstable state between divides their basins. Each has its number, until it ends in a
+    fold."""
     b = np.linspace(-1.2, 1.2, 25)
     variables, above = cusp(np.full(25, 1.5), b, 41)
     numbers = numbered(variables)
@@ -186,12 +227,17 @@ def test_the_basins_of_a_cubic() -> None:
 
 def same(a: np.ndarray, b: np.ndarray) -> bool:
     """Whether both tell the same apart, by whatever numbers."""
-    return len(set(zip(a.ravel(), b.ravel(), strict=True))) == len(set(a.ravel())) == len(set(b.ravel()))
+    return (
+        len(set(zip(a.ravel(), b.ravel(), strict=True)))
+        == len(set(a.ravel()))
+        == len(set(b.ravel()))
+    )
 
 
 def test_two_axes_around_a_cusp_in_any_order() -> None:
-    """On the far side of the cusp both states are one. No operating point has a number twice, and nothing depends on
-    the order of the axes, their direction, or the order of the starts."""
+    """On the far side of the cusp both states are one. No operating point has a number
+    twice, and nothing depends on the order of the axes, their direction, or the order
+    of the starts."""
     shape = (9, 13)
     a, b = np.meshgrid(np.linspace(-1, 2, 9), np.linspace(-1.21, 1.2, 13), indexing="ij")
     variables, above = cusp(a.ravel(), b.ravel(), 21)
@@ -203,7 +249,9 @@ def test_two_axes_around_a_cusp_in_any_order() -> None:
     assert set(numbers.ravel()) == {1, 2}
     order = np.arange(9 * 13).reshape(shape)
     for turned in (order[::-1], order[:, ::-1], order.T, order.T[::-1, ::-1]):
-        other = numbered({name: values[turned.ravel()] for name, values in variables.items()}, turned.shape)
+        other = numbered(
+            {name: values[turned.ravel()] for name, values in variables.items()}, turned.shape
+        )
         assert same(other, grid.reshape(-1, 21)[turned.ravel()])
     shuffled = np.random.default_rng(1).permutation(21)
     other = numbered({name: values[:, shuffled] for name, values in variables.items()}, shape)
@@ -213,9 +261,14 @@ def test_two_axes_around_a_cusp_in_any_order() -> None:
 def test_scattered_motions_are_numbered_whatever_the_order_of_the_starts() -> None:
     rng = np.random.default_rng(8)
     variables = stacked(
-        *(starts(30, lift_off_fraction=rng.uniform(0, 1, 30), radius_mean=rng.uniform(0, GAP, 30)) for _ in range(6))
+        *(
+            starts(30, lift_off_fraction=rng.uniform(0, 1, 30), radius_mean=rng.uniform(0, GAP, 30))
+            for _ in range(6)
+        )
     )
     numbers = numbered(variables)
     shuffled = rng.permutation(30)
-    assert np.array_equal(numbered({name: v[:, shuffled] for name, v in variables.items()}), numbers[:, shuffled])
+    assert np.array_equal(
+        numbered({name: v[:, shuffled] for name, v in variables.items()}), numbers[:, shuffled]
+    )
     assert same(numbered({name: v[::-1] for name, v in variables.items()}), numbers[::-1])

@@ -62,9 +62,11 @@ def test_differences_are_measured_and_placed() -> None:
         "at": {"procedure": "down", "depth": 5000.0, "wob": 20e3, "rotary_speed": 3.0},
     }
     assert (row(found, "steps")["largest"], row(found, "steps")["relative"]) == (10.0, 0.1)
-    assert [one["name"] for one in found["variables"] if one["name"].startswith("final") and not one["same"]] == [
-        "final_state[twist]"
-    ]
+    assert [
+        one["name"]
+        for one in found["variables"]
+        if one["name"].startswith("final") and not one["same"]
+    ] == ["final_state[twist]"]
     assert row(found, "final_state[twist]")["units"] == "rad"
     assert row(found, "axial_peaks")["points"] == 1, "two peaks of one point"
 
@@ -98,12 +100,15 @@ def test_changed_responses_are_counted_and_named() -> None:
 
 
 def test_common_points_of_different_axes() -> None:
-    """The second file has every second speed of the first, one of its own, one procedure, and rounds otherwise."""
+    """The second file has every second speed of the first, one of its own, one
+    procedure, and rounds otherwise."""
     a = made()
     b = grid({"down": [["w.s", "..b"]]}, [1.0, 3.0 * (1 + ROUNDING / 10), 5.0], [10e3, 20e3])
     b.variables["radius_max"] = a["radius_max"][1:, :, :, [0, 2, 3]].copy()
     found = compare_results(a, b)
-    assert [(axis["name"], axis["a"], axis["b"], axis["common"], axis["same"]) for axis in found["axes"]] == [
+    assert [
+        (axis["name"], axis["a"], axis["b"], axis["common"], axis["same"]) for axis in found["axes"]
+    ] == [
         ("procedure", 2, 1, 1, False),
         ("depth", 1, 1, 1, True),
         ("wob", 2, 2, 2, True),
@@ -123,19 +128,24 @@ def test_what_cannot_be_compared_is_said() -> None:
     assert row(found, "axial_peaks")["not_compared"] == {"a": 3, "b": 5, "of": "peak"}
     assert not row(found, "axial_peaks")["same"]
     b.coords["start"] = np.arange(2)
-    b.variables = {name: np.repeat(values[:, :, :, :, None], 2, axis=4) for name, values in b.variables.items()}
+    b.variables = {
+        name: np.repeat(values[:, :, :, :, None], 2, axis=4) for name, values in b.variables.items()
+    }
     found = compare_results(a, b)
     assert (found["points"], found["variables"], found["responses"]) == (0, [], None)
     assert found["axes"][-1] == {"name": "start", "a": 0, "b": 2, "common": 0, "same": False}
 
 
-@pytest.mark.parametrize(("a", "b", "i", "j", "same"), [
-    ([1.0, 2.0], [1.0, 2.0], [0, 1], [0, 1], True),
-    ([1.0, 2.0, 3.0], [0.0, 3.0, 1.0], [0, 2], [2, 1], False),
-    ([1.0], [1.1], [], [], False),
-    ([], [1.0], [], [], False),
-    (["up", "down"], ["down"], [1], [0], False),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("a", "b", "i", "j", "same"),
+    [
+        ([1.0, 2.0], [1.0, 2.0], [0, 1], [0, 1], True),
+        ([1.0, 2.0, 3.0], [0.0, 3.0, 1.0], [0, 2], [2, 1], False),
+        ([1.0], [1.1], [], [], False),
+        ([], [1.0], [], [], False),
+        (["up", "down"], ["down"], [1], [0], False),
+    ],
+)
 def test_common_values(a: list, b: list, i: list, j: list, same: bool) -> None:
     found = common(np.array(a), np.array(b))
     assert (found[0].tolist(), found[1].tolist(), found[2]) == (i, j, same)
@@ -160,7 +170,8 @@ def test_traces_part_at_a_time() -> None:
 
 
 def test_samples_are_compared_where_their_values_are_the_same() -> None:
-    """A number of a sample says nothing where another seed, or another distribution, drew it."""
+    """A number of a sample says nothing where another seed, or another distribution,
+    drew it."""
     friction = Unknown("bit.friction.static", "1", "friction")
 
     def with_samples(values: list[float]) -> Results:
@@ -199,16 +210,23 @@ def test_points_of_two_constant_values_are_compared_all_the_same() -> None:
 
 
 def test_probabilities_of_other_samples_are_compared() -> None:
-    """One operating point of which the intervals lie apart, one where they do not; the counts are put in by hand."""
+    """One operating point of which the intervals lie apart, one where they do not; the
+    counts are put in by hand."""
     rock = Unknown("bit.rock_stiffness", "N/m", "stiffness")
 
     def results(critical: list[int], values: np.ndarray) -> Results:
         coords = {
-            "procedure": np.array(["same"]), "depth": np.array([1e3]), "wob": np.array([1e4]),
-            "rotary_speed": np.array([3.0, 6.0]), "sample": np.arange(20),
-        }  # fmt: skip
+            "procedure": np.array(["same"]),
+            "depth": np.array([1e3]),
+            "wob": np.array([1e4]),
+            "rotary_speed": np.array([3.0, 6.0]),
+            "sample": np.arange(20),
+        }
         response = (np.arange(20) < np.array(critical)[:, None]).astype(np.int8) * STICK_SLIP
-        variables = {"status": np.full((1, 1, 1, 2, 20), OK, np.int8), "response": response[None, None, None]}
+        variables = {
+            "status": np.full((1, 1, 1, 2, 20), OK, np.int8),
+            "response": response[None, None, None],
+        }
         return Results(coords, variables, {}, (), {rock: values})
 
     a, b = results([1, 10], np.linspace(1e7, 2e7, 20)), results([18, 12], np.linspace(2e7, 3e7, 20))

@@ -1,4 +1,5 @@
-"""Samples of the unknowns, against problems whose answer is known, and against what coverage demands."""
+"""Samples of the unknowns, against problems whose answer is known, and against what
+coverage demands."""
 
 from __future__ import annotations
 
@@ -10,36 +11,47 @@ from scipy.stats import binom
 
 from nsdrill.analysis.fitting import posterior
 
-LINEAR = np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 0.3], [0.2, 0.0, 1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 0.0]])
+LINEAR = np.array(
+    [[1.0, 0.5, 0.0], [0.0, 1.0, 0.3], [0.2, 0.0, 1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 0.0]]
+)
 
 
 def test_a_linear_problem_has_the_posterior_of_the_textbook():
-    """Prior N(0, 1) and Gaussian errors: the covariance is (1 + A^T A / s^2)^-1, the mean that times A^T y / s^2."""
+    """Prior N(0, 1) and Gaussian errors: the covariance is (1 + A^T A / s^2)^-1, the
+    mean that times A^T y / s^2."""
     rng, error = np.random.default_rng(3), 0.4
     y = LINEAR @ rng.standard_normal(3) + error * rng.standard_normal(5)
-    found = posterior(lambda z: z @ LINEAR.T, y, np.full(5, error), 3, batch=400, wanted=2000, rounds=12)
+    found = posterior(
+        lambda z: z @ LINEAR.T, y, np.full(5, error), 3, batch=400, wanted=2000, rounds=12
+    )
     covariance = np.linalg.inv(np.eye(3) + LINEAR.T @ LINEAR / error**2)
     mean = covariance @ LINEAR.T @ y / error**2
     np.testing.assert_allclose(found.mean, mean, atol=4 * np.sqrt(covariance.max() / found.size))
     np.testing.assert_allclose(found.covariance, covariance, atol=0.15 * covariance.max())
     assert found.beta == 1.0
-    assert found.spread == pytest.approx(np.zeros(5), abs=5e-3)  # runs that are all but equal give the same
+    # runs that are all but equal give the same
+    assert found.spread == pytest.approx(np.zeros(5), abs=5e-3)
 
 
 def test_a_curved_problem_has_the_posterior_of_a_fine_grid():
-    """Two unknowns, a jump and a fold, against sums over 641 x 641 values of prior times likelihood."""
+    """Two unknowns, a jump and a fold, against sums over 641 x 641 values of prior
+    times likelihood."""
     errors = np.array([0.15, 0.2, 0.2])
 
     def simulate(z):
         jump = 1 / (1 + np.exp(-8 * (z[:, 0] - 0.2)))
-        return np.stack([jump * (1 + 0.4 * z[:, 1]), 0.3 * z[:, 1] ** 2 + z[:, 0], z[:, 0] * z[:, 1]], axis=1)
+        return np.stack(
+            [jump * (1 + 0.4 * z[:, 1]), 0.3 * z[:, 1] ** 2 + z[:, 0], z[:, 0] * z[:, 1]], axis=1
+        )
 
     line = np.linspace(-5.0, 5.0, 641)
     grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
     for case in range(3):
         rng = np.random.default_rng(case)
         y = simulate(rng.standard_normal((1, 2)))[0] + errors * rng.standard_normal(3)
-        logs = -0.5 * np.sum(grid**2, axis=1) - 0.5 * np.sum(((simulate(grid) - y) / errors) ** 2, axis=1)
+        logs = -0.5 * np.sum(grid**2, axis=1) - 0.5 * np.sum(
+            ((simulate(grid) - y) / errors) ** 2, axis=1
+        )
         weights = np.exp(logs - logs.max())
         weights /= weights.sum()
         mean = weights @ grid
@@ -53,19 +65,26 @@ def test_a_curved_problem_has_the_posterior_of_a_fine_grid():
 def threshold(z):
     """As stick-slip sets in: a jump in one unknown, a sign that is not told of another."""
     jump = 1 / (1 + np.exp(-20 * (z[:, 0] - 0.3)))
-    return np.stack([jump * (1 + 0.3 * z[:, 1]), z[:, 1] + 0.2 * jump, np.abs(z[:, 2]), z[:, 2] ** 2 + z[:, 0]], 1)
+    return np.stack(
+        [jump * (1 + 0.3 * z[:, 1]), z[:, 1] + 0.2 * jump, np.abs(z[:, 2]), z[:, 2] ** 2 + z[:, 0]],
+        1,
+    )
 
 
 def noisy(z):
     """As chaotic motion: no two runs are alike."""
     rng = np.random.default_rng(crc32(z.tobytes()))
-    smooth = np.stack([z[:, 0] + 0.5 * z[:, 1] ** 2, np.exp(0.5 * z[:, 1]), z[:, 0] * z[:, 2], np.tanh(z[:, 2])], 1)
+    smooth = np.stack(
+        [z[:, 0] + 0.5 * z[:, 1] ** 2, np.exp(0.5 * z[:, 1]), z[:, 0] * z[:, 2], np.tanh(z[:, 2])],
+        1,
+    )
     return smooth + 0.3 * rng.standard_normal(smooth.shape)
 
 
 @pytest.mark.parametrize("problem", [threshold, noisy])
 def test_the_intervals_hold_the_truth_as_often_as_they_say(problem):
-    """Truths from the prior: 90 % intervals hold them in 90 % of the cases (between the 0.1 % limits of 120)."""
+    """Truths from the prior: 90 % intervals hold them in 90 % of the cases (between the
+    0.1 % limits of 120)."""
     inside = 0
     for case in range(40):
         rng = np.random.default_rng(case)
@@ -102,5 +121,7 @@ def test_failed_runs_have_no_weight():
 
 
 def test_data_that_no_run_gives_have_a_large_misfit():
-    found = posterior(lambda z: np.repeat(z[:, :1], 2, axis=1), np.array([1.0, -1.0]), np.array([0.05, 0.05]), 1)
+    found = posterior(
+        lambda z: np.repeat(z[:, :1], 2, axis=1), np.array([1.0, -1.0]), np.array([0.05, 0.05]), 1
+    )
     assert found.misfit > 100

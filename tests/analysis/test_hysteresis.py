@@ -22,10 +22,20 @@ SPEEDS = np.arange(1.0, 9.0)
 def test_one_interval_with_its_ends_step_and_responses() -> None:
     [row] = hysteresis(grid({"up": ["...bbwww"], "down": ["...BBwww"]}, SPEEDS))
     assert row == {
-        "axis": "rotary_speed", "from": 4.0, "to": 5.0, "points": 2, "up": "bit_bounce", "down": "bit_bounce+whirl",
-        "differs": ["whirl"], "depth": 5000.0, "wob": 20e3, "step": 1.0, "open": [], "up_whirl": [],
+        "axis": "rotary_speed",
+        "from": 4.0,
+        "to": 5.0,
+        "points": 2,
+        "up": "bit_bounce",
+        "down": "bit_bounce+whirl",
+        "differs": ["whirl"],
+        "depth": 5000.0,
+        "wob": 20e3,
+        "step": 1.0,
+        "open": [],
+        "up_whirl": [],
         "down_whirl": ["backward_rolling"],
-    }  # fmt: skip
+    }
 
 
 def test_another_pair_of_responses_is_another_interval() -> None:
@@ -44,7 +54,10 @@ def test_a_point_that_is_not_known_interrupts(sign: str, side: str) -> None:
     line = list(maps[side][0])
     line[3] = sign
     rows = hysteresis(grid({**maps, side: ["".join(line)]}, SPEEDS))
-    assert [(row["from"], row["to"], row["open"]) for row in rows] == [(3.0, 3.0, ["to"]), (5.0, 6.0, ["from"])]
+    assert [(row["from"], row["to"], row["open"]) for row in rows] == [
+        (3.0, 3.0, ["to"]),
+        (5.0, 6.0, ["from"]),
+    ]
 
 
 def test_an_inferred_point_does_not() -> None:
@@ -81,8 +94,15 @@ def test_every_combination_of_the_other_axes_has_its_own() -> None:
     found = [(row["depth"], row["wob"], row["from"], row["to"]) for row in hysteresis(data)]
     assert found == [(1000, 10e3, 1, 1), (2000, 10e3, 3, 4), (2000, 20e3, 2, 2)]
     data.attrs["study_resolved"] = json.dumps({"sweep": {"along": "wob"}})
-    found = [(row["depth"], row["rotary_speed"], row["from"], row["to"]) for row in hysteresis(data)]
-    assert found == [(1000, 1, 10e3, 10e3), (2000, 2, 20e3, 20e3), (2000, 3, 10e3, 10e3), (2000, 4, 10e3, 10e3)]
+    found = [
+        (row["depth"], row["rotary_speed"], row["from"], row["to"]) for row in hysteresis(data)
+    ]
+    assert found == [
+        (1000, 1, 10e3, 10e3),
+        (2000, 2, 20e3, 20e3),
+        (2000, 3, 10e3, 10e3),
+        (2000, 4, 10e3, 10e3),
+    ]
 
 
 @pytest.mark.parametrize("names", [("same",), ("up",), ("same", "up")])
@@ -105,7 +125,8 @@ def test_known_are_points_run_to_the_end_or_inferred() -> None:
 
 
 def test_the_file_says_the_same(shared: Path) -> None:
-    """From Python, and in the JSON of show; where the responses of the file differ, and nowhere else."""
+    """From Python, and in the JSON of show; where the responses of the file differ, and
+    nowhere else."""
     rows = nsdrill.hysteresis(shared / "small.h5")
     assert rows == summarize(read_results(shared / "small.h5"))["hysteresis"]
     data = read_results(shared / "small.h5")

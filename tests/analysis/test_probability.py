@@ -16,7 +16,9 @@ from nsdrill.variables import BIT_BOUNCE, DIVERGED, OK, STICK_SLIP, WHIRL, Unkno
 ROCK = Unknown("bit.rock_stiffness", "N/m", "Contact stiffness of the rock")
 
 
-def made_up(response: Array, status: Array | None = None, attrs: dict[str, str] | None = None) -> Results:
+def made_up(
+    response: Array, status: Array | None = None, attrs: dict[str, str] | None = None
+) -> Results:
     """Results with ``response`` [procedure, weight on bit, speed, sample]."""
     procedures, weights, speeds, samples = response.shape
     coords = {
@@ -27,7 +29,9 @@ def made_up(response: Array, status: Array | None = None, attrs: dict[str, str] 
         "sample": np.arange(samples, dtype=np.int32),
     }
     response = response[:, None].astype(np.int8)
-    status = np.full(response.shape, OK, np.int8) if status is None else status[:, None].astype(np.int8)
+    status = (
+        np.full(response.shape, OK, np.int8) if status is None else status[:, None].astype(np.int8)
+    )
     drawn = {ROCK: np.linspace(1e7, 2e7, samples)}
     return Results(coords, {"status": status, "response": response}, attrs or {}, (), drawn)
 
@@ -48,7 +52,8 @@ def test_shares_are_counted_for_each_history_and_for_all() -> None:
 def test_a_failed_run_is_not_safe_and_leaves_open_what_it_might_be() -> None:
     response, status = np.zeros((2, 1, 3, 10), int), np.full((2, 1, 3, 10), OK)
     status[0, 0, 0, :2] = DIVERGED  # safe downwards: open
-    status[0, 0, 1, :2], response[1, 0, 1, :2] = DIVERGED, WHIRL  # not safe downwards: known not to be safe
+    # not safe downwards: known not to be safe
+    status[0, 0, 1, :2], response[1, 0, 1, :2] = DIVERGED, WHIRL
     found = chances(made_up(response, status))
     assert found.count[-1, 0].ravel().tolist() == [8, 8, 10]
     assert found.open[-1].ravel().tolist() == [2, 0, 0]
@@ -65,31 +70,40 @@ def test_intervals_hold_as_often_as_they_say(probability: float, samples: int) -
     counts = np.random.default_rng(1).binomial(samples, probability, 20_000)
     low, high = interval(counts, samples)
     held = np.mean((low <= probability) & (probability <= high))
-    # Of few counts no interval holds exactly: that of Wilson between 92 and 98 % (Brown, Cai and DasGupta 2001).
+    # Of few counts no interval holds exactly: that of Wilson between 92 and 98 %
+    # (Brown, Cai and DasGupta 2001).
     assert 0.92 < held < 0.985
 
 
 @pytest.mark.parametrize(("count", "samples"), [(0, 32), (1, 32), (17, 32), (256, 256), (250, 256)])
 def test_intervals_are_those_of_scipy(count: int, samples: int) -> None:
     theirs = stats.binomtest(count, samples).proportion_ci(0.95, method="wilson")
-    assert [float(end) for end in interval(np.array(count), samples)] == pytest.approx([theirs.low, theirs.high])
+    assert [float(end) for end in interval(np.array(count), samples)] == pytest.approx(
+        [theirs.low, theirs.high]
+    )
 
 
 def test_rows_of_a_table_that_are_the_same_count_as_fewer() -> None:
-    """Samples that a fit has drawn again by weight: of 5, 2 and 1 of three rows, 64/30 are worth as much."""
+    """Samples that a fit has drawn again by weight: of 5, 2 and 1 of three rows, 64/30
+    are worth as much."""
     response = np.zeros((1, 1, 2, 8), int)
     response[..., :5] = WHIRL
     attrs = {"study_resolved": '{"uncertain": {"table": {"bit.rock_stiffness": [1]}}}'}
     plain, results = made_up(response), made_up(response, attrs=attrs)
     for data in (plain, results):
         data.drawn[ROCK] = np.repeat([1e7, 2e7, 3e7], [5, 2, 1])
-    assert chances(plain).effective == 8.0  # a list of values: draws that happen to be the same are independent
+    # a list of values: draws that happen to be the same are independent
+    assert chances(plain).effective == 8.0
     found = chances(results)
     assert found.effective == pytest.approx(64 / 30)
     share, low, high = (float(part.ravel()[0]) for part in found.of("safe"))
     assert share == 3 / 8
-    assert (low, high) == pytest.approx(tuple(map(float, interval(np.array(3 / 8 * 64 / 30), 64 / 30))))
-    assert high - low > 1.3 * (chances(plain).of("safe")[2] - chances(plain).of("safe")[1]).ravel()[0]
+    assert (low, high) == pytest.approx(
+        tuple(map(float, interval(np.array(3 / 8 * 64 / 30), 64 / 30)))
+    )
+    assert (
+        high - low > 1.3 * (chances(plain).of("safe")[2] - chances(plain).of("safe")[1]).ravel()[0]
+    )
     assert find_window(results, confidence=0.3)["effective"] == pytest.approx(64 / 30)
 
 
@@ -117,13 +131,18 @@ def test_interval_is_whole_without_samples_and_closed_at_the_ends() -> None:
 
 
 def map_of_safety(safe: list[list[float]], samples: int = 20) -> Array:
-    """Responses [1, y, x, sample] with these shares of samples without a response, the others with whirl."""
+    """Responses [1, y, x, sample] with these shares of samples without a response, the
+    others with whirl."""
     share = np.array(safe)
     return np.where(np.arange(samples) < np.round(share * samples)[..., None], 0, WHIRL)[None]
 
 
 def test_window_is_where_the_confidence_is_reached_and_the_point_inside_is_recommended() -> None:
-    share = [[0.50, 0.85, 0.90, 0.85, 0.10], [0.60, 0.90, 1.00, 0.95, 0.20], [0.70, 0.85, 0.90, 0.90, 0.30]]
+    share = [
+        [0.50, 0.85, 0.90, 0.85, 0.10],
+        [0.60, 0.90, 1.00, 0.95, 0.20],
+        [0.70, 0.85, 0.90, 0.90, 0.30],
+    ]
     results = made_up(map_of_safety(share))
     note = find_window(results, confidence=0.9)
     assert note["confidence"] == 0.9
@@ -157,7 +176,9 @@ def test_of_the_saltelli_design_two_matrices_count() -> None:
     attrs = {"study_resolved": '{"uncertain": {"design": "saltelli", "samples": 10}}'}
     assert chances(made_up(response, attrs=attrs)).of("safe")[0].ravel()[0] == 1.0
     assert chances(made_up(response)).of("safe")[0].ravel()[0] == 20 / 30
-    with pytest.raises(InputError, match="found 20 samples of the design saltelli; allowed: all 30"):
+    with pytest.raises(
+        InputError, match="found 20 samples of the design saltelli; allowed: all 30"
+    ):
         chances(made_up(response[..., :20], attrs=attrs))
 
 
@@ -173,7 +194,9 @@ def test_by_severity() -> None:
 def test_results_without_samples_have_no_probability() -> None:
     results = made_up(np.zeros((1, 1, 2, 4), int))
     del results.coords["sample"]
-    plain = Results(results.coords, {name: values[..., 0] for name, values in results.variables.items()})
+    plain = Results(
+        results.coords, {name: values[..., 0] for name, values in results.variables.items()}
+    )
     with pytest.raises(InputError, match="without samples"):
         chances(plain)
     with pytest.raises(InputError, match="--confidence: found results without samples"):

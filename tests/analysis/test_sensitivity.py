@@ -1,4 +1,5 @@
-"""Sobol indices against functions whose indices are known, through the code that studies use."""
+"""Sobol indices against functions whose indices are known, through the code that
+studies use."""
 
 from __future__ import annotations
 
@@ -12,7 +13,8 @@ from nsdrill.analysis.sensitivity import indices
 from nsdrill.data import Array
 from nsdrill.sampling import Uncertain, draw
 
-# Ishigami and Homma (1990), a = 7, b = 0.1; exact indices from the variances of its parts.
+# Ishigami and Homma (1990), a = 7, b = 0.1; exact indices from the variances of its
+# parts.
 A, B = 7.0, 0.1
 PARTS = {"1": 0.5 * (1 + B * math.pi**4 / 5) ** 2, "2": A**2 / 8, "13": 8 * B**2 * math.pi**8 / 225}
 VARIANCE = sum(PARTS.values())
@@ -21,12 +23,16 @@ TOTAL = np.array([PARTS["1"] + PARTS["13"], PARTS["2"], PARTS["13"]]) / VARIANCE
 
 
 def ishigami(x: Array) -> Array:
-    return np.asarray(np.sin(x[:, 0]) + A * np.sin(x[:, 1]) ** 2 + B * x[:, 2] ** 4 * np.sin(x[:, 0]))[:, None]
+    return np.asarray(
+        np.sin(x[:, 0]) + A * np.sin(x[:, 1]) ** 2 + B * x[:, 2] ** 4 * np.sin(x[:, 0])
+    )[:, None]
 
 
 def samples(count: int, design: str, seed: int = 1) -> Array:
     shapes = {name: {"uniform": [-math.pi, math.pi]} for name in "abc"}
-    return np.column_stack([*draw(Uncertain(shapes, samples=count, seed=seed, design=design)).values()])
+    return np.column_stack(
+        [*draw(Uncertain(shapes, samples=count, seed=seed, design=design)).values()]
+    )
 
 
 def test_saltelli_gives_the_indices_of_ishigami() -> None:
@@ -44,7 +50,8 @@ def test_saltelli_is_that_of_scipy() -> None:
     y = ishigami(x)[:, 0]
     mine = indices(x, y[:, None], "saltelli")
     theirs = stats.sobol_indices(
-        func={"f_A": y[:256][None], "f_B": y[256:512][None], "f_AB": y[512:].reshape(3, 1, 256)}, n=256
+        func={"f_A": y[:256][None], "f_B": y[256:512][None], "f_AB": y[512:].reshape(3, 1, 256)},
+        n=256,
     )
     assert mine is not None
     assert mine.total is not None
@@ -71,7 +78,8 @@ def test_what_does_not_depend_on_an_unknown_has_no_index() -> None:
 
 
 def test_yes_and_no_are_answers_too() -> None:
-    # P(x0 < 0.3 and x1 < 0.5): the parts of the variance of the product of two indicators are known.
+    # P(x0 < 0.3 and x1 < 0.5): the parts of the variance of the product of two
+    # indicators are known.
     shapes = {name: {"uniform": [0.0, 1.0]} for name in "abc"}
     x = np.column_stack([*draw(Uncertain(shapes, samples=2048, design="saltelli")).values()])
     p, q = 0.3, 0.5
@@ -97,7 +105,8 @@ def test_missing_answers_are_left_out_where_they_are_missing() -> None:
 
 
 def test_standard_errors_tell_the_scatter() -> None:
-    # Independent draws: the scatter over repetitions is what the bootstrap of one of them says.
+    # Independent draws: the scatter over repetitions is what the bootstrap of one of
+    # them says.
     rng = np.random.default_rng(11)
     tables = [rng.uniform(-math.pi, math.pi, (200, 3)) for _ in range(40)]
     found = [indices(x, ishigami(x), "sobol") for x in tables]

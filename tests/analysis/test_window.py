@@ -1,4 +1,5 @@
-"""The safe window against maps in which it can be read off by eye. Margins and distances are worked out by hand."""
+"""The safe window against maps in which it can be read off by eye. Margins and
+distances are worked out by hand."""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ def both() -> dict:
 
 
 def test_safe_rim_and_critical_are_counted(both: dict) -> None:
-    """Safe: 4 + 3 + 3. Rim: the fifth speed of the third weight, the fifth and sixth of the fourth."""
+    """Safe: 4 + 3 + 3. Rim: the fifth speed of the third weight, the fifth and sixth of
+    the fourth."""
     assert (both["safe"], both["rim"], both["critical"], both["points"]) == (10, 3, 22, 35)
     assert both["share"] == {"safe": 10 / 35, "rim": 3 / 35, "critical": 22 / 35, "unknown": 0.0}
     assert both["safe_in"] == {"up": 13, "down": 10}
@@ -42,11 +44,14 @@ def test_safe_rim_and_critical_are_counted(both: dict) -> None:
 
 
 def test_each_procedure_is_counted_over_all_axes() -> None:
-    """A number of the study as an axis beside the speed: each of its values counts by itself."""
+    """A number of the study as an axis beside the speed: each of its values counts by
+    itself."""
     made = grid({"up": [["s..w", "ssww"]], "down": [["s.ww", ".sww"]]}, SPEEDS[:4], WEIGHTS[:2])
     coords = {**made.coords, "wob": WEIGHTS[:1], "bit_rock_stiffness": WEIGHTS[:2]}
     coords = {name: coords[name] for name in (*POINT, "bit_rock_stiffness")}
-    variables = {name: np.swapaxes(values, 2, 3)[:, :, None] for name, values in made.variables.items()}
+    variables = {
+        name: np.swapaxes(values, 2, 3)[:, :, None] for name, values in made.variables.items()
+    }
     axis = Axis("bit.rock_stiffness", "N/m", "rock stiffness")
     found = find_window(Results(coords, variables, made.attrs, (axis,)))
     assert found["safe_in"] == {"up": 2, "down": 2}
@@ -54,9 +59,12 @@ def test_each_procedure_is_counted_over_all_axes() -> None:
 
 
 def test_region_and_recommended_point(both: dict) -> None:
-    """The third speed of the third weight: two steps of six from what is not safe, on either side."""
+    """The third speed of the third weight: two steps of six from what is not safe, on
+    either side."""
     [one] = both["maps"]
-    assert one["regions"] == [{"points": 10, "share": 10 / 35, "rotary_speed": [2.0, 5.0], "wob": [20e3, 40e3]}]
+    assert one["regions"] == [
+        {"points": 10, "share": 10 / 35, "rotary_speed": [2.0, 5.0], "wob": [20e3, 40e3]}
+    ]
     best = one["recommended"]
     assert (best["rotary_speed"], best["wob"]) == (3.0, 30e3)
     assert best["margin"] == pytest.approx(2 / 6)  # a step of the speed is 1/6, of the weight 1/4
@@ -65,8 +73,20 @@ def test_region_and_recommended_point(both: dict) -> None:
 def test_margins_go_to_the_last_safe_point_and_say_what_comes_next(both: dict) -> None:
     margins = both["maps"][0]["recommended"]["margins"]
     assert margins["rotary_speed"] == {
-        "less": {"margin": 1.0, "safe_to": 2.0, "first_not_safe": 1.0, "why": "critical", "responses": ["stick_slip"]},
-        "more": {"margin": 1.0, "safe_to": 4.0, "first_not_safe": 5.0, "why": "rim", "responses": ["whirl"]},
+        "less": {
+            "margin": 1.0,
+            "safe_to": 2.0,
+            "first_not_safe": 1.0,
+            "why": "critical",
+            "responses": ["stick_slip"],
+        },
+        "more": {
+            "margin": 1.0,
+            "safe_to": 4.0,
+            "first_not_safe": 5.0,
+            "why": "rim",
+            "responses": ["whirl"],
+        },
     }
     assert margins["wob"] == {
         "less": {
@@ -94,8 +114,8 @@ def test_one_procedure_leaves_history_open() -> None:
 
 @pytest.mark.parametrize("sign", ["x", "?"])
 def test_failed_points_are_neither_safe_nor_critical(sign: str) -> None:
-    """Of the two points of the third weight that are taken from the window one has failed, the other bounces going
-    down; both are safe going up."""
+    """Of the two points of the third weight that are taken from the window one has
+    failed, the other bounces going down; both are safe going up."""
     hole = [*DOWN[:2], f"s.{sign}bwww", *DOWN[3:]]
     note = find_window(grid({"up": [UP], "down": [hole]}, SPEEDS, WEIGHTS))
     assert (note["failed_runs"], note["failed_points"], note["unknown_failed"]) == (1, 1, 1)
@@ -104,9 +124,16 @@ def test_failed_points_are_neither_safe_nor_critical(sign: str) -> None:
     assert "failed" in {side["why"] for axis in margins.values() for side in axis.values()}
 
 
-@pytest.mark.parametrize(("up", "down", "word"), [
-    ("x", "x", "unknown"), ("x", ".", "unknown"), ("x", "w", "unknown"), (".", "w", "rim"), ("w", "s", "critical"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("up", "down", "word"),
+    [
+        ("x", "x", "unknown"),
+        ("x", ".", "unknown"),
+        ("x", "w", "unknown"),
+        (".", "w", "rim"),
+        ("w", "s", "critical"),
+    ],
+)
 def test_a_failed_run_leaves_a_point_unknown(up: str, down: str, word: str) -> None:
     note = find_window(grid({"up": [f".{up}."], "down": [f".{down}."]}, [1, 2, 3]))
     assert {name: note[name] for name in ("rim", "critical", "unknown")} == {
@@ -123,7 +150,9 @@ def test_a_failed_start_beside_a_safe_and_a_critical_one_is_on_the_rim() -> None
     """Whatever the third would have done: the point depends on the history."""
     data = grid({"same": ["...."]}, [1, 2, 3, 4])
     data.coords["start"] = np.arange(3)
-    data.variables = {name: np.repeat(values[..., None], 3, axis=-1) for name, values in data.variables.items()}
+    data.variables = {
+        name: np.repeat(values[..., None], 3, axis=-1) for name, values in data.variables.items()
+    }
     data["response"][0, 0, 0, 1, 1] = 1
     data["status"][0, 0, 0, 1, 2] = DIVERGED
     note = find_window(data)
@@ -187,7 +216,9 @@ def test_by_severity_an_inferred_point_is_unknown() -> None:
 def test_all_starts_of_an_ensemble_must_be_safe() -> None:
     data = grid({"same": ["...."]}, [1, 2, 3, 4])
     data.coords["start"] = np.arange(3)
-    data.variables = {name: np.repeat(values[..., None], 3, axis=-1) for name, values in data.variables.items()}
+    data.variables = {
+        name: np.repeat(values[..., None], 3, axis=-1) for name, values in data.variables.items()
+    }
     data["response"][0, 0, 0, 1, 2] = 1
     data["response"][0, 0, 0, 3] = 1
     note = find_window(data)
@@ -199,11 +230,17 @@ def test_one_axis_has_intervals() -> None:
     note = find_window(grid({"up": ["s..w...b"], "down": ["s..w...b"]}, [1, 2, 3, 4, 5, 7, 8, 10]))
     [one] = note["maps"]
     assert note["axes"] == ["rotary_speed"]
-    assert [(area["points"], area["rotary_speed"]) for area in one["regions"]] == [(3, [5, 8]), (2, [2, 3])]
+    assert [(area["points"], area["rotary_speed"]) for area in one["regions"]] == [
+        (3, [5, 8]),
+        (2, [2, 3]),
+    ]
     best = one["recommended"]
     assert best["rotary_speed"] == 7.0  # 3 to either side; at 5 it is 1, at 8 it is 2
     assert best["margin"] == pytest.approx(3 / 9)
-    assert [best["margins"]["rotary_speed"][side]["margin"] for side in ("less", "more")] == [2.0, 1.0]
+    assert [best["margins"]["rotary_speed"][side]["margin"] for side in ("less", "more")] == [
+        2.0,
+        1.0,
+    ]
 
 
 def test_nothing_safe_gives_no_recommendation() -> None:
@@ -217,7 +254,9 @@ DEPTHS = (1000.0, 2000.0, 3000.0, 4000.0, 5000.0)
 
 
 def stack(*maps: list[str]) -> dict:
-    return find_window(grid({"up": list(maps), "down": list(maps)}, [1, 2, 3], [10e3, 20e3], DEPTHS[: len(maps)]))
+    return find_window(
+        grid({"up": list(maps), "down": list(maps)}, [1, 2, 3], [10e3, 20e3], DEPTHS[: len(maps)])
+    )
 
 
 def test_the_depth_at_which_it_closes_and_reopens() -> None:
@@ -231,14 +270,20 @@ def test_the_depth_at_which_it_closes_and_reopens() -> None:
     assert stack(full, some)["depth"]["closes"] is None
     late = stack(none, some, none)["depth"]
     assert (late["open"], late["closes"], late["reopens"]) == ([[2000, 2000]], 3000, None)
-    assert stack(none, none)["depth"] == {**stack(none, none)["depth"], "open": [], "closes": None, "reopens": None}
+    assert stack(none, none)["depth"] == {
+        **stack(none, none)["depth"],
+        "open": [],
+        "closes": None,
+        "reopens": None,
+    }
 
 
 def test_what_is_safe_at_every_depth() -> None:
     note = stack([".w.", "..."], ["...", "w.."], ["..b", "..."])
     every = note["throughout"]
     assert (every["safe"], every["points"]) == (3, 6)
-    # One of the three points failed at a depth where the others are safe, one where another depth is critical.
+    # One of the three points failed at a depth where the others are safe, one where
+    # another depth is critical.
     failed = stack([".w.", "..."], ["...", "w.x"], [".xb", "..."])["throughout"]
     assert (failed["safe"], failed["critical"], failed["unknown"]) == (2, 3, 1)
     assert every["recommended"]["rotary_speed"] in (1.0, 2.0, 3.0)
@@ -247,11 +292,21 @@ def test_what_is_safe_at_every_depth() -> None:
 
 
 def test_depth_across_weight_and_depth_across_speed() -> None:
-    data = grid({"up": [["..w"], ["..."], ["sss"]], "down": [["..w"], ["..w"], ["sss"]]}, [1, 2, 3], [20e3], DEPTHS[:3])
+    data = grid(
+        {"up": [["..w"], ["..."], ["sss"]], "down": [["..w"], ["..w"], ["sss"]]},
+        [1, 2, 3],
+        [20e3],
+        DEPTHS[:3],
+    )
     note = find_window(data)
     assert note["axes"] == ["rotary_speed", "depth"]
     assert (note["safe"], note["rim"]) == (4, 1)
-    assert note["maps"][0]["regions"][0] == {"points": 4, "share": 4 / 9, "rotary_speed": [1, 2], "depth": [1000, 2000]}
+    assert note["maps"][0]["regions"][0] == {
+        "points": 4,
+        "share": 4 / 9,
+        "rotary_speed": [1, 2],
+        "depth": [1000, 2000],
+    }
     assert note["depth"]["closes"] == 3000
     weights = grid({"same": [[".", "w"], ["w", "w"]]}, [3.0], [10e3, 20e3], DEPTHS[:2])
     note = find_window(weights)
@@ -274,13 +329,22 @@ def test_regions_touch_along_the_axes_only() -> None:
 
 
 def test_the_middle_of_a_map_that_is_safe_all_over() -> None:
-    assert largest_margin(np.ones((5, 9), dtype=bool), np.arange(5.0), np.arange(9.0)) == (2, 4, 0.5)
+    assert largest_margin(np.ones((5, 9), dtype=bool), np.arange(5.0), np.arange(9.0)) == (
+        2,
+        4,
+        0.5,
+    )
 
 
 def test_the_largest_disc_on_unequal_steps() -> None:
-    """The only bad point is at the left end of a line 0, 1, 2, 4, 10: halfway to the right end is 5, nearest 4."""
+    """The only bad point is at the left end of a line 0, 1, 2, 4, 10: halfway to the
+    right end is 5, nearest 4."""
     safe = np.array([[False, True, True, True, True]])
-    assert largest_margin(safe, np.zeros(1), np.array([0.0, 1.0, 2.0, 4.0, 10.0])) == (0, 3, pytest.approx(0.4))
+    assert largest_margin(safe, np.zeros(1), np.array([0.0, 1.0, 2.0, 4.0, 10.0])) == (
+        0,
+        3,
+        pytest.approx(0.4),
+    )
 
 
 def test_by_brute_force() -> None:
@@ -292,7 +356,9 @@ def test_by_brute_force() -> None:
         best = 0.0
         for row, column in np.argwhere(safe):
             edge = min(up[row], 1 - up[row], across[column], 1 - across[column])
-            bad = [np.hypot(up[r] - up[row], across[c] - across[column]) for r, c in np.argwhere(~safe)]
+            bad = [
+                np.hypot(up[r] - up[row], across[c] - across[column]) for r, c in np.argwhere(~safe)
+            ]
             best = max(best, min([edge, *bad]))
         found = largest_margin(safe, y, x)
         assert found is not None
@@ -317,14 +383,24 @@ def test_from_a_file(shared: Path) -> None:
 
 
 def test_what_the_points_yield_is_told() -> None:
-    """The fastest safe point is the third speed of the third weight among those that are safe in both."""
+    """The fastest safe point is the third speed of the third weight among those that
+    are safe in both."""
     results = grid({"up": [UP], "down": [DOWN]}, SPEEDS, WEIGHTS)
     rate = np.broadcast_to(WEIGHTS[:, None] * SPEEDS, results.shape)
     rate = rate * np.array([0.5, 1.5])[:, None, None, None]  # the mean of both histories is told
     results.variables["rate_of_penetration"] = rate
     [one] = find_window(results)["maps"]
     assert one["recommended"]["rate_of_penetration"] == 3.0 * 30e3
-    safe = {(w, s) for i, w in enumerate(WEIGHTS) for j, s in enumerate(SPEEDS) if UP[i][j] == DOWN[i][j] == "."}
+    safe = {
+        (w, s)
+        for i, w in enumerate(WEIGHTS)
+        for j, s in enumerate(SPEEDS)
+        if UP[i][j] == DOWN[i][j] == "."
+    }
     weight, speed = max(safe, key=lambda at: at[0] * at[1])
-    assert one["fastest"] == {"rotary_speed": speed, "wob": weight, "rate_of_penetration": weight * speed}
+    assert one["fastest"] == {
+        "rotary_speed": speed,
+        "wob": weight,
+        "rate_of_penetration": weight * speed,
+    }
     assert find_window(grid({"up": [UP]}, SPEEDS, WEIGHTS))["maps"][0]["fastest"] is None

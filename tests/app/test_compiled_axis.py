@@ -1,4 +1,5 @@
-"""An axis over what is fixed when the model is compiled: the numbers of single studies, in one file."""
+"""An axis over what is fixed when the model is compiled: the numbers of single studies,
+in one file."""
 
 from __future__ import annotations
 

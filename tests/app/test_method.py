@@ -1,4 +1,5 @@
-"""Which method integrates friction: from the parameters, said in the file, the same for a replay."""
+"""Which method integrates friction: from the parameters, said in the file, the same for
+a replay."""
 
 from __future__ import annotations
 
@@ -41,20 +42,23 @@ def test_auto_is_implicit_where_friction_is_steep_and_the_file_says_so() -> None
         assert one.tobytes() == other.tobytes()
 
 
-CHAIN = STEEP.replace("[100 s/rad, 20000 s/rad]PROCEDURE", "[A, B, C, D, E], procedure: up-down").replace(
-    "METHOD", "auto"
-)
+CHAIN = STEEP.replace(
+    "[100 s/rad, 20000 s/rad]PROCEDURE", "[A, B, C, D, E], procedure: up-down"
+).replace("METHOD", "auto")
 
 
 def chain_of(*smoothings: float):  # type: ignore[no-untyped-def]
     text = CHAIN
     for letter, smoothing in zip("ABCDE", smoothings, strict=True):
-        text = text.replace(f"{letter},", f"{smoothing} s/rad,").replace(f"{letter}]", f"{smoothing} s/rad]")
+        text = text.replace(f"{letter},", f"{smoothing} s/rad,").replace(
+            f"{letter}]", f"{smoothing} s/rad]"
+        )
     return parse_study(text)
 
 
 def test_a_chain_changes_the_method_between_points_and_hands_its_state_over() -> None:
-    """Each point by its own method, from the state in which the one before has ended, on the way up and back."""
+    """Each point by its own method, from the state in which the one before has ended,
+    on the way up and back."""
     found = run_in_memory(chain_of(100, 300, 5000, 20000, 80000))
     up, down = (found["method"].reshape(2, -1)).tolist()
     assert up == down == [0, 0, 1, 1, 1]
@@ -68,7 +72,8 @@ def test_a_chain_changes_the_method_between_points_and_hands_its_state_over() ->
 
 
 def test_bits_of_a_chain_that_changes_its_method(tmp_path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
-    """The same on one lane and on eight, on one worker and on two, and of a run that was stopped and goes on."""
+    """The same on one lane and on eight, on one worker and on two, and of a run that
+    was stopped and goes on."""
     study = chain_of(100, 300, 5000, 20000, 80000)
     files = {}
     for name, lanes, workers in (("one", 1, 1), ("eight", 8, 2)):
@@ -89,23 +94,38 @@ def test_bits_of_a_chain_that_changes_its_method(tmp_path, monkeypatch) -> None:
     results = {name: read_results(path) for name, path in files.items()}
     for name, values in results["one"].variables.items():
         for other in ("eight", "resumed"):
-            assert np.asarray(values).tobytes() == np.asarray(results[other][name]).tobytes(), (name, other)
+            assert np.asarray(values).tobytes() == np.asarray(results[other][name]).tobytes(), (
+                name,
+                other,
+            )
 
 
 def test_a_model_that_cannot_says_why() -> None:
-    several = ", ".join(f"{{at: {place}}}" for place in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9))
-    study = parse_study(f"model: beam\nsimulation: {{method: implicit}}\nbeam: {{stations: [{several}]}}")
+    several = ", ".join(
+        f"{{at: {place}}}" for place in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+    )
+    study = parse_study(
+        f"model: beam\nsimulation: {{method: implicit}}\nbeam: {{stations: [{several}]}}"
+    )
     with pytest.raises(InputError, match=r"as 9 stations rub on the same modes"):
         chosen_of(study)
-    study = parse_study("simulation: {method: implicit}\nstabilizer: {clearance: 12 mm}\nwell: {axial_friction: true}")
+    study = parse_study(
+        "simulation: {method: implicit}\nstabilizer: {clearance: 12 mm}\nwell: "
+        "{axial_friction: true}"
+    )
     for command in (chosen_of, run_in_memory, simulate):
-        with pytest.raises(InputError, match=r"simulation\.method: found implicit; allowed: auto or explicit, as stab"):
+        with pytest.raises(
+            InputError,
+            match=r"simulation\.method: found implicit; allowed: auto or explicit, as stab",
+        ):
             command(study)
 
 
 def test_a_limit_of_steps_says_which_friction_and_what_to_set() -> None:
     text = STEEP.replace("METHOD", "explicit, max_steps: 1000").replace("PROCEDURE", "")
-    found = simulate(parse_study(text.replace("modes:", "bit: {friction: {smoothing: 20000 s/rad}}\nmodes:")))
+    found = simulate(
+        parse_study(text.replace("modes:", "bit: {friction: {smoothing: 20000 s/rad}}\nmodes:"))
+    )
     assert found.trace.attrs["status"] == "step_limit"
     assert "bit.friction.smoothing" in found.advice
     assert "simulation.method: auto" in found.advice

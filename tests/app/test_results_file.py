@@ -1,4 +1,5 @@
-"""The results file as others see it: by xarray and by h5py, against the table of the contract."""
+"""The results file as others see it: by xarray and by h5py, against the table of the
+contract."""
 
 from __future__ import annotations
 
@@ -18,18 +19,46 @@ from nsdrill.study import parse_study
 
 # name -> units; the names that scripts of users rely on.
 POINTS = {
-    "status": "1", "response": "1", "whirl_kind": "1", "settled": "1",
-    "bit_speed_min": "rad s-1", "bit_speed_max": "rad s-1", "bit_speed_mean": "rad s-1",
-    "stick_slip_index": "percent", "stuck_fraction": "1", "axial_min": "m", "axial_max": "m", "lift_off_fraction": "1",
-    "bit_force_max": "N", "bit_torque_max": "N m", "radius_max": "m", "radius_mean": "m", "wall_contact_fraction": "1",
-    "wall_force_max": "N", "whirl_ratio": "1", "surface_torque_min": "N m", "surface_torque_max": "N m",
-    "surface_torque_mean": "N m", "lateral_acceleration_rms": "m s-2", "axial_acceleration_rms": "m s-2",
-    "steps": "1", "rejected": "1",
-}  # fmt: skip
+    "status": "1",
+    "response": "1",
+    "whirl_kind": "1",
+    "settled": "1",
+    "bit_speed_min": "rad s-1",
+    "bit_speed_max": "rad s-1",
+    "bit_speed_mean": "rad s-1",
+    "stick_slip_index": "percent",
+    "stuck_fraction": "1",
+    "axial_min": "m",
+    "axial_max": "m",
+    "lift_off_fraction": "1",
+    "bit_force_max": "N",
+    "bit_torque_max": "N m",
+    "radius_max": "m",
+    "radius_mean": "m",
+    "wall_contact_fraction": "1",
+    "wall_force_max": "N",
+    "whirl_ratio": "1",
+    "surface_torque_min": "N m",
+    "surface_torque_max": "N m",
+    "surface_torque_mean": "N m",
+    "lateral_acceleration_rms": "m s-2",
+    "axial_acceleration_rms": "m s-2",
+    "steps": "1",
+    "rejected": "1",
+}
 PEAKS = {"axial_peaks": "m", "bit_speed_peaks": "rad s-1", "radius_peaks": "m"}
 STATES = ["x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle"]
-STATE_UNITS = {"x": "m", "vx": "m s-1", "y": "m", "vy": "m s-1", "z": "m", "vz": "m s-1", "twist": "rad",
-               "bit_speed": "rad s-1", "drive_angle": "rad"}  # fmt: skip
+STATE_UNITS = {
+    "x": "m",
+    "vx": "m s-1",
+    "y": "m",
+    "vy": "m s-1",
+    "z": "m",
+    "vz": "m s-1",
+    "twist": "rad",
+    "bit_speed": "rad s-1",
+    "drive_angle": "rad",
+}
 AXES = {"depth": "m", "wob": "N", "rotary_speed": "rad s-1"}
 GRID = {
     "small": ("procedure", "rotary_speed"),
@@ -62,12 +91,17 @@ def test_variables_units_and_names(data, name: str) -> None:  # type: ignore[no-
         assert data[name].dims == (*grid, "state")
         # One unit for all nine would be wrong.
         assert "units" not in data[name].attrs
-        assert dict(zip(STATES, data[name].attrs["state_units"].split(", "), strict=True)) == STATE_UNITS
+        assert (
+            dict(zip(STATES, data[name].attrs["state_units"].split(", "), strict=True))
+            == STATE_UNITS
+        )
 
 
 def test_coordinates(data, name: str) -> None:  # type: ignore[no-untyped-def]
     assert {axis: data[axis].attrs["units"] for axis in AXES} == AXES
-    assert {axis: data[axis].attrs["key"] for axis in AXES} == {axis: f"operation.{axis}" for axis in AXES}
+    assert {axis: data[axis].attrs["key"] for axis in AXES} == {
+        axis: f"operation.{axis}" for axis in AXES
+    }
     assert set(data.coords) == {"procedure", *AXES, "peak", "state"}
     assert [str(name) for name in data["state"].values] == STATES
     procedures = ["same"] if name == "map" else ["up", "down"]
@@ -83,7 +117,9 @@ def test_values_of_the_axes(shared: Path) -> None:
     with xarray.open_dataset(shared / "map.h5", engine="h5netcdf") as data:
         assert data["wob"].values.tolist() == [20e3, 40e3, 60e3, 80e3, 100e3]
         # The list of the study is 60, 30, 45, 75 rpm: ascending in the file, in rad/s.
-        assert np.allclose(data["rotary_speed"].values, np.array([30, 45, 60, 75]) * np.pi / 30, rtol=1e-15)
+        assert np.allclose(
+            data["rotary_speed"].values, np.array([30, 45, 60, 75]) * np.pi / 30, rtol=1e-15
+        )
         assert float(data["depth"]) == 2000.0
 
 
@@ -106,13 +142,16 @@ def test_values_are_consistent(data) -> None:  # type: ignore[no-untyped-def]
     assert (v["bit_speed_min"] <= v["bit_speed_mean"]).all()
     assert (v["bit_speed_mean"] <= v["bit_speed_max"]).all()
     assert np.allclose(
-        v["stick_slip_index"], 100 * (v["bit_speed_max"] - v["bit_speed_min"]) / (2 * v["bit_speed_mean"]), rtol=1e-9
+        v["stick_slip_index"],
+        100 * (v["bit_speed_max"] - v["bit_speed_min"]) / (2 * v["bit_speed_mean"]),
+        rtol=1e-9,
     )
     assert np.array_equal((v["response"] & 1) > 0, v["lift_off_fraction"] > 0.01)
     assert np.array_equal((v["response"] & 2) > 0, v["stick_slip_index"] > 80)
     assert np.array_equal((v["response"] & 4) > 0, v["wall_contact_fraction"] > 0.01)
     assert np.array_equal(v["whirl_kind"] > 0, (v["response"] & 4) > 0)
-    assert ((v["wall_force_max"] > 0) == (v["radius_max"] > 0.0762)).all()  # the gap of the default well
+    # the gap of the default well
+    assert ((v["wall_force_max"] > 0) == (v["radius_max"] > 0.0762)).all()
     for name in ("axial", "bit_speed", "radius"):
         peaks = data[f"{name}_peaks"].values[ok]
         high = data[f"{name}_max"].values[ok][..., np.newaxis]
@@ -143,7 +182,8 @@ def test_root_attributes(shared: Path) -> None:
     assert attrs["numba_version"] == numba.__version__
     assert attrs["h5py_version"] == h5py.__version__
     assert attrs["processor"]
-    # No claim of CF: the coordinates procedure and state are text, and depth is measured along the hole.
+    # No claim of CF: the coordinates procedure and state are text, and depth is
+    # measured along the hole.
     assert attrs["Conventions"] == "nsdrill-2"
     assert attrs["format_version"] == 2
     assert attrs["model"] == "christoforou_yigit"
@@ -152,7 +192,8 @@ def test_root_attributes(shared: Path) -> None:
 
 
 def test_study_digest_is_of_the_resolved_study(shared: Path) -> None:
-    """What changes no number changes no digest: comments, the title, the order of keys, another unit for one value."""
+    """What changes no number changes no digest: comments, the title, the order of keys,
+    another unit for one value."""
     study = nsdrill.load_study(shared / "small.yaml")
     text = (shared / "small.yaml").read_text()
     same = "# A comment\n" + text.replace("Small", "Another").replace("2000 m,", "2 km,")
@@ -161,7 +202,11 @@ def test_study_digest_is_of_the_resolved_study(shared: Path) -> None:
     with h5py.File(shared / "small.h5") as file:
         attrs = dict(file.attrs)
     assert attrs["study_sha256"] == study.sha256
-    parts = {name: value for name, value in json.loads(attrs["study_resolved"]).items() if name != "title"}
+    parts = {
+        name: value
+        for name, value in json.loads(attrs["study_resolved"]).items()
+        if name != "title"
+    }
     del parts["operation"]["rotary_speed"]  # swept
     for later in ("model", "modes", "drive", "stabilizer"):  # as they always were
         del parts[later]
@@ -191,8 +236,21 @@ def test_trace_file(shared: Path, tmp_path: Path) -> None:
 
     write_trace(tmp_path / "trace.h5", replay(shared / "map.h5", wob=40e3, rotary_speed=6.0).trace)
     with xarray.open_dataset(tmp_path / "trace.h5", engine="h5netcdf") as data:
-        for name in ("x", "vx", "y", "vy", "z", "vz", "radius", "whirl_angle", "twist", "bit_speed", "bit_force",
-                     "bit_torque", "wall_force"):  # fmt: skip
+        for name in (
+            "x",
+            "vx",
+            "y",
+            "vy",
+            "z",
+            "vz",
+            "radius",
+            "whirl_angle",
+            "twist",
+            "bit_speed",
+            "bit_force",
+            "bit_torque",
+            "wall_force",
+        ):
             assert data[name].dims == ("time",)
             assert data[name].attrs["units"]
         assert data["time"].attrs["units"] == "s"
@@ -213,7 +271,8 @@ def test_trace_file(shared: Path, tmp_path: Path) -> None:
 def test_a_study_that_is_not_that_of_the_points(
     shared: Path, tmp_path: Path, key: str, value: object, words: str
 ) -> None:
-    """Labels and replays are made from the study in the file, so it must be the one that the points were run with."""
+    """Labels and replays are made from the study in the file, so it must be the one
+    that the points were run with."""
     from nsdrill.app.report import reclassify
 
     path = tmp_path / "out.h5"
@@ -222,7 +281,10 @@ def test_a_study_that_is_not_that_of_the_points(
         resolved = json.loads(file.attrs["study_resolved"])
         resolved["sweep"][key] = value
         file.attrs["study_resolved"] = json.dumps(resolved)
-    for ask in (lambda: reclassify(path, []), lambda: replay(path, rotary_speed=3.0, procedure="up")):
+    for ask in (
+        lambda: reclassify(path, []),
+        lambda: replay(path, rotary_speed=3.0, procedure="up"),
+    ):
         with pytest.raises(nsdrill.FileError, match=words):
             ask()
 

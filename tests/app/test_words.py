@@ -1,4 +1,5 @@
-"""An axis over words: the kind of a drive, a friction law, frozen modes. The numbers of single studies, in one file."""
+"""An axis over words: the kind of a drive, a friction law, frozen modes. The numbers of
+single studies, in one file."""
 
 from __future__ import annotations
 
@@ -40,13 +41,17 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def alone(kind: str, inertia: str) -> xarray.Dataset:
-    """The study of one kind of drive and one inertia; without the numbers that the kind does not read."""
+    """The study of one kind of drive and one inertia; without the numbers that the kind
+    does not read."""
     drive = {"torque_limit": "60 kN*m", "inertia": inertia} if kind == "stiff" else {}
     study = {
-        "operation": {"depth": "2000 m", "wob": "40 kN"}, "modes": {"axial": "frozen", "lateral": "frozen"},
-        "drive": {"kind": kind, **drive}, "sweep": {"rotary_speed": ["3 rad/s", "5 rad/s"]},
-        "simulation": {"transient": "3 s", "observe": "6 s"}, "record": {"peaks": 2},
-    }  # fmt: skip
+        "operation": {"depth": "2000 m", "wob": "40 kN"},
+        "modes": {"axial": "frozen", "lateral": "frozen"},
+        "drive": {"kind": kind, **drive},
+        "sweep": {"rotary_speed": ["3 rad/s", "5 rad/s"]},
+        "simulation": {"transient": "3 s", "observe": "6 s"},
+        "record": {"peaks": 2},
+    }
     return nsdrill.run(study)
 
 
@@ -60,7 +65,11 @@ def test_each_word_has_the_bits_of_a_study_of_its_own(path: Path) -> None:
             single = alone(kind, f"{inertia} kg*m^2")
             for name in single.data_vars:
                 here = one[name].sel(state=single.state) if "state" in one[name].dims else one[name]
-                assert np.array_equal(here.values, single[name].values, equal_nan=True), (kind, inertia, name)
+                assert np.array_equal(here.values, single[name].values, equal_nan=True), (
+                    kind,
+                    inertia,
+                    name,
+                )
             more = [name for name in one.data_vars if name not in single]
             assert all(np.all(np.isnan(one[name])) for name in more), kind
     assert np.all(np.isnan(every.drive_speed_mean.sel(drive_kind="ideal")))
@@ -88,21 +97,27 @@ def test_a_dataset_and_its_file_say_the_same(path: Path) -> None:
 
 
 def test_files_that_differ_in_a_word_become_one(tmp_path: Path, path: Path) -> None:
-    """Also where one drive has states and numbers that the other has not, and keys that it alone reads."""
+    """Also where one drive has states and numbers that the other has not, and keys that
+    it alone reads."""
     several = []
     for kind in ("stiff", "ideal"):
         drive = {"kind": kind} | ({"torque_limit": "60 kN*m"} if kind == "stiff" else {})
-        study = nsdrill.load_study(STUDY.replace("drive: {torque_limit: 60 kN*m, inertia: 2000 kg*m^2}\n", "")
-                                   .replace("  drive.kind: [stiff, ideal]\n", "")
-                                   .replace("  drive.inertia: [1500 kg*m^2, 2500 kg*m^2]\n", "")
-                                   + f"drive: {json.dumps(drive)}\n")  # fmt: skip
+        study = nsdrill.load_study(
+            STUDY.replace("drive: {torque_limit: 60 kN*m, inertia: 2000 kg*m^2}\n", "")
+            .replace("  drive.kind: [stiff, ideal]\n", "")
+            .replace("  drive.inertia: [1500 kg*m^2, 2500 kg*m^2]\n", "")
+            + f"drive: {json.dumps(drive)}\n"
+        )
         several.append(tmp_path / f"{kind}.h5")
         nsdrill.run(study, several[-1])
     whole, key = combine(several)
     assert key == "drive.kind"
     write_results(tmp_path / "both.h5", HeldResults(whole))
-    swept = nsdrill.run(STUDY.replace("  drive.inertia: [1500 kg*m^2, 2500 kg*m^2]\n", "").replace(
-        ", inertia: 2000 kg*m^2", ""))  # fmt: skip
+    swept = nsdrill.run(
+        STUDY.replace("  drive.inertia: [1500 kg*m^2, 2500 kg*m^2]\n", "").replace(
+            ", inertia: 2000 kg*m^2", ""
+        )
+    )
     both = nsdrill.open_results(tmp_path / "both.h5")
     assert both.drive_kind.values.tolist() == ["ideal", "stiff"]
     assert set(both.data_vars) == set(swept.data_vars)
@@ -117,7 +132,10 @@ def test_a_file_with_words_is_classified_shown_and_seen(path: Path) -> None:
     assert note["axes"]["drive_kind"] == {"values": ["ideal", "stiff"], "points": 2}
     window = nsdrill.window(path)
     assert window["third"] == "drive_kind"
-    assert [one["at"] for one in window["maps"]] == [{"drive_kind": "ideal"}, {"drive_kind": "stiff"}]
+    assert [one["at"] for one in window["maps"]] == [
+        {"drive_kind": "ideal"},
+        {"drive_kind": "stiff"},
+    ]
     before = nsdrill.open_results(path).load()
     again = nsdrill.classify(before)
     for name in ("response", "stick_slip_severity", "settled"):
@@ -134,36 +152,56 @@ simulation: {transient: 0.2 s, observe: 0.5 s}
     found = nsdrill.run(study)
     speeds = found.initial_state.sel(state="bit_speed").squeeze()
     assert dict(zip(found.initial_start.values.tolist(), speeds.values.tolist(), strict=True)) == {
-        "steady": pytest.approx(13.0), "rest": 0.0,
-    }  # fmt: skip
-    loaded = nsdrill.load_study("sweep: {drillstring.eccentric_weight: [true, false]}\nwell: {inclination: 30 deg}\n")
+        "steady": pytest.approx(13.0),
+        "rest": 0.0,
+    }
+    loaded = nsdrill.load_study(
+        "sweep: {drillstring.eccentric_weight: [true, false]}\nwell: {inclination: 30 deg}\n"
+    )
     assert loaded.resolved["sweep"]["drillstring.eccentric_weight"] == [False, True]
 
 
 def test_what_no_word_reads_is_refused_and_what_one_reads_is_not() -> None:
     cases = (
-        ("drive: {matching: 3}\nsweep: {drive.kind: [ideal, stiff]}\n", "one of the words of sweep.drive.kind reads"),
-        ("sweep: {drive.kind: [ideal, stiff], drive.matching: [1, 2]}\n", "one of the words of sweep.drive.kind reads"),
-        ("modes: {axial: frozen, lateral: frozen}\nsweep: {modes.torsional: [free, frozen]}\n", "at least one free"),
-        ("modes: {torsional: frozen}\nsweep: {drive.kind: [ideal, stiff]}\n", "stiff with modes.torsional: frozen"),
+        (
+            "drive: {matching: 3}\nsweep: {drive.kind: [ideal, stiff]}\n",
+            "one of the words of sweep.drive.kind reads",
+        ),
+        (
+            "sweep: {drive.kind: [ideal, stiff], drive.matching: [1, 2]}\n",
+            "one of the words of sweep.drive.kind reads",
+        ),
+        (
+            "modes: {axial: frozen, lateral: frozen}\nsweep: {modes.torsional: [free, frozen]}\n",
+            "at least one free",
+        ),
+        (
+            "modes: {torsional: frozen}\nsweep: {drive.kind: [ideal, stiff]}\n",
+            "stiff with modes.torsional: frozen",
+        ),
         ("sweep: {drive.kind: [ideal, ideal]}\n", "there a second time"),
         ("sweep: {drive.kind: [ideal, soft]}\n", "allowed: ideal, stiff, soft_torque"),
         ("sweep: {drive.kind: {from: ideal, to: stiff, points: 2}}\n", "found a mapping"),
-        ("sweep: {drive.kind: [ideal, stiff], rotary_speed: [3 rad/s], procedure: up, along: rotary_speed}\n",
-         "carries the state on; allowed: with sweep.procedure: same"),
+        (
+            "sweep: {drive.kind: [ideal, stiff], rotary_speed: [3 rad/s], procedure: up, along: "
+            "rotary_speed}\n",
+            "carries the state on; allowed: with sweep.procedure: same",
+        ),
         ("sweep: {well.law: [linear, hertz]}\n", "the units of well.stiffness depend"),
         ("sweep: {simulation.method: [explicit]}\n", "a key that is no number"),
         ("uncertain: {drive.kind: {values: [1, 2]}}\n", "which is a choice"),
         ("continue: {along: drive.kind, from: 1, to: 2}\n", "a choice"),
-    )  # fmt: skip
+    )
     for text, words in cases:
         with pytest.raises(StudyError) as error:
             nsdrill.load_study(text)
         assert words in str(error.value), text
     for text in (
         "drive: {matching: 3, torque_limit: 60 kN*m}\nsweep: {drive.kind: [ideal, soft_torque]}\n",
-        "bit: {friction: {b0: 30 mm, static: 0.6}}\nsweep: {bit.friction.law: [rational, linear]}\n",
-        "mud: {swirl: 0.3}\nsweep: {modes.lateral: [free, frozen], drillstring.eccentricity: [1 mm, 5 mm]}\n",
+        "bit: {friction: {b0: 30 mm, static: 0.6}}\nsweep: {bit.friction.law: [rational, "
+        "linear]}\n",
+        "mud: {swirl: 0.3}\nsweep: {modes.lateral: [free, frozen], drillstring.eccentricity: [1 "
+        "mm, 5 mm]}\n",
     ):
         nsdrill.load_study(text)
 
@@ -184,7 +222,8 @@ def test_a_word_that_is_not_there_is_told(path: Path, capsys: pytest.CaptureFixt
 
 
 def test_pictures_and_pages_have_the_words(path: Path) -> None:
-    """A curve for each word, a row of a map for each, a panel for each; text in place of numbers on a page."""
+    """A curve for each word, a row of a map for each, a panel for each; text in place
+    of numbers on a page."""
     from nsdrill.web.diagrams import choices, plane
 
     one = nsdrill.open_results(path).sel(drive_inertia=1500.0)

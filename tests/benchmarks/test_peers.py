@@ -1,4 +1,5 @@
-"""The race is only worth something if all run the same equations: the right-hand side of the peers against nsdrill."""
+"""The race is only worth something if all run the same equations: the right-hand side
+of the peers against nsdrill."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Commands as a user gives them: in this process where that is enough, in one of their own where it is not."""
+"""Commands as a user gives them: in this process where that is enough, in one of their
+own where it is not."""
 
 from __future__ import annotations
 
@@ -24,7 +25,9 @@ class Answer:
     err: str
 
 
-def call_here(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *words: object) -> Answer:
+def call_here(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *words: object
+) -> Answer:
     """``nsdrill words...`` in this process."""
     monkeypatch.setattr(sys, "argv", ["nsdrill", *map(str, words)])
     capfd.readouterr()

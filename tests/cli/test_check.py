@@ -14,13 +14,35 @@ from nsdrill.store import record_dtype
 
 from .helpers import Call
 
-NAMES = ["m_c", "m_f", "m_l", "m_e", "k_bend", "c_h", "m_a", "k_a", "J", "k_t", "gap", "depth_of_cut", "cutting_arm",
-         "buckling_load"]  # fmt: skip
-# At 2000 m, 22.24 kN and 3 rad/s with the defaults, worked out by hand from the theory page's formulas.
+NAMES = [
+    "m_c",
+    "m_f",
+    "m_l",
+    "m_e",
+    "k_bend",
+    "c_h",
+    "m_a",
+    "k_a",
+    "J",
+    "k_t",
+    "gap",
+    "depth_of_cut",
+    "cutting_arm",
+    "buckling_load",
+]
+# At 2000 m, 22.24 kN and 3 rad/s with the defaults, worked out by hand from the theory
+# page's formulas.
 KNOWN = {
-    "m_l": 3941.120735, "c_h": 1441.487328, "k_bend": 174186.7573, "m_a": 73314.5033, "k_a": 397218.7863,
-    "J": 471.7007221, "k_t": 525.5269838, "depth_of_cut": 6.912151728e-4, "cutting_arm": 0.01147503771,
-}  # fmt: skip
+    "m_l": 3941.120735,
+    "c_h": 1441.487328,
+    "k_bend": 174186.7573,
+    "m_a": 73314.5033,
+    "k_a": 397218.7863,
+    "J": 471.7007221,
+    "k_t": 525.5269838,
+    "depth_of_cut": 6.912151728e-4,
+    "cutting_arm": 0.01147503771,
+}
 
 
 def test_json(call: Call, small: Path) -> None:
@@ -29,13 +51,17 @@ def test_json(call: Call, small: Path) -> None:
     assert answer.err == ""
     report = json.loads(answer.out)
     assert list(report["coefficients"]) == NAMES
-    assert report["size"]["disk"] == {"value": 16 * record_dtype(Kept(4, options=("drilled",))).itemsize, "units": "B"}
+    assert report["size"]["disk"] == {
+        "value": 16 * record_dtype(Kept(4, options=("drilled",))).itemsize,
+        "units": "B",
+    }
     for coefficient in report["coefficients"].values():
         assert set(coefficient) == {"value", "units"}
     for name, value in KNOWN.items():
         assert report["coefficients"][name]["value"] == pytest.approx(value, rel=1e-9)
     assert report["coefficients"]["k_t"]["units"] == "N m/rad"
-    # gap and Euler load from their definitions: (0.381 - 0.2286)/2, and 2 l^2/pi^2 of k_bend with l = 19.81 m.
+    # gap and Euler load from their definitions: (0.381 - 0.2286)/2, and 2 l^2/pi^2 of
+    # k_bend with l = 19.81 m.
     assert report["coefficients"]["gap"]["value"] == pytest.approx(0.0762, rel=1e-12)
     assert report["points"] == 16
     assert report["chains"] == 1
@@ -48,7 +74,8 @@ def test_text(call: Call, small: Path) -> None:
     lines = answer.out.splitlines()
     assert lines[0] == f"{small}: valid. Small"
     assert lines[1] == (
-        "16 points: speed 1 rad/s to 8 rad/s (8 values); the state carried up and back down along the speed, in 1 "
+        "16 points: speed 1 rad/s to 8 rad/s (8 values); the state carried up and back down along "
+        "the speed, in 1 "
         "chain."
     )
     for name in (*NAMES, "torsional", "wall_speed", "lift_off_wob"):
@@ -56,7 +83,14 @@ def test_text(call: Call, small: Path) -> None:
 
 
 def test_further_figures(call: Call, small: Path) -> None:
-    further = ("collar_vertical", "euler_fixed_free", "pipe_sinusoidal", "lateral_2", "mud_plane", "axial_rock_wave_4")
+    further = (
+        "collar_vertical",
+        "euler_fixed_free",
+        "pipe_sinusoidal",
+        "lateral_2",
+        "mud_plane",
+        "axial_rock_wave_4",
+    )
     short, full = (call("check", small, *words).out for words in ([], ["--all"]))
     figures = json.loads(call("check", small, "--json").out)["figures"]
     assert "further figures with --all" in short
@@ -82,15 +116,32 @@ def test_further_figures(call: Call, small: Path) -> None:
         # The buckling load of a span of 40 m is 171.5 kN; 500 kN is far above.
         (["drillstring.collar.span=40 m", "operation.wob=500 kN"], "Buckled: at 500 kN"),
         (["bit.friction.smoothing=50000 s/rad", "simulation.method=explicit"], "Slow: "),
-        (["drillstring.eccentricity=10 cm"], "Eccentric: the eccentricity (100 mm) exceeds the clearance (76.2 mm)"),
         (
-            ["drive={kind: pi, stiffness: 900 N m/rad, damping: 1500 N m s/rad, speed_gain: -3000 N m s/rad}"],
-            "Unstable: without any friction at the bit the string and its drive do not come to rest: an eigenvalue is",
+            ["drillstring.eccentricity=10 cm"],
+            "Eccentric: the eccentricity (100 mm) exceeds the clearance (76.2 mm)",
         ),
-        (["simulation.observe=20 s"], "Short: at 1 rad/s the observed window of 20 s holds only 3.18 turns"),
-        (["simulation.observe=20 s"], "Short: the torsional period at the greatest depth is 5.95 s"),
+        (
+            [
+                "drive={kind: pi, stiffness: 900 N m/rad, damping: 1500 N m s/rad, speed_gain: "
+                "-3000 "
+                "N m s/rad}"
+            ],
+            "Unstable: without any friction at the bit the string and its drive do not come to "
+            "rest: an eigenvalue is",
+        ),
+        (
+            ["simulation.observe=20 s"],
+            "Short: at 1 rad/s the observed window of 20 s holds only 3.18 turns",
+        ),
+        (
+            ["simulation.observe=20 s"],
+            "Short: the torsional period at the greatest depth is 5.95 s",
+        ),
         # 4000 points of 10 000 returns of 8 numbers of 8 bytes each.
-        (["record.poincare=10000", "sweep.rotary_speed.points=2000"], "Large: the results take up to 2.56 GB"),
+        (
+            ["record.poincare=10000", "sweep.rotary_speed.points=2000"],
+            "Large: the results take up to 2.56 GB",
+        ),
     ],
 )
 def test_warnings(call: Call, small: Path, changes: list[str], said: str) -> None:
@@ -98,21 +149,31 @@ def test_warnings(call: Call, small: Path, changes: list[str], said: str) -> Non
     answer = call("check", small, "--set", "simulation.observe=200 s", *sets)
     assert answer.code == 0
     assert f"Warning: {said}" in answer.err
-    warnings = json.loads(call("check", small, "--set", "simulation.observe=200 s", *sets, "--json").out)["warnings"]
+    warnings = json.loads(
+        call("check", small, "--set", "simulation.observe=200 s", *sets, "--json").out
+    )["warnings"]
     assert any(warning.startswith(said) for warning in warnings)
 
 
 def test_swept_depth_replaces_a_default_inside_the_collars(call: Call, small: Path) -> None:
     answer = call(
-        "check", small, "--json", "--set", "operation={}", "--set", "drillstring.collar.length=6 km",
-        "--set", "sweep={depth: [7000 m, 9000 m]}",
-    )  # fmt: skip
+        "check",
+        small,
+        "--json",
+        "--set",
+        "operation={}",
+        "--set",
+        "drillstring.collar.length=6 km",
+        "--set",
+        "sweep={depth: [7000 m, 9000 m]}",
+    )
     assert answer.code == 0, answer.err
     assert json.loads(answer.out)["operation"]["depth"]["value"] == 7000.0
 
 
 def test_a_model_without_figures_of_its_own(call: Call) -> None:
-    """The coefficients and figures are those of the main model; what is known of every study is said."""
+    """The coefficients and figures are those of the main model; what is known of every
+    study is said."""
     Path("twist.yaml").write_text("model: torsion\nsimulation: {transient: 10 s, observe: 5 s}\n")
     answer = call("check", "twist.yaml")
     assert answer.code == 0
@@ -158,42 +219,78 @@ def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> Non
     for offset, speed in zip(map(float, offsets.groups()), (60, 140), strict=True):
 
         def reached(offset: float, speed: int = speed) -> bool:
-            sets = ["sweep={}", f"drillstring.eccentricity={offset} mm", f"operation.rotary_speed={speed} rpm"]
+            sets = [
+                "sweep={}",
+                f"drillstring.eccentricity={offset} mm",
+                f"operation.rotary_speed={speed} rpm",
+            ]
             found = [
-                json.loads(call("check", "rotary.yaml", "--json", *(word for one in (*sets, f"operation.wob={wob} klbf")
-                                                                    for word in ("--set", one))).out)["figures"]
+                json.loads(
+                    call(
+                        "check",
+                        "rotary.yaml",
+                        "--json",
+                        *(
+                            word
+                            for one in (*sets, f"operation.wob={wob} klbf")
+                            for word in ("--set", one)
+                        ),
+                    ).out
+                )["figures"]
                 for wob in (5, 25)
-            ]  # fmt: skip
+            ]
             speeds = [one["wall_speed"]["value"] for one in found]
             return any(one is not None and one * 30 / math.pi <= speed for one in speeds)
 
         assert reached(1.005 * offset)
         assert not reached(0.995 * offset)
     assert "Wall:" not in call("check", "rotary.yaml", *sweep).err  # 2 mm: 62 rpm
-    assert "Wall:" not in call("check", "rotary.yaml", *sets, "--set", "drillstring.collar.span=30 ft").err
+    assert (
+        "Wall:"
+        not in call("check", "rotary.yaml", *sets, "--set", "drillstring.collar.span=30 ft").err
+    )
     assert "Wall:" not in call("check", "rotary.yaml", *sets, "--set", "modes.lateral=frozen").err
     field = call("check", "rotary.yaml", *sets, "--units", "field").err
     assert "The eccentricity is 0.5 in" in field
 
 
 def test_a_sweep_that_begins_above_a_critical_speed_is_told(call: Call) -> None:
-    """A string that is brought up to speed passes through it; the speed that is named is that of the figures."""
+    """A string that is brought up to speed passes through it; the speed that is named
+    is that of the figures."""
     call("new", "--example", ROTARY, "-o", "rotary.yaml")
     assert "Start:" not in call("check", "rotary.yaml").err
     sets = ["--set", "drillstring.eccentricity=12.7 mm"]
     speed = "sweep.rotary_speed={from: 80 rpm, to: 140 rpm, points: 4}"
 
     def told(*more: str) -> re.Match[str] | None:
-        said = call("check", "rotary.yaml", *sets, "--set", speed, *(word for one in more for word in ("--set", one)))
-        return re.search(r"Start: .* begins at 80 rpm.* reaches the wall \(([\d.]+) rpm to ([\d.]+) rpm\)", said.err)
+        said = call(
+            "check",
+            "rotary.yaml",
+            *sets,
+            "--set",
+            speed,
+            *(word for one in more for word in ("--set", one)),
+        )
+        return re.search(
+            r"Start: .* begins at 80 rpm.* reaches the wall \(([\d.]+) rpm to ([\d.]+) rpm\)",
+            said.err,
+        )
 
     found = told()
     assert found is not None
     for wob, said in zip((25, 5), found.groups(), strict=True):
-        at = ["--set", "sweep={}", "--set", f"operation.wob={wob} klbf", "--set", "operation.rotary_speed=80 rpm"]
+        at = [
+            "--set",
+            "sweep={}",
+            "--set",
+            f"operation.wob={wob} klbf",
+            "--set",
+            "operation.rotary_speed=80 rpm",
+        ]
         figures = json.loads(call("check", "rotary.yaml", *sets, *at, "--json").out)["figures"]
         assert figures["wall_speed"]["value"] * 30 / math.pi == pytest.approx(float(said), rel=1e-3)
-    assert told("sweep.procedure=same", "sweep.along=null") is None  # every point from its own start
+    # every point from its own start
+    assert told("sweep.procedure=same", "sweep.along=null") is None
     assert told("initial.x=60 mm") is None  # it is on the wall from the start
     assert told("drillstring.eccentricity=1 mm") is None
 
@@ -201,16 +298,28 @@ def test_a_sweep_that_begins_above_a_critical_speed_is_told(call: Call) -> None:
 def test_numbers_on_which_the_answer_hangs_are_named(call: Call) -> None:
     call("new", "--example", ROTARY, "-o", "rotary.yaml")
     said = call("check", "rotary.yaml").err
-    moved = re.search(r"half drillstring.eccentricity moves the speed .* wall from ([\d.]+) rpm to no speed", said)
+    moved = re.search(
+        r"half drillstring.eccentricity moves the speed .* wall from ([\d.]+) rpm to no speed", said
+    )
     assert moved is not None
     figures = {
-        value: json.loads(call("check", "rotary.yaml", *sets, "--json").out)["figures"]["wall_speed"]["value"]
+        value: json.loads(call("check", "rotary.yaml", *sets, "--json").out)["figures"][
+            "wall_speed"
+        ]["value"]
         for value in ("2 mm", "1 mm")
         for sets in [
-            ["--set", f"drillstring.eccentricity={value}", "--set", "sweep={}", "--set", "operation.wob=15 klbf",
-             "--set", "operation.rotary_speed=100 rpm"]
+            [
+                "--set",
+                f"drillstring.eccentricity={value}",
+                "--set",
+                "sweep={}",
+                "--set",
+                "operation.wob=15 klbf",
+                "--set",
+                "operation.rotary_speed=100 rpm",
+            ]
         ]
-    }  # fmt: skip
+    }
     assert figures["2 mm"] * 30 / math.pi == pytest.approx(float(moved[1]), rel=1e-3)
     assert figures["1 mm"] is None
     # What is said to be uncertain is no longer a guess.

@@ -1,4 +1,5 @@
-"""The commands that read a file: show, plot, replay, export, classify; and simulate, which makes a trace."""
+"""The commands that read a file: show, plot, replay, export, classify; and simulate,
+which makes a trace."""
 
 from __future__ import annotations
 
@@ -21,7 +22,14 @@ from nsdrill.store import read_results, read_trace
 
 from .helpers import Call
 
-LABELS = ("response", "whirl_kind", "stick_slip_severity", "bounce_severity", "whirl_severity", "settled")
+LABELS = (
+    "response",
+    "whirl_kind",
+    "stick_slip_severity",
+    "bounce_severity",
+    "whirl_severity",
+    "settled",
+)
 
 
 @pytest.fixture
@@ -37,8 +45,16 @@ def test_show_results(call: Call, shared: Path) -> None:
     answer = call("show", shared / "small.h5")
     assert answer.code == 0
     assert answer.err == ""
-    for text in ("results of a sweep. Small", "2000 m (6562 ft)", "22.24 kN (5 klbf)", "1 rad/s to 8 rad/s, 8 values",
-                 "16: 16 ok", "Responses, up:", "Responses, down:", "Along the sweep:"):  # fmt: skip
+    for text in (
+        "results of a sweep. Small",
+        "2000 m (6562 ft)",
+        "22.24 kN (5 klbf)",
+        "1 rad/s to 8 rad/s, 8 values",
+        "16: 16 ok",
+        "Responses, up:",
+        "Responses, down:",
+        "Along the sweep:",
+    ):
         assert text in answer.out
 
 
@@ -72,19 +88,35 @@ def test_show_lists_failed_points(call: Call, shared: Path) -> None:
 def test_show_trace(call: Call, shared: Path) -> None:
     assert call("simulate", shared / "small.yaml", "-o", "trace.h5", "--duration", "1s").code == 0
     out = call("show", "trace.h5").out
-    for text in ("trace of one run. Small", "22.24 kN (5 klbf)", "101 over 1 s", "ended ok", "bit_torque", "N m"):
+    for text in (
+        "trace of one run. Small",
+        "22.24 kN (5 klbf)",
+        "101 over 1 s",
+        "ended ok",
+        "bit_torque",
+        "N m",
+    ):
         assert text in out
     summary = json.loads(call("show", "trace.h5", "--json").out)
     assert summary["samples"] == 101
     assert summary["ranges"]["bit_speed"]["units"] == "rad s-1"
 
 
-@pytest.mark.parametrize("command", [["show"], ["plot", "-o", "x.png"], ["export", "-o", "x.csv"], ["classify"]])
+@pytest.mark.parametrize(
+    "command", [["show"], ["plot", "-o", "x.png"], ["export", "-o", "x.csv"], ["classify"]]
+)
 @pytest.mark.parametrize(
     ("name", "said"),
-    [("missing.h5", "there is no such file"), ("text.h5", "not an HDF5 file"), (".", "no file"), ("cut.h5", "damaged")],
+    [
+        ("missing.h5", "there is no such file"),
+        ("text.h5", "not an HDF5 file"),
+        (".", "no file"),
+        ("cut.h5", "damaged"),
+    ],
 )
-def test_files_that_cannot_be_read(call: Call, shared: Path, command: list[str], name: str, said: str) -> None:
+def test_files_that_cannot_be_read(
+    call: Call, shared: Path, command: list[str], name: str, said: str
+) -> None:
     Path("text.h5").write_text("no HDF5")
     Path("cut.h5").write_bytes((shared / "small.h5").read_bytes()[:30_000])
     answer = call(command[0], name, *command[1:])
@@ -123,18 +155,34 @@ def test_plot_lists_its_kinds_and_draws_them(call: Call, shared: Path) -> None:
     cut = call("plot", shared / "map.h5", "--kind", "list", "--wob", "40kN")
     assert cut.out.split()[0] == "bifurcation"
     for name in names[:3]:
-        assert call("plot", shared / "map.h5", "--kind", name, "--units", "field", "-o", f"{name}.svg").code == 0
+        assert (
+            call(
+                "plot", shared / "map.h5", "--kind", name, "--units", "field", "-o", f"{name}.svg"
+            ).code
+            == 0
+        )
 
 
 def test_plot_cut_of_a_map(call: Call, shared: Path) -> None:
-    assert call("plot", shared / "map.h5", "--wob", "40 kN", "--kind", "bifurcation", "-o", "cut.svg").code == 0
-    near = call("plot", shared / "map.h5", "--wob", "41 kN", "--kind", "bifurcation", "-o", "near.svg")
+    assert (
+        call(
+            "plot", shared / "map.h5", "--wob", "40 kN", "--kind", "bifurcation", "-o", "cut.svg"
+        ).code
+        == 0
+    )
+    near = call(
+        "plot", shared / "map.h5", "--wob", "41 kN", "--kind", "bifurcation", "-o", "near.svg"
+    )
     assert near.code == 0
     assert "At 40 kN, the nearest of the sweep." in near.err
-    assert Path("near.svg").stat().st_size == Path("cut.svg").stat().st_size, "the nearest value is drawn"
+    assert Path("near.svg").stat().st_size == Path("cut.svg").stat().st_size, (
+        "the nearest value is drawn"
+    )
     missed = call("plot", shared / "map.h5", "--wob", "200 kN", "-o", "missed.svg")
     assert missed.code == 2
-    assert "allowed: 20 kN to 100 kN, as the sweep, of which the nearest value is drawn" in missed.err
+    assert (
+        "allowed: 20 kN to 100 kN, as the sweep, of which the nearest value is drawn" in missed.err
+    )
     assert not Path("missed.svg").exists()
 
 
@@ -169,9 +217,21 @@ def test_plot_suffix_is_told_before_the_file_is_read(call: Call) -> None:
 
 def test_simulate(call: Call, small: Path) -> None:
     answer = call(
-        "simulate", small, "-o", "trace.h5", "--depth", "1000 ft", "--wob", "5klbf", "--rotary-speed", "60 rpm",
-        "--duration", "2 s", "--sample", "5 ms",
-    )  # fmt: skip
+        "simulate",
+        small,
+        "-o",
+        "trace.h5",
+        "--depth",
+        "1000 ft",
+        "--wob",
+        "5klbf",
+        "--rotary-speed",
+        "60 rpm",
+        "--duration",
+        "2 s",
+        "--sample",
+        "5 ms",
+    )
     assert answer.code == 0
     assert answer.out == ""
     assert answer.err == "Point: 1000 ft, 5 klbf, 60 rpm.\ntrace.h5: 401 samples over 2 s.\n"
@@ -183,7 +243,16 @@ def test_simulate(call: Call, small: Path) -> None:
 
 
 def test_simulate_that_ends_early(call: Call, small: Path) -> None:
-    answer = call("simulate", small, "-o", "trace.h5", "--duration", "100 s", "--set", "simulation.max_steps=1000")
+    answer = call(
+        "simulate",
+        small,
+        "-o",
+        "trace.h5",
+        "--duration",
+        "100 s",
+        "--set",
+        "simulation.max_steps=1000",
+    )
     assert answer.code == 3
     assert "step_limit" in answer.err
     assert "simulation.max_steps" in answer.err
@@ -218,7 +287,16 @@ def test_simulate_refusals(call: Call, small: Path, words: list[str], said: str)
 @pytest.mark.parametrize("procedure", ["up", "down"])
 @pytest.mark.parametrize("speed", ["1 rad/s", "5 rad/s", "76.394 rpm"])
 def test_replay_bit_for_bit(call: Call, shared: Path, procedure: str, speed: str) -> None:
-    answer = call("replay", shared / "small.h5", "--rotary-speed", speed, "--procedure", procedure, "-o", "trace.h5")
+    answer = call(
+        "replay",
+        shared / "small.h5",
+        "--rotary-speed",
+        speed,
+        "--procedure",
+        procedure,
+        "-o",
+        "trace.h5",
+    )
     assert answer.code == 0
     assert "bit for bit" in answer.err
     trace, results = read_trace("trace.h5"), read_results(shared / "small.h5")
@@ -226,13 +304,16 @@ def test_replay_bit_for_bit(call: Call, shared: Path, procedure: str, speed: str
     s = list(results["rotary_speed"]).index(trace.attrs["rotary_speed"])
     assert trace.attrs["final_state"].tobytes() == results["final_state"][p, 0, 0, s].tobytes()
     assert trace.attrs["steps"] == results["steps"][p, 0, 0, s]
-    # The trace shows what the features say: extremes of samples lie within those of the continuous solution.
+    # The trace shows what the features say: extremes of samples lie within those of the
+    # continuous solution.
     window = trace.time >= 2.0
     assert trace["bit_speed"][window].max() <= results["bit_speed_max"][p, 0, 0, s] * (1 + 1e-9)
     assert trace["radius"][window].max() <= results["radius_max"][p, 0, 0, s] * (1 + 1e-9)
 
 
-def test_replay_with_other_bits_says_why(call: Call, shared: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_replay_with_other_bits_says_why(
+    call: Call, shared: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A stored end that is not that of the run, in a file made with another Python."""
     from nsdrill.app.trajectory import read_point, read_results
 
@@ -256,9 +337,15 @@ def test_replay_of_a_failed_point(call: Call, shared: Path) -> None:
     results = read_results(shared / "failing.h5")
     p, _, _, s = np.argwhere(results["status"] == 3)[0]
     answer = call(
-        "replay", shared / "failing.h5", "-o", "trace.h5", "--procedure", results["procedure"][p],
-        "--rotary-speed", f"{results['rotary_speed'][s]} rad/s",
-    )  # fmt: skip
+        "replay",
+        shared / "failing.h5",
+        "-o",
+        "trace.h5",
+        "--procedure",
+        results["procedure"][p],
+        "--rotary-speed",
+        f"{results['rotary_speed'][s]} rad/s",
+    )
     assert answer.code == 3
     assert "ended early (step_limit)" in answer.err
     assert "bit for bit" in answer.err
@@ -271,7 +358,10 @@ def test_replay_of_a_failed_point(call: Call, shared: Path) -> None:
         (["--rotary-speed", "3 rad/s"], "went up and down. Say which one with --procedure"),
         (["--rotary-speed", "3 rad/s", "--procedure", "same"], "found same, allowed: up, down"),
         (["--rotary-speed", "9 rad/s", "--procedure", "up"], "allowed: from 1 rad/s to 8 rad/s"),
-        (["--rotary-speed", "3 rad/s", "--procedure", "up", "--depth", "3000 m"], "2000 m, the only value"),
+        (
+            ["--rotary-speed", "3 rad/s", "--procedure", "up", "--depth", "3000 m"],
+            "2000 m, the only value",
+        ),
         (["--rotary-speed", "3 m", "--procedure", "up"], "--rotary-speed: found '3 m'"),
     ],
 )
@@ -283,7 +373,16 @@ def test_replay_refusals(call: Call, shared: Path, words: list[str], said: str) 
 
 
 def test_replay_takes_the_nearest_and_says_so(call: Call, shared: Path) -> None:
-    answer = call("replay", shared / "small.h5", "-o", "t.h5", "--rotary-speed", "3.2 rad/s", "--procedure", "up")
+    answer = call(
+        "replay",
+        shared / "small.h5",
+        "-o",
+        "t.h5",
+        "--rotary-speed",
+        "3.2 rad/s",
+        "--procedure",
+        "up",
+    )
     assert answer.code == 0
     assert "3 rad/s, up, the nearest of the sweep" in answer.err
 
@@ -304,11 +403,15 @@ def test_export_csv(call: Call, shared: Path) -> None:
     with open("out.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 16
-    for row, status, least in zip(rows, results["status"].ravel(), results["bit_speed_min"].ravel(), strict=True):
+    for row, status, least in zip(
+        rows, results["status"].ravel(), results["bit_speed_min"].ravel(), strict=True
+    ):
         assert row["status"] == str(status)
         assert row["status_words"] == {1: "ok", 3: "step_limit"}[int(status)]
         for label in ("response", "whirl_kind", "settled"):
-            assert (row[f"{label}_words"] == "unknown") == (status != 1), "a failed run has no label"
+            assert (row[f"{label}_words"] == "unknown") == (status != 1), (
+                "a failed run has no label"
+            )
         assert np.array_equal(float(row["bit_speed_min [rad s-1]"]), least, equal_nan=True)
     assert "axial_peaks_3 [m]" in rows[0]
     assert "final_state_twist [rad]" in rows[0]
@@ -349,8 +452,11 @@ def test_classify_and_back(call: Call, copy: Path) -> None:
     changed = np.count_nonzero(after["response"] != before["response"])
     assert changed > 0
     assert f"response: {changed} of 16 points changed." in answer.err
-    assert all(np.array_equal(after[n], before[n], equal_nan=True) for n in before.variables if n not in LABELS and
-               before[n].dtype.kind == "f")  # fmt: skip
+    assert all(
+        np.array_equal(after[n], before[n], equal_nan=True)
+        for n in before.variables
+        if n not in LABELS and before[n].dtype.kind == "f"
+    )
     history = after.attrs["history"].splitlines()
     assert len(history) == 2
     assert history[1].endswith("classify classify.stick_slip.stick_slip_index=20")
@@ -411,12 +517,16 @@ def test_trace_is_no_results_file(call: Call, shared: Path) -> None:
 
 
 def test_a_trace_is_exported_in_either_system(call: Call, tmp_path: Path) -> None:
-    """The table has the samples of the file, bit for bit in SI; of a window is said what it needs."""
+    """The table has the samples of the file, bit for bit in SI; of a window is said
+    what it needs."""
     trace, study = str(tmp_path / "trace.h5"), str(tmp_path / "study.yaml")
     call("new", "-o", study)
     call("simulate", study, "--duration", "2s", "--sample", "0.5s", "-o", trace)
     rows = [row.split(",") for row in call("export", trace, "-o", "-").out.splitlines()]
-    field = [row.split(",") for row in call("export", trace, "-o", "-", "--units", "field").out.splitlines()]
+    field = [
+        row.split(",")
+        for row in call("export", trace, "-o", "-", "--units", "field").out.splitlines()
+    ]
     kept = nsdrill.open_results(trace)
     place = [head.partition(" ")[0] for head in rows[0]].index("bit_force")
     assert [float(row[place]) for row in rows[1:]] == kept["bit_force"].values.tolist()

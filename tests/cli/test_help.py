@@ -14,7 +14,17 @@ from nsdrill.cli.main import COMMANDS, group
 
 from .helpers import Call
 
-HEAVY = ("numba", "h5py", "matplotlib", "pydantic", "scipy", "xarray", "distributed", "ruamel.yaml", "numpy")
+HEAVY = (
+    "numba",
+    "h5py",
+    "matplotlib",
+    "pydantic",
+    "scipy",
+    "xarray",
+    "distributed",
+    "ruamel.yaml",
+    "numpy",
+)
 
 
 @pytest.mark.parametrize("words", [["--help"], *([name, "--help"] for name in COMMANDS)])
@@ -26,23 +36,31 @@ def test_help_imports_nothing_heavy(words: list[str]) -> None:
         f"except SystemExit: print('heavy:', [m for m in {HEAVY!r} if m in sys.modules])"
     )
     begun = time.perf_counter()
-    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=True)
-    # Measured 0.1 s; the bound is for a loaded machine, and still far below what importing numba alone takes on one.
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words], capture_output=True, text=True, check=True
+    )
+    # Measured 0.1 s; the bound is for a loaded machine, and still far below what
+    # importing numba alone takes on one.
     assert time.perf_counter() - begun < 5
     assert done.stdout.rstrip().endswith("heavy: []")
     assert "Usage: nsdrill" in done.stdout
     assert done.stderr == ""
 
 
-@pytest.mark.parametrize("words", [["check", "small.yaml"], ["show", "small.h5"], ["show", "failing.h5", "--json"]])
+@pytest.mark.parametrize(
+    "words", [["check", "small.yaml"], ["show", "small.h5"], ["show", "failing.h5", "--json"]]
+)
 def test_what_computes_nothing_imports_no_compiler(shared: Path, words: list[str]) -> None:
     code = (
         "import sys; sys.argv = ['nsdrill', *sys.argv[1:]]\n"
         "from nsdrill.cli import main\n"
         "try: main()\n"
-        "except SystemExit: print('heavy:', [m for m in ('numba', 'scipy', 'matplotlib') if m in sys.modules])"
+        "except SystemExit: print('heavy:', [m for m in ('numba', 'scipy', 'matplotlib') if m in "
+        "sys.modules])"
     )
-    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=True, cwd=shared)
+    done = subprocess.run(
+        [sys.executable, "-c", code, *words], capture_output=True, text=True, check=True, cwd=shared
+    )
     assert done.stdout.rstrip().endswith("heavy: []")
 
 

@@ -1,4 +1,5 @@
-"""What --set changed is said by everything that shows a result; and the study can be had as it was run.
+"""What --set changed is said by everything that shows a result; and the study can be
+had as it was run.
 
 The failing study of the shared folder is the small one with simulation.max_steps=1000.
 """
@@ -44,7 +45,16 @@ def test_show(call: Call, shared: Path, old: Path) -> None:
 
 
 def test_traces(call: Call, shared: Path) -> None:
-    words = ["simulate", shared / "small.yaml", "-o", "trace.h5", "--duration", "1s", "--set", "operation.wob=30 kN"]
+    words = [
+        "simulate",
+        shared / "small.yaml",
+        "-o",
+        "trace.h5",
+        "--duration",
+        "1s",
+        "--set",
+        "operation.wob=30 kN",
+    ]
     assert call(*words).code == 0
     assert "  overrides      operation.wob = 30 kN\n" in call("show", "trace.h5").out
     # An operating value that was changed stands in the title among the others, once.
@@ -84,16 +94,23 @@ def test_new_thresholds_are_told_too(call: Call, shared: Path) -> None:
     }
 
 
-@pytest.mark.parametrize(("texts", "said"), [
-    (["bit.lobes=1"], "bit.lobes = 1"),
-    (["bit.lobes=2", " bit.lobes = 1"], "bit.lobes = 1"),
-    (["title=Other"], "5000 m"),
-    ([f"mud.key{i}={i}{'0' * 20}" for i in range(5)],
-     "mud.key0 = 000000000000000000000, mud.key1 = 100000000000000000000 and 3 more"),
-    (["sweep.depth=" + "[1 m]" * 99], "sweep.depth = " + ("[1 m]" * 99)[:82] + " ..."),
-    (["sweep.depth=" + "[1 m]" * 99, "bit.rock_stiffness=50 MN/m"],
-     "sweep.depth = " + ("[1 m]" * 99)[:71] + " ... and 1 more"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("texts", "said"),
+    [
+        (["bit.lobes=1"], "bit.lobes = 1"),
+        (["bit.lobes=2", " bit.lobes = 1"], "bit.lobes = 1"),
+        (["title=Other"], "5000 m"),
+        (
+            [f"mud.key{i}={i}{'0' * 20}" for i in range(5)],
+            "mud.key0 = 000000000000000000000, mud.key1 = 100000000000000000000 and 3 more",
+        ),
+        (["sweep.depth=" + "[1 m]" * 99], "sweep.depth = " + ("[1 m]" * 99)[:82] + " ..."),
+        (
+            ["sweep.depth=" + "[1 m]" * 99, "bit.rock_stiffness=50 MN/m"],
+            "sweep.depth = " + ("[1 m]" * 99)[:71] + " ... and 1 more",
+        ),
+    ],
+)
 def test_a_title_stays_short(texts: list[str], said: str) -> None:
     from nsdrill.plot.labels import heading
 

@@ -21,14 +21,26 @@ def size(path: Path) -> tuple[int, int]:
 
 def test_a_picture_is_as_large_as_asked(call: Any, shared: Path, tmp_path: Path) -> None:
     path = tmp_path / "a.png"
-    answer = call("plot", shared / "small.h5", "-o", path, "--width", "3.3in", "--height", "60mm", "--no-title")
+    answer = call(
+        "plot",
+        shared / "small.h5",
+        "-o",
+        path,
+        "--width",
+        "3.3in",
+        "--height",
+        "60mm",
+        "--no-title",
+    )
     assert answer.code == 0, answer.err
     assert size(path) == pytest.approx((3.3 * 300, 60 / 25.4 * 300), abs=1)
 
 
 def test_a_style_file_sets_the_resolution(call: Any, shared: Path, tmp_path: Path) -> None:
     (tmp_path / "a.mplstyle").write_text("savefig.dpi: 100\n")
-    answer = call("plot", shared / "small.h5", "-o", tmp_path / "a.png", "--style", tmp_path / "a.mplstyle")
+    answer = call(
+        "plot", shared / "small.h5", "-o", tmp_path / "a.png", "--style", tmp_path / "a.mplstyle"
+    )
     assert answer.code == 0, answer.err
     assert size(tmp_path / "a.png")[0] == 700
 
@@ -59,15 +71,26 @@ def test_results_are_no_film(call: Any, shared: Path, tmp_path: Path) -> None:
     assert "--animate: found no collar that moves in the hole; allowed: a trace" in answer.err
 
 
-def test_a_film_from_both_sides(call: Any, shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The command and the function give the same bytes; without ffmpeg both say that it is a GIF."""
+def test_a_film_from_both_sides(
+    call: Any, shared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The command and the function give the same bytes; without ffmpeg both say that it
+    is a GIF."""
     monkeypatch.setenv("PATH", str(tmp_path))
     trace = nsdrill.replay(shared / "small.h5", rotary_speed=3.0, procedure="up")
     nsdrill.save(trace, tmp_path / "trace.h5")
     part = (float(trace.time[0]), float(trace.time[0]) + 0.2)
     answer = call(
-        "plot", tmp_path / "trace.h5", "--animate", "-o", tmp_path / "a.mp4", "--to", f"{part[1]} s", "--width", "2in",
-    )  # fmt: skip
+        "plot",
+        tmp_path / "trace.h5",
+        "--animate",
+        "-o",
+        tmp_path / "a.mp4",
+        "--to",
+        f"{part[1]} s",
+        "--width",
+        "2in",
+    )
     assert answer.code == 0, answer.err
     assert "There is no ffmpeg here, which MP4 needs: a GIF is written in place of" in answer.err
     written = nsdrill.animate(trace, tmp_path / "b.mp4", time=part, width="2 in")

@@ -17,21 +17,27 @@ from nsdrill.store import read_results
 
 from .helpers import SCRIPT, Call, finish, start
 
-# Some seconds of work, in points of some milliseconds: time to interrupt, and something to keep.
-# Some seconds: time for a slow machine to see the first points and to interrupt before the last.
+# Some seconds of work, in points of some milliseconds: time to interrupt, and something
+# to keep. Some seconds: time for a slow machine to see the first points and to
+# interrupt before the last.
 LONG_MAP = (
-    "title: Long\nsweep: {wob: {from: 20 kN, to: 100 kN, points: 20}, rotary_speed: {from: 1 rad/s, to: 8 rad/s, "
+    "title: Long\nsweep: {wob: {from: 20 kN, to: 100 kN, points: 20}, rotary_speed: {from: 1 "
+    "rad/s, to: 8 rad/s, "
     "points: 20}}\nsimulation: {transient: 600 s, observe: 10 s}\nrecord: {peaks: 2}\n"
 )
 LONG_CHAIN = (
-    "title: Long\nsweep: {rotary_speed: {from: 1 rad/s, to: 8 rad/s, points: 100}, procedure: up-down}\n"
+    "title: Long\nsweep: {rotary_speed: {from: 1 rad/s, to: 8 rad/s, points: 100}, procedure: "
+    "up-down}\n"
     "simulation: {transient: 80 s, observe: 10 s}\nrecord: {peaks: 2}\n"
 )
 
 
 def same_numbers(a: Path, b: Path) -> bool:
     first, second = read_results(a), read_results(b)
-    return all(first[name].tobytes() == second[name].tobytes() for name in (*first.variables, *first.coords))
+    return all(
+        first[name].tobytes() == second[name].tobytes()
+        for name in (*first.variables, *first.coords)
+    )
 
 
 def test_run_says_what_it_did_on_stderr(call: Call, small: Path) -> None:
@@ -59,7 +65,8 @@ def test_output_is_never_overwritten_unasked(call: Call, small: Path) -> None:
 
 
 def test_resume(call: Call, small: Path) -> None:
-    assert call("run", small, "-o", "out.h5", "--resume").code == 0  # nothing there yet: a run like any other
+    # nothing there yet: a run like any other
+    assert call("run", small, "-o", "out.h5", "--resume").code == 0
     before = Path("out.h5").read_bytes()
     again = call("run", small, "-o", "out.h5", "--resume")
     assert again.code == 0
@@ -79,7 +86,10 @@ def test_failed_points_are_exit_code_3_and_listed(call: Call, small: Path) -> No
     failed = np.count_nonzero(read_results("out.h5")["status"] == 3)
     assert failed > 0
     assert f"{failed} points failed and are marked" in answer.err
-    assert call("run", small, "-o", "out.h5", "--resume", "--set", "simulation.max_steps=1000").code == 3
+    assert (
+        call("run", small, "-o", "out.h5", "--resume", "--set", "simulation.max_steps=1000").code
+        == 3
+    )
     assert f"Failed points ({failed})" in call("show", "out.h5").out
 
 
@@ -92,10 +102,19 @@ def test_failed_points_are_exit_code_3_and_listed(call: Call, small: Path) -> No
         (["small.yaml", "-o", "small.yaml", "--overwrite"], "this is the input"),
         (["small.yaml", "-o", "./small.yaml", "--overwrite"], "this is the input"),
         (["small.yaml", "-o", "/dev/full"], "device"),
-        (["small.yaml", "-o", "out.h5", "--set", "operation.wbo=3 kN"], "Did you mean operation.wob?"),
-        (["small.yaml", "-o", "out.h5", "--set", "operation.wob=3 kg"], "operation.wob: found '3 kg'"),
+        (
+            ["small.yaml", "-o", "out.h5", "--set", "operation.wbo=3 kN"],
+            "Did you mean operation.wob?",
+        ),
+        (
+            ["small.yaml", "-o", "out.h5", "--set", "operation.wob=3 kg"],
+            "operation.wob: found '3 kg'",
+        ),
         (["small.yaml", "-o", "out.h5", "--set", "nonsense"], "--set key=value"),
-        (["small.yaml", "-o", "out.h5", "--scheduler", "tcp://localhost:1"], "allowed: with --engine dask"),
+        (
+            ["small.yaml", "-o", "out.h5", "--scheduler", "tcp://localhost:1"],
+            "allowed: with --engine dask",
+        ),
         (["/dev/null", "-o", "out.h5"], "found an empty document; allowed: a study"),
     ],
 )
@@ -132,7 +151,9 @@ def test_interrupted_and_resumed_is_as_undisturbed(
     assert unfinished.code == 0
     assert "an unfinished sweep" in unfinished.out
     assert "pending" in unfinished.out
-    resumed = finish(start("run", "long.yaml", "-o", "out.h5", "--resume", "--workers", "2", cwd=tmp_path))
+    resumed = finish(
+        start("run", "long.yaml", "-o", "out.h5", "--resume", "--workers", "2", cwd=tmp_path)
+    )
     assert resumed.code == 0
     assert "were there already" in resumed.err
     assert same_numbers(tmp_path / "out.h5", undisturbed[text])

@@ -1,4 +1,5 @@
-"""The safe window as a user asks for it: the note, the JSON, the picture, and what is no sweep."""
+"""The safe window as a user asks for it: the note, the JSON, the picture, and what is
+no sweep."""
 
 from __future__ import annotations
 
@@ -22,7 +23,11 @@ WEIGHTS = np.arange(10e3, 60e3, 10e3)
 
 
 def note(units: str = "si", **maps: list) -> str:
-    made = grid({name: [one] for name, one in (maps or {"up": LINES, "down": LINES}).items()}, SPEEDS, WEIGHTS)
+    made = grid(
+        {name: [one] for name, one in (maps or {"up": LINES, "down": LINES}).items()},
+        SPEEDS,
+        WEIGHTS,
+    )
     return "\n".join(lines(find_window(made), units))
 
 
@@ -31,7 +36,8 @@ def test_the_note() -> None:
     for said in (
         "every run of the point ended well without a critical response: up and down",
         "At 5000 m: of 35 points 10 safe (28.6 %), 0 rim (0.0 %), 25 critical (71.4 %).",
-        "Largest safe region: 10 points (28.6 % of the map) within weight on bit 20 to 40 kN, speed 2 to 5 rad/s",
+        "Largest safe region: 10 points (28.6 % of the map) within weight on bit 20 to 40 kN, "
+        "speed 2 to 5 rad/s",
         "Recommended: 30 kN, 3 rad/s (28.6 rpm).",
         "    less by 10 kN to 20 kN; at 10 kN stick-slip",
         "    more by 1 rad/s (9.55 rpm) to 4 rad/s (38.2 rpm); at 5 rad/s (47.7 rpm) whirl",
@@ -49,7 +55,9 @@ def test_the_note_in_field_units() -> None:
 
 
 def test_the_rim_says_that_it_depends() -> None:
-    text = note(up=[LINES[0], *["s....ww"] * 3, LINES[4]], down=[LINES[0], *["s...www"] * 3, LINES[4]])
+    text = note(
+        up=[LINES[0], *["s....ww"] * 3, LINES[4]], down=[LINES[0], *["s...www"] * 3, LINES[4]]
+    )
     assert "to 4 rad/s (38.2 rpm); at 5 rad/s (47.7 rpm) whirl, depending on the history" in text
     assert "Each procedure by itself: safe at 12 up, 9 down." in text
 
@@ -61,7 +69,9 @@ def test_one_procedure_is_said_plainly() -> None:
 
 
 def test_no_room_is_said() -> None:
-    assert "a hint, not a setting" in note(up=["wwwwwww", "ww.wwww", "www.www", "wwwwwww", "wwwwwww"])
+    assert "a hint, not a setting" in note(
+        up=["wwwwwww", "ww.wwww", "www.www", "wwwwwww", "wwwwwww"]
+    )
     assert "a hint" not in note()
 
 
@@ -73,7 +83,8 @@ def test_failed_runs_are_counted() -> None:
 
 
 def test_a_failed_map_is_not_critical(call: Call, shared: Path) -> None:
-    """Of the study that fails with 1000 steps: what failed going up or down is in none of the shares."""
+    """Of the study that fails with 1000 steps: what failed going up or down is in none
+    of the shares."""
     out = call("window", shared / "failing.h5").out
     found = json.loads(call("window", shared / "failing.h5", "--json").out)
     assert found["unknown"] == found["unknown_failed"] > 0
@@ -85,15 +96,28 @@ def test_a_failed_map_is_not_critical(call: Call, shared: Path) -> None:
 
 def test_nothing_safe_says_what_is_in_the_way() -> None:
     text = note(up=["sssssww"] * 5, down=["wwwwwww"] * 5)
-    assert "There is no safe point. Critical responses, in any history: stick-slip at 25, whirl at 35 points." in text
+    assert (
+        "There is no safe point. Critical responses, in any history: stick-slip at 25, whirl at "
+        "35 points." in text
+    )
 
 
-@pytest.mark.parametrize(("sequence", "said"), [
-    ("..w.", "Going down, the window is open from the first depth and closes at 3000 m; it reopens at 4000 m."),
-    ("..ww", "Going down, the window is open from the first depth and closes at 3000 m for good"),
-    ("w...", "Going down, the window opens at 2000 m and stays open to the last, 4000 m."),
-    ("wwww", "Going down, the window is closed at every depth."),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("sequence", "said"),
+    [
+        (
+            "..w.",
+            "Going down, the window is open from the first depth and closes at 3000 m; it "
+            "reopens at 4000 m.",
+        ),
+        (
+            "..ww",
+            "Going down, the window is open from the first depth and closes at 3000 m for good",
+        ),
+        ("w...", "Going down, the window opens at 2000 m and stays open to the last, 4000 m."),
+        ("wwww", "Going down, the window is closed at every depth."),
+    ],
+)
 def test_the_closing_depth(sequence: str, said: str) -> None:
     maps = [[f"{sign}{sign}w", "www"] for sign in sequence]
     data = grid({"up": maps, "down": maps}, [1, 2, 3], [10e3, 20e3], [1000, 2000, 3000, 4000])
@@ -111,10 +135,9 @@ def test_a_real_run(call: Call, shared: Path) -> None:
     found = json.loads(call("window", shared / "small.h5", "--json").out)
     assert found["axes"] == ["rotary_speed"]
     assert found["points"] == 8
-    assert json.loads(call("window", shared / "map.h5", "--json", "--units", "field").out)["axes"] == [
-        "rotary_speed",
-        "wob",
-    ], "JSON is in SI units"
+    assert json.loads(call("window", shared / "map.h5", "--json", "--units", "field").out)[
+        "axes"
+    ] == ["rotary_speed", "wob"], "JSON is in SI units"
     assert call("window", shared / "map.h5", "--severity", "4").out.count("20 safe (100.0 %)") == 1
     assert call("plot", shared / "small.h5", "--kind", "window", "-o", "again.png").code == 0
     assert Path("again.png").read_bytes() == Path("window.png").read_bytes()

@@ -31,7 +31,8 @@ def script(name: str) -> ModuleType:
 
 
 def run_python(text: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """Run a program in ``folder``, in a process of its own, without a screen; a warning of a run is an error."""
+    """Run a program in ``folder``, in a process of its own, without a screen; a warning
+    of a run is an error."""
     return subprocess.run(
         [sys.executable, "-W", "error::nsdrill.errors.RunWarning", "-c", text],
         cwd=folder,

@@ -1,4 +1,5 @@
-"""The examples on the page for those who extend nsdrill run and give what the page says."""
+"""The examples on the page for those who extend nsdrill run and give what the page
+says."""
 
 from __future__ import annotations
 
@@ -19,8 +20,11 @@ import pytest
 
 @pytest.fixture
 def blocks(docs: Path, tmp_path: Path) -> list[Path]:
-    """The Python blocks of the page, each in a file of its own, as numba wants its functions."""
-    found = re.findall(r"^```python\n(.*?)^```", (docs / "extending.md").read_text(encoding="utf-8"), re.M | re.S)
+    """The Python blocks of the page, each in a file of its own, as numba wants its
+    functions."""
+    found = re.findall(
+        r"^```python\n(.*?)^```", (docs / "extending.md").read_text(encoding="utf-8"), re.M | re.S
+    )
     paths = []
     for number, text in enumerate(found):
         paths.append(tmp_path / f"block_{number}.py")
@@ -45,17 +49,21 @@ def test_the_pairs_are_listed(blocks: list[Path], capsys: pytest.CaptureFixture[
 
 
 def test_a_limit_cycle_returns_after_its_period(blocks: list[Path]) -> None:
-    """Van der Pol's, mu = 1, with the published period; the multiplier of the cycle is 8.6e-4, so that 100 periods have
-    forgotten the start. Some thousand steps at rtol 1e-10: 1e-7."""
+    """Van der Pol's, mu = 1, with the published period; the multiplier of the cycle is
+    8.6e-4, so that 100 periods have forgotten the start. Some thousand steps at rtol
+    1e-10: 1e-7."""
     names = run(blocks[1])
     difference = names["second"].final[0, :2] - names["first"].final[names["first"].job == 0][0, :2]
     assert np.abs(difference).max() < 1e-7
     assert (names["first"].status == 1).all()
 
 
-def test_a_model_is_observed_as_declared(blocks: list[Path], docs: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The page shows what the example prints. Its numbers make sense: the bit turns as fast as the drive in the mean,
-    what it needs is the surface torque, and weak friction lets it turn steadily, at 3 rad/s."""
+def test_a_model_is_observed_as_declared(
+    blocks: list[Path], docs: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The page shows what the example prints. Its numbers make sense: the bit turns as
+    fast as the drive in the mean, what it needs is the surface torque, and weak
+    friction lets it turn steadily, at 3 rad/s."""
     names = run(blocks[2])
     page = (docs / "extending.md").read_text(encoding="utf-8")
     shown = re.search(r"^```text\n(bit_speed_max.*?)^```", page, re.M | re.S)
@@ -81,7 +89,8 @@ record: {peaks: 4}
 
 
 def installed(folder: Path, model: str) -> str:
-    """A package with this model, installed in ``folder``; the path on which Python finds it."""
+    """A package with this model, installed in ``folder``; the path on which Python
+    finds it."""
     (folder / "mypackage").mkdir(parents=True)
     (folder / "mypackage" / "__init__.py").write_text("")
     (folder / "mypackage" / "spring.py").write_text(model)
@@ -95,12 +104,19 @@ def installed(folder: Path, model: str) -> str:
 def command(folder: Path, path: str, *words: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-m", "nsdrill", *words],
-        cwd=folder, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
 
 
-def test_a_model_of_another_package_runs_through_the_commands(blocks: list[Path], tmp_path: Path) -> None:
-    """Installed as the page says, with an entry point: each command in a process of its own finds it."""
+def test_a_model_of_another_package_runs_through_the_commands(
+    blocks: list[Path], tmp_path: Path
+) -> None:
+    """Installed as the page says, with an entry point: each command in a process of its
+    own finds it."""
     path = installed(tmp_path / "installed", blocks[3].read_text())
 
     def nsdrill(*words: str) -> str:
@@ -114,9 +130,19 @@ def test_a_model_of_another_package_runs_through_the_commands(blocks: list[Path]
     shown = nsdrill("show", "out.h5")
     assert "stick-slip" in shown
     assert "whirl" not in shown
-    assert "bit for bit" in nsdrill("replay", "out.h5", "--rotary-speed", "3rad/s", "--procedure", "down", "-o", "r.h5")
-    nsdrill("run", "study.yaml", "--set", "sweep.spring.stiffness=[150 N*m/rad, 197 N*m/rad]", "--set",
-            "sweep.along=rotary_speed", "-o", "map.h5")  # fmt: skip
+    assert "bit for bit" in nsdrill(
+        "replay", "out.h5", "--rotary-speed", "3rad/s", "--procedure", "down", "-o", "r.h5"
+    )
+    nsdrill(
+        "run",
+        "study.yaml",
+        "--set",
+        "sweep.spring.stiffness=[150 N*m/rad, 197 N*m/rad]",
+        "--set",
+        "sweep.along=rotary_speed",
+        "-o",
+        "map.h5",
+    )
     nsdrill("run", "study.yaml", "--set", "record.exponent=true", "-o", "exponent.h5")
     nsdrill("plot", "out.h5", "-o", "out.png")
     nsdrill("plot", "r.h5", "-o", "r.png")
@@ -126,7 +152,8 @@ def test_a_model_of_another_package_runs_through_the_commands(blocks: list[Path]
 
 
 def test_other_slopes_of_a_model_are_another_version(blocks: list[Path], tmp_path: Path) -> None:
-    """The points of one file come from one model: what another package's file says is part of what made them."""
+    """The points of one file come from one model: what another package's file says is
+    part of what made them."""
     path = installed(tmp_path / "installed", blocks[3].read_text())
     (tmp_path / "study.yaml").write_text(STUDY.replace("points: 5", "points: 2"))
     limits = ("--set", "simulation.max_steps=1000", "--set", "simulation.rtol=1e-12")
@@ -138,11 +165,14 @@ def test_other_slopes_of_a_model_are_another_version(blocks: list[Path], tmp_pat
     again = command(tmp_path, path, *words, "--retry-failed")
     assert again.returncode == 2, again.stderr
     assert re.search(
-        r"made with other versions, whose numbers may differ \(model digest \w+ there, \w+ here", again.stderr
+        r"made with other versions, whose numbers may differ \(model digest \w+ there, \w+ here",
+        again.stderr,
     )
 
 
-def test_what_is_wrong_with_a_model_of_another_package_is_said(blocks: list[Path], tmp_path: Path) -> None:
+def test_what_is_wrong_with_a_model_of_another_package_is_said(
+    blocks: list[Path], tmp_path: Path
+) -> None:
     text = blocks[3].read_text()
     (tmp_path / "study.yaml").write_text(STUDY)
 
@@ -152,9 +182,14 @@ def test_what_is_wrong_with_a_model_of_another_package_is_said(blocks: list[Path
         assert "bug of nsdrill" not in made.stderr
         return made.stderr
 
-    other = 'features=(*(BY_NAME[name] for name in FEATURES), feature("radius_max", "m", "how far it went")),'
+    other = (
+        'features=(*(BY_NAME[name] for name in FEATURES), feature("radius_max", "m", "how far it '
+        'went")),'
+    )
     clash = text.replace("features=tuple(BY_NAME[name] for name in FEATURES),", other)
-    clash = "from nsdrill.variables import feature\n" + clash.replace("from dataclasses", "from dataclasses", 1)
+    clash = "from nsdrill.variables import feature\n" + clash.replace(
+        "from dataclasses", "from dataclasses", 1
+    )
     assert clash.count("radius_max") == 1
     found = said("clash", clash, "check", "study.yaml")
     assert "radius_max, how far it went [m]" in found
@@ -167,9 +202,14 @@ def test_what_is_wrong_with_a_model_of_another_package_is_said(blocks: list[Path
     assert re.search(r"name 'Namen' is not defined.*spring\.py, line \d+", found, re.S)
 
     found = said("section", text, "check", "study.yaml", "--set", "record.poincare=8")
-    assert "record.poincare: found the number 8, with the model spring, which has no Poincare section" in found
+    assert (
+        "record.poincare: found the number 8, with the model spring, which has no Poincare section"
+        in found
+    )
     starts = ("--set", "initial.ensemble=4", "--set", "sweep.procedure=same", "-o", "out.h5")
-    assert "initial.ensemble: found with the model spring" in said("starts", text, "run", "study.yaml", *starts)
+    assert "initial.ensemble: found with the model spring" in said(
+        "starts", text, "run", "study.yaml", *starts
+    )
 
 
 def extended(blocks: list[Path]) -> str:
@@ -184,17 +224,28 @@ def extended(blocks: list[Path]) -> str:
     after('rate_of="twist"', ", level=6.0")
     lines = re.findall(r"^((?:TimeAbove|Extremes)\(.*\))$", added, re.M)
     assert len(lines) == 2
-    after('        Mean("bit speed", "bit_speed_mean"),\n', "".join(f"        {line},\n" for line in lines))
+    after(
+        '        Mean("bit speed", "bit_speed_mean"),\n',
+        "".join(f"        {line},\n" for line in lines),
+    )
     after("Mean, Names", ", TimeAbove")
     after("from nsdrill.ranges import Checked, parameter\n", added.splitlines()[0] + "\n")
     method = re.search(r"^def classify.*?\n\n", added, re.M | re.S)
     assert method is not None
     after('    name = "spring"\n', textwrap.indent(method.group(), "    ") + "\n")
-    ends = {"labels": 'BY_NAME["stick_slip_severity"]', "peaks": 'peaks=(BY_NAME["bit_speed_peaks"]',
-            "features": "features=(*(BY_NAME[name] for name in FEATURES)", "summary": 'summary=("stick_slip_index"',
-            "panels": '"bit_speed_peaks", "bit_speed_max")'}  # fmt: skip
-    text = text.replace("features=tuple(BY_NAME[name] for name in FEATURES)", ends["features"] + ",)")
-    more = {one.target.id: one.value for one in ast.parse(added).body if isinstance(one, ast.AugAssign)}
+    ends = {
+        "labels": 'BY_NAME["stick_slip_severity"]',
+        "peaks": 'peaks=(BY_NAME["bit_speed_peaks"]',
+        "features": "features=(*(BY_NAME[name] for name in FEATURES)",
+        "summary": 'summary=("stick_slip_index"',
+        "panels": '"bit_speed_peaks", "bit_speed_max")',
+    }
+    text = text.replace(
+        "features=tuple(BY_NAME[name] for name in FEATURES)", ends["features"] + ",)"
+    )
+    more = {
+        one.target.id: one.value for one in ast.parse(added).body if isinstance(one, ast.AugAssign)
+    }
     assert more.keys() == ends.keys()
     for name, end in ends.items():
         after(end, "".join(f", {ast.unparse(item)}" for item in more[name].elts))
@@ -205,7 +256,11 @@ def test_a_feature_a_label_and_a_panel_of_ones_own(blocks: list[Path], tmp_path:
     (tmp_path / "study.yaml").write_text(STUDY)
     model = extended(blocks)
     path = installed(tmp_path / "installed", model)
-    for words in (("run", "study.yaml"), ("plot", "out.h5", "-o", "out.svg"), ("export", "out.h5", "-o", "out.csv")):
+    for words in (
+        ("run", "study.yaml"),
+        ("plot", "out.h5", "-o", "out.svg"),
+        ("export", "out.h5", "-o", "out.csv"),
+    ):
         made = command(tmp_path, path, *words, *(["-o", "out.h5"] if words[0] == "run" else []))
         assert made.returncode == 0, made.stderr
     assert "Last local maxima of the twist [rad]" in (tmp_path / "out.svg").read_text()
@@ -216,8 +271,14 @@ def test_a_feature_a_label_and_a_panel_of_ones_own(blocks: list[Path], tmp_path:
     assert {row["fast_words"] for row in rows} == {"fast", "slow"}
 
     for out, words in (
-        ('TimeAbove("bit speed", "fast_fraction"),', "found fast_fraction among the features of its description"),
-        (", feature('twist_max', 'rad', 'greatest twist')", "found drawn.panels: twist_max in its description"),
+        (
+            'TimeAbove("bit speed", "fast_fraction"),',
+            "found fast_fraction among the features of its description",
+        ),
+        (
+            ", feature('twist_max', 'rad', 'greatest twist')",
+            "found drawn.panels: twist_max in its description",
+        ),
     ):
         assert model.count(out) == 1
         path = installed(tmp_path / words.split()[1].strip(":"), model.replace(out, ""))
@@ -233,7 +294,8 @@ def test_a_command_of_ones_own(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The last block of the page, put in its place: it is listed, does what it says, and refuses a trace in words."""
+    """The last block of the page, put in its place: it is listed, does what it says,
+    and refuses a trace in words."""
     import nsdrill
     from nsdrill.cli.main import COMMANDS, group
     from nsdrill.errors import InputError

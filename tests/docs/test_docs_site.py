@@ -1,4 +1,5 @@
-"""The gallery, the notebooks and the site: what is shown there runs, and the site is built without a warning."""
+"""The gallery, the notebooks and the site: what is shown there runs, and the site is
+built without a warning."""
 
 from __future__ import annotations
 
@@ -16,7 +17,8 @@ import pytest
 DOCS = Path(__file__).parents[2] / "docs"
 NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
 SECTIONS = (DOCS / "gallery.md").read_text(encoding="utf-8").split("\n## ")[1:]
-# Of studies that are to run in seconds: the command lines are those of the page, the motions shorter.
+# Of studies that are to run in seconds: the command lines are those of the page, the
+# motions shorter.
 SHORT = ["--set", "simulation.transient=0.2 s", "--set", "simulation.observe=0.2 s"]
 
 
@@ -27,15 +29,23 @@ def lines_of(section: str) -> list[str]:
 
 NAMES = [section.splitlines()[0] for section in SECTIONS]
 # What takes long to compile is looked at by the test of all pages, which runs nothing.
-QUICK = ("Speed up and down", "Weight on bit over speed", "Which motions coexist", "Who whirls", "One run",
-         "A film of it", "Speeds to stay away from")  # fmt: skip
+QUICK = (
+    "Speed up and down",
+    "Weight on bit over speed",
+    "Which motions coexist",
+    "Who whirls",
+    "One run",
+    "A film of it",
+    "Speeds to stay away from",
+)
 
 
 @pytest.mark.parametrize("section", SECTIONS, ids=NAMES)
 def test_a_section_is_a_picture_a_study_and_a_sentence(section: str) -> None:
     plain = re.sub(r"^```.*?^```|^!\[.*?\)$", "", section, flags=re.M | re.S)
     _, *rest = plain.splitlines()
-    words = re.sub(r"\]\([^)]*\)|(?<=\d)\.(?=\d)", "", " ".join(" ".join(rest).split()))  # no links, no decimal points
+    # no links, no decimal points
+    words = re.sub(r"\]\([^)]*\)|(?<=\d)\.(?=\d)", "", " ".join(" ".join(rest).split()))
     assert re.fullmatch(r"[^.]*\.", words), "one sentence"
     assert len(re.findall(r"^!\[", section, re.M)) == 1
     assert "configs/" in lines_of(section)[0], "a study that is shipped"
@@ -103,7 +113,8 @@ def test_there_are_notebooks_and_the_site_has_them(root: Path) -> None:
 
 
 def test_what_a_notebook_shows_is_stored(notebook: Any) -> None:
-    """No error, no warning; figures, Datasets and text are there, and a figure is an image wherever one ends a cell."""
+    """No error, no warning; figures, Datasets and text are there, and a figure is an
+    image wherever one ends a cell."""
     kinds = set()
     for cell in notebook["cells"]:
         for output in cell.get("outputs", ()):
@@ -125,7 +136,9 @@ def test_the_cells_of_a_notebook_run(notebook: Any, run_python: Any, tmp_path: P
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.skipif(importlib.util.find_spec("mkdocs_jupyter") is None, reason="needs pip install '.[docs]'")
+@pytest.mark.skipif(
+    importlib.util.find_spec("mkdocs_jupyter") is None, reason="needs pip install '.[docs]'"
+)
 def test_the_site_is_built_without_a_warning(root: Path, tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "-d", str(tmp_path / "site")],

@@ -1,4 +1,5 @@
-"""The tables of the pages are those of the code, and every name of the code has its place in the pages."""
+"""The tables of the pages are those of the code, and every name of the code has its
+place in the pages."""
 
 from __future__ import annotations
 

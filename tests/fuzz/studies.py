@@ -1,7 +1,9 @@
-"""Studies that nobody would write: each is checked, as text and as JSON, or refused in words.
+"""Studies that nobody would write: each is checked, as text and as JSON, or refused in
+words.
 
-Mutated are the studies in configs/ and the template: keys deleted, doubled, misspelt or moved; values of other units,
-types and sizes, up to the ends of their ranges; broken YAML; odd characters; and the same by ``--set``.
+Mutated are the studies in configs/ and the template: keys deleted, doubled, misspelt or
+moved; values of other units, types and sizes, up to the ends of their ranges; broken
+YAML; odd characters; and the same by ``--set``.
 """
 
 from __future__ import annotations
@@ -138,7 +140,8 @@ def _copy(data: Any) -> Any:
 
 
 def _to_the_ends(data: dict[str, Any], chance: random.Random) -> None:
-    """Many keys within their ranges, and mostly at the ends of them; mostly such as go together."""
+    """Many keys within their ranges, and mostly at the ends of them; mostly such as go
+    together."""
     keys = list(LEAVES)
     if chance.random() < 0.8:
         keys = [key for key in keys if not key.startswith(TIED)]
@@ -175,12 +178,20 @@ def _geometry(data: dict[str, Any], chance: random.Random) -> None:
 
     bore, outer, hole = ascending(1e-4, 1e-3, 2e-3, most=10.0, gap=0.998)
     span, length = ascending(1e-2, 1e-2, most=1e3, gap=1.0)
-    _put(data, "drillstring.collar", {"inner_diameter": bore, "outer_diameter": outer, "span": span, "length": length})
+    _put(
+        data,
+        "drillstring.collar",
+        {"inner_diameter": bore, "outer_diameter": outer, "span": span, "length": length},
+    )
     inner, pipe = ascending(1e-4, 1e-3, most=10.0, gap=0.998)
     _put(data, "drillstring.pipe", {"inner_diameter": inner, "outer_diameter": pipe})
     _put(data, "well.diameter", hole)
     _put(data, "initial", {"x": "0 m"})
-    _put(data, "operation.depth", chance.choice((f"{float(length.split()[0]) * (1 + 1e-15)!r} m", "100000 m")))
+    _put(
+        data,
+        "operation.depth",
+        chance.choice((f"{float(length.split()[0]) * (1 + 1e-15)!r} m", "100000 m")),
+    )
     data["sweep"] = {"wob": chance.choice(("0 N", "10000 kN", ["0 N", "10000 kN"]))}
 
 
@@ -200,7 +211,9 @@ def _within(chance: random.Random, key: str) -> Any:
         return chance.choice(leaf.choices)
     if leaf.kind == "switch":
         return chance.random() < 0.5
-    value = chance.choice((leaf.low, leaf.high, 1e-3 * leaf.high, chance.uniform(leaf.low, leaf.high)))
+    value = chance.choice(
+        (leaf.low, leaf.high, 1e-3 * leaf.high, chance.uniform(leaf.low, leaf.high))
+    )
     if leaf.kind == "whole":
         return int(min(value, 100_000))
     return f"{value!r} {leaf.units.replace(' ', '*')}" if leaf.kind == "quantity" else value
@@ -234,12 +247,16 @@ def _mutate(data: Any, chance: random.Random) -> None:
         there, other, _ = chance.choice(places)
         inside[name] = _copy(there[other])
     elif kind == 3 and isinstance(inside, dict):
-        odd = chance.choice((name[:-1], name + "s", name.upper(), *chance.sample(list(LEAVES), 2), "", '"\\ud800"'))
+        odd = chance.choice(
+            (name[:-1], name + "s", name.upper(), *chance.sample(list(LEAVES), 2), "", '"\\ud800"')
+        )
         inside[Raw(odd)] = inside.pop(name)
     elif kind == 4 and isinstance(inside, dict):
         inside[Raw(f"{name} ")] = Raw(_value(chance, key))  # the same key again
     elif kind == 5:
-        inside[name] = chance.choice(([], {}, [inside[name]] * 3, {name: inside[name]}, None, True, 5, 1.5))
+        inside[name] = chance.choice(
+            ([], {}, [inside[name]] * 3, {name: inside[name]}, None, True, 5, 1.5)
+        )
     elif key in LEAVES:
         inside[name] = _within(chance, key)
 
@@ -259,7 +276,9 @@ def _block(data: Any, chance: random.Random) -> str:
 
 def _flow(value: Any, chance: random.Random) -> str:
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{name}: {_flow(item, chance)}" for name, item in value.items()) + "}"
+        return (
+            "{" + ", ".join(f"{name}: {_flow(item, chance)}" for name, item in value.items()) + "}"
+        )
     if isinstance(value, list):
         return "[" + ", ".join(_flow(item, chance) for item in value) + "]"
     if isinstance(value, Raw):
@@ -275,14 +294,31 @@ def _scratch(text: str, chance: random.Random) -> str:
     """A few characters taken out, put in or moved."""
     start = chance.randrange(len(text) + 1)
     end = min(len(text), start + chance.choice((0, 0, 1, 2, 10)))
-    put = chance.choice(("", "\n", " ", "  ", ":", "{", "]", "\t", "-", chance.choice(TEXTS), chance.choice(NUMBERS)))
+    put = chance.choice(
+        (
+            "",
+            "\n",
+            " ",
+            "  ",
+            ":",
+            "{",
+            "]",
+            "\t",
+            "-",
+            chance.choice(TEXTS),
+            chance.choice(NUMBERS),
+        )
+    )
     return text[:start] + put + text[end:]
 
 
 def attempt(folder: Path, seed: int, number: int) -> bool:
-    """Broken unless the example is checked or refused in words; True where it was valid."""
+    """Broken unless the example is checked or refused in words; True where it was
+    valid."""
     text, overrides = example(seed, number)
-    name = (b"s.yaml", b"\xff\xfe.yaml", "é.yaml".encode(), b"a\nb.yaml")[number % 4 if number % 16 < 4 else 0]
+    name = (b"s.yaml", b"\xff\xfe.yaml", "é.yaml".encode(), b"a\nb.yaml")[
+        number % 4 if number % 16 < 4 else 0
+    ]
     path = folder / os.fsdecode(name)
     raw = text.encode("utf-8", "surrogatepass")
     path.write_bytes(raw if number % 50 else raw + b"\xff")
@@ -298,8 +334,14 @@ def attempt(folder: Path, seed: int, number: int) -> bool:
             return True
         model = model_named(study.model)
         for end in (0, -1):
-            at = values_at(study.parameters, study.initial, {key: axis[[end]] for key, axis in study.axes.items()})
-            runs = model.runs(model.pack(at, study.thresholds), model.variant(at.parameters), model.starts(at, 0))
+            at = values_at(
+                study.parameters,
+                study.initial,
+                {key: axis[[end]] for key, axis in study.axes.items()},
+            )
+            runs = model.runs(
+                model.pack(at, study.thresholds), model.variant(at.parameters), model.starts(at, 0)
+            )
             for what, values in vars(runs).items():
                 if values is not None and not np.all(np.isfinite(values)):
                     raise Broken(f"the {what} of the lanes are not finite")
@@ -307,8 +349,8 @@ def attempt(folder: Path, seed: int, number: int) -> bool:
 
 
 def run(examples: int, seed: int, first: int = 0, keep_going: bool = False) -> dict[str, int]:
-    """How many of the examples were valid and refused; Broken at the first one that is neither, or all of them counted
-    by their kind."""
+    """How many of the examples were valid and refused; Broken at the first one that is
+    neither, or all of them counted by their kind."""
     found: dict[str, int] = collections.Counter()
     with tempfile.TemporaryDirectory() as folder:
         for number in range(first, first + examples):

@@ -1,4 +1,5 @@
-"""The additive pair: order conditions, the solve of the slips, bits over lanes, end states against other methods."""
+"""The additive pair: order conditions, the solve of the slips, bits over lanes, end
+states against other methods."""
 
 from __future__ import annotations
 
@@ -33,27 +34,35 @@ def matrices() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 
 def test_every_order_condition_to_four_holds_for_all_mixtures() -> None:
-    """The coupling conditions of Kennedy & Carpenter 2003: each matrix of a tree may be that of either part."""
+    """The coupling conditions of Kennedy & Carpenter 2003: each matrix of a tree may be
+    that of either part."""
     explicit, implicit, b, embedded = matrices()
     c, one = np.array(KENNEDY_CARPENTER.nodes), np.ones(7)
     parts = (explicit, implicit)
     for matrix in parts:
         assert matrix.sum(axis=1) == pytest.approx(c, abs=1e-14)
     conditions = [(one, 1), (c, 1 / 2), (c * c, 1 / 3), *((p @ c, 1 / 6) for p in parts)]
-    conditions4 = [(c**3, 1 / 4), *((c * (p @ c), 1 / 8) for p in parts), *((p @ c**2, 1 / 12) for p in parts),
-                   *((p @ q @ c, 1 / 24) for p in parts for q in parts)]  # fmt: skip
+    conditions4 = [
+        (c**3, 1 / 4),
+        *((c * (p @ c), 1 / 8) for p in parts),
+        *((p @ c**2, 1 / 12) for p in parts),
+        *((p @ q @ c, 1 / 24) for p in parts for q in parts),
+    ]
     for vector, value in conditions:
         assert b @ vector == pytest.approx(value, abs=1e-14)
         assert embedded @ vector == pytest.approx(value, abs=1e-14)
     for vector, value in conditions4:
         assert b @ vector == pytest.approx(value, abs=1e-14)
-    assert any(abs(embedded @ vector - value) > 1e-4 for vector, value in conditions4), "else there is no estimate"
+    assert any(abs(embedded @ vector - value) > 1e-4 for vector, value in conditions4), (
+        "else there is no estimate"
+    )
     assert implicit[6] == pytest.approx(b, abs=0.0), "stiffly accurate"
 
 
 @pytest.mark.parametrize("near", [None, 1e-1, 1e-2, 1e-4])
 def test_two_iterations_solve_the_slip_near_break_away(near: float | None) -> None:
-    """Against bisection: the load that comes back is within 1e-5 of that of the exact slip, whatever the steepness."""
+    """Against bisection: the load that comes back is within 1e-5 of that of the exact
+    slip, whatever the steepness."""
     rng = np.random.default_rng(7)
     worst = 0.0
     for _ in range(2000):
@@ -63,7 +72,13 @@ def test_two_iterations_solve_the_slip_near_break_away(near: float | None) -> No
         free = most * (10 ** rng.uniform(-2, 2) if near is None else 1 + near * rng.uniform(-1, 1))
         free *= rng.choice([-1.0, 1.0])
 
-        def law(v: float, eps: float = eps, tau: float = tau, rise: float = rise, dynamic: float = dynamic) -> float:
+        def law(
+            v: float,
+            eps: float = eps,
+            tau: float = tau,
+            rise: float = rise,
+            dynamic: float = dynamic,
+        ) -> float:
             return 2 / np.pi * np.arctan(eps * v) * (rise / (1 + tau * abs(v)) + dynamic)
 
         low, high = 0.0, abs(free)
@@ -89,19 +104,30 @@ def run(work: Work, lanes: int = 8) -> dict[str, np.ndarray]:
     return {name: values[order] for name, values in work.columns(done).items()}
 
 
-def torsion_work(smoothing: float, method: str, duration: float, rtol: float, pair: str = "tsitouras") -> Work:
+def torsion_work(
+    smoothing: float, method: str, duration: float, rtol: float, pair: str = "tsitouras"
+) -> Work:
     parameters = TorsionParameters()
     friction = replace(parameters.bit.friction, smoothing=smoothing)
     parameters = replace(parameters, bit=replace(parameters.bit, friction=friction))
     axes = {"depth": np.array([5000.0]), "wob": np.array([60e3]), "rotary_speed": np.array([2.0])}
     simulation = Simulation(0.0, duration, rtol=rtol, method=method, pair=pair)  # type: ignore[arg-type]
     start = TorsionStart(twist=-3.0, bit_speed=1.0)
-    return Work(Plan(axes, "same", None), parameters, start, simulation, Thresholds(), Record(peaks=0), "torsion")
+    return Work(
+        Plan(axes, "same", None),
+        parameters,
+        start,
+        simulation,
+        Thresholds(),
+        Record(peaks=0),
+        "torsion",
+    )
 
 
 @pytest.mark.parametrize("smoothing", [50.0, 5e3])
 def test_end_states_equal_radau(smoothing: float) -> None:
-    """A stick-slip cycle of the string that only twists, against Radau at 1e-11: within some hundred tolerances."""
+    """A stick-slip cycle of the string that only twists, against Radau at 1e-11: within
+    some hundred tolerances."""
     parameters = torsion_work(smoothing, "implicit", 1.0, 1e-6).parameters
     inertia, stiffness = pipe(parameters.drillstring, 5000.0)
     inertia = parameters.drillstring.collar_inertia + inertia / 3
@@ -109,7 +135,12 @@ def test_end_states_equal_radau(smoothing: float) -> None:
     def slopes(_: float, y: np.ndarray) -> list[float]:
         return [
             y[1] - 2.0,
-            (-parameters.drillstring.damping * y[1] - stiffness * y[0] - torque(parameters.bit, 60e3, y[1])) / inertia,
+            (
+                -parameters.drillstring.damping * y[1]
+                - stiffness * y[0]
+                - torque(parameters.bit, 60e3, y[1])
+            )
+            / inertia,
         ]
 
     exact = solve_ivp(slopes, (0.0, 12.0), [-3.0, 1.0], "Radau", rtol=1e-11, atol=1e-12).y[:, -1]
@@ -119,21 +150,32 @@ def test_end_states_equal_radau(smoothing: float) -> None:
 
 
 def smooth_work(friction: float, method: str, rtol: float) -> Work:
-    """The bit stays on the rock and the collar off the wall: every derivative is smooth."""
-    work = main_work(5.0, method, rtol, frozen=False, depth=[2000.0], wob=[60e3], rotary_speed=[3.0])
+    """The bit stays on the rock and the collar off the wall: every derivative is
+    smooth."""
+    work = main_work(
+        5.0, method, rtol, frozen=False, depth=[2000.0], wob=[60e3], rotary_speed=[3.0]
+    )
     parameters = work.parameters
     law = replace(parameters.bit.friction, static=friction, dynamic=friction / 2)
     bit = replace(parameters.bit, friction=law, surface_amplitude=3e-4)
     bit = replace(bit, cutting=replace(bit.cutting, zeta=0.0))
-    parameters = replace(parameters, bit=bit, drillstring=replace(parameters.drillstring, eccentricity=5e-3))
-    return replace(work, parameters=parameters, initial=Initial(x=1e-3), simulation=replace(
-        work.simulation, transient=0.0, observe=10.0))  # fmt: skip
+    parameters = replace(
+        parameters, bit=bit, drillstring=replace(parameters.drillstring, eccentricity=5e-3)
+    )
+    return replace(
+        work,
+        parameters=parameters,
+        initial=Initial(x=1e-3),
+        simulation=replace(work.simulation, transient=0.0, observe=10.0),
+    )
 
 
 @pytest.mark.parametrize(("friction", "least"), [(0.0, 3.75), (0.02, 3.0)])
-def test_error_falls_as_the_fourth_power_of_the_step_where_nothing_is_stiff(friction: float, least: float) -> None:
-    """Order four without friction. With it the end that is solved once more has an error of third order, which is a
-    small part of it."""
+def test_error_falls_as_the_fourth_power_of_the_step_where_nothing_is_stiff(
+    friction: float, least: float
+) -> None:
+    """Order four without friction. With it the end that is solved once more has an
+    error of third order, which is a small part of it."""
     exact = run(smooth_work(friction, "explicit", 1e-12), lanes=1)["final_state"][0, :8]
     work = smooth_work(friction, "implicit", 1e-6)
     size = work.kind.sizes(work.prepare(np.arange(1)).parameters, work.variant.fixed)[0]
@@ -146,7 +188,9 @@ def test_error_falls_as_the_fourth_power_of_the_step_where_nothing_is_stiff(fric
     assert least < order < 4.75
 
 
-def main_work(smoothing: float, method: str, rtol: float = 1e-6, frozen: bool = True, **axes: list[float]) -> Work:
+def main_work(
+    smoothing: float, method: str, rtol: float = 1e-6, frozen: bool = True, **axes: list[float]
+) -> Work:
     parameters = Parameters()
     bit = replace(parameters.bit, friction=replace(parameters.bit.friction, smoothing=smoothing))
     well = replace(parameters.well, friction=replace(parameters.well.friction, smoothing=smoothing))
@@ -161,8 +205,9 @@ def main_work(smoothing: float, method: str, rtol: float = 1e-6, frozen: bool = 
 
 
 def test_peaks_of_stick_slip_are_those_of_the_friction_law_as_it_steepens() -> None:
-    """While the bit breaks loose or comes to rest it passes every speed, so the greatest torque is the greatest of the
-    law; at the limit of Coulomb's friction that at rest. The steps hardly grow in number, and nothing turns back."""
+    """While the bit breaks loose or comes to rest it passes every speed, so the
+    greatest torque is the greatest of the law; at the limit of Coulomb's friction that
+    at rest. The steps hardly grow in number, and nothing turns back."""
     speed = np.geomspace(1e-9, 10, 200_001)
     steps = {}
     for smoothing in (1e3, 1e4, 1e6):
@@ -174,14 +219,17 @@ def test_peaks_of_stick_slip_are_those_of_the_friction_law_as_it_steepens() -> N
         assert found["bit_torque_max"][0] == pytest.approx(66.72e3 * arm.max(), rel=1e-6)
         assert found["bit_speed_min"][0] > -1e-6
         steps[smoothing] = int(found["steps"][0])
-    assert found["bit_torque_max"][0] == pytest.approx(66.72e3 * (law.bit_rise + law.bit_dynamic), rel=3e-3)
+    assert found["bit_torque_max"][0] == pytest.approx(
+        66.72e3 * (law.bit_rise + law.bit_dynamic), rel=3e-3
+    )
     assert steps[1e6] < 1.5 * steps[1e3]
 
 
 @pytest.mark.parametrize("smoothing", [1e3, 1e5])
 def test_the_least_speed_of_a_bit_that_sticks_is_that_at_which_it_creeps(smoothing: float) -> None:
-    """Nothing undershoots: where the string pulls least, while the bit is held, its speed is that at which friction is
-    as great as the pull, by bisection of the law. Radau gives the pull."""
+    """Nothing undershoots: where the string pulls least, while the bit is held, its
+    speed is that at which friction is as great as the pull, by bisection of the law.
+    Radau gives the pull."""
     work = main_work(smoothing, "implicit")
     k = derive(work.parameters, 5000.0, 66.72e3, 1.0)
     law, damping = bit_numbers(work.parameters, k), work.parameters.drillstring.torsional_damping
@@ -204,15 +252,22 @@ def test_the_least_speed_of_a_bit_that_sticks_is_that_at_which_it_creeps(smoothi
 
 
 def test_features_equal_those_of_the_explicit_pair() -> None:
-    """Torsion alone, which has one limit cycle: extremes and fractions of two methods within some tolerances."""
+    """Torsion alone, which has one limit cycle: extremes and fractions of two methods
+    within some tolerances."""
     one, two = (run(main_work(2e3, method, 1e-8), lanes=1) for method in ("explicit", "implicit"))
-    for name, scale in (("bit_speed_max", 1.0), ("bit_torque_max", 6e3), ("surface_torque_max", 6e3),
-                        ("surface_torque_min", 6e3), ("stuck_fraction", 1.0)):  # fmt: skip
+    for name, scale in (
+        ("bit_speed_max", 1.0),
+        ("bit_torque_max", 6e3),
+        ("surface_torque_max", 6e3),
+        ("surface_torque_min", 6e3),
+        ("stuck_fraction", 1.0),
+    ):
         assert abs(one[name][0] - two[name][0]) / scale < 1e-5
 
 
 def test_bits_do_not_depend_on_lanes_or_neighbours() -> None:
-    """Of lanes that roll on the wall beside lanes that do not, that stick or bounce; of more runs than lanes."""
+    """Of lanes that roll on the wall beside lanes that do not, that stick or bounce; of
+    more runs than lanes."""
     speeds = [1.0, *np.linspace(3.0, 8.0, 11)]
     work = main_work(1e4, "implicit", frozen=False, wob=[10e3, 22.24e3, 60e3], rotary_speed=speeds)
     work = replace(work, simulation=replace(work.simulation, transient=6.0, observe=4.0))

@@ -1,4 +1,5 @@
-"""How the code is compiled: packed instructions, and the same numbers without compilation."""
+"""How the code is compiled: packed instructions, and the same numbers without
+compilation."""
 
 from __future__ import annotations
 
@@ -82,14 +83,16 @@ print("".join(function.inspect_asm().values()))
     ],
 )
 def test_lane_loops_compile_to_packed_instructions(part: str, tmp_path: Path) -> None:
-    """One function call or branch in a lane loop, and LLVM goes back to one lane at a time: five times slower.
+    """One function call or branch in a lane loop, and LLVM goes back to one lane at a
+    time: five times slower.
 
     Compiled afresh, as code from the cache shows no assembly.
     """
     packed, single = packed_and_single(printed(ASSEMBLY, tmp_path, part))
     assert packed > 50
-    # A few scalar ones may be left around the loops; a loop that fell back has as many as there are operations.
-    # (A loop whose length the compiler does not know keeps a rest for one lane, which is never entered.)
+    # A few scalar ones may be left around the loops; a loop that fell back has as many
+    # as there are operations. (A loop whose length the compiler does not know keeps a
+    # rest for one lane, which is never entered.)
     assert single < (0.25 if part == "slips 8" else 0.1) * packed
 
 
@@ -104,8 +107,11 @@ for apart in (0, 1):
 
 @needs_wide_registers
 def test_the_observer_is_as_packed_with_friction_apart_as_without(tmp_path: Path) -> None:
-    """It has rare parts for one lane, which are the same in both, so it is compared with itself."""
-    together, apart = (packed_and_single(text) for text in printed(BESIDE, tmp_path).split("NEXT")[:2])
+    """It has rare parts for one lane, which are the same in both, so it is compared
+    with itself."""
+    together, apart = (
+        packed_and_single(text) for text in printed(BESIDE, tmp_path).split("NEXT")[:2]
+    )
     assert together[1] > 0
     assert apart[1] <= together[1] + 10
     assert apart[0] >= together[0]
@@ -123,18 +129,24 @@ def few_steps() -> list[list[float]]:
     """State, steps and rejected of 50 ms of three motions: some steps of each."""
     found = []
     for case in (SMOOTH, BOUNCING, RUBBING):
-        out = run_from(work_for(case, Simulation(0.0, 0.05, rtol=1e-8)), start_of(case)[None], lanes=1)
-        found.append([*out["final_state"][0].tolist(), int(out["steps"][0]), int(out["rejected"][0])])
+        out = run_from(
+            work_for(case, Simulation(0.0, 0.05, rtol=1e-8)), start_of(case)[None], lanes=1
+        )
+        found.append(
+            [*out["final_state"][0].tolist(), int(out["steps"][0]), int(out["rejected"][0])]
+        )
     return found
 
 
 def test_plain_python_takes_the_same_steps() -> None:
-    """NUMBA_DISABLE_JIT=1: the whole kernel interpreted, so that coverage can look at it. Equal to rounding.
+    """NUMBA_DISABLE_JIT=1: the whole kernel interpreted, so that coverage can look at
+    it. Equal to rounding.
 
-    The fused multiply-add rounds twice there. Some ten roundings of 1e-16 in each of up to sixty steps, in units of the
-    natural sizes, which are a tenth of the states: below 1e-12. Before the impact of the third motion the estimated
-    error is little more than rounding, so the steps differ in length, and the error that the impact makes depends on
-    where it falls in a step: equal to the tolerance only.
+    The fused multiply-add rounds twice there. Some ten roundings of 1e-16 in each of up
+    to sixty steps, in units of the natural sizes, which are a tenth of the states:
+    below 1e-12. Before the impact of the third motion the estimated error is little
+    more than rounding, so the steps differ in length, and the error that the impact
+    makes depends on where it falls in a step: equal to the tolerance only.
     """
     done = subprocess.run(
         [sys.executable, "-c", PLAIN.format(tests=TESTS)],

@@ -59,10 +59,16 @@ def test_steps_tried_are_accepted_and_rejected_ones() -> None:
     assert gang.lane_steps <= 8 * gang.packed_steps
 
 
-def test_four_registers_to_a_row_where_steps_wait_for_themselves(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of friction apart, with runs for all lanes, in a cache that nearly holds them; unless the user has chosen."""
+def test_four_registers_to_a_row_where_steps_wait_for_themselves(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Of friction apart, with runs for all lanes, in a cache that nearly holds them;
+    unless the user has chosen."""
     monkeypatch.delenv("NSDRILL_LANES", raising=False)
-    rows = {method: work_for(Case(), replace(BRIEF, method=method)).variant.rows for method in ("explicit", "implicit")}
+    rows = {
+        method: work_for(Case(), replace(BRIEF, method=method)).variant.rows
+        for method in ("explicit", "implicit")
+    }
     needed = rows["implicit"].total * 32 * 8
     for cache, lanes in ((needed, 32), (needed // 2, 16), (0, 16)):
         monkeypatch.setattr(gang_module, "nearest_cache", lambda cache=cache: cache)
@@ -76,8 +82,11 @@ def test_four_registers_to_a_row_where_steps_wait_for_themselves(monkeypatch: py
 
 
 def test_lanes_are_refilled_at_once() -> None:
-    """Runs that differ tenfold in length: with fixed blocks of eight, lanes would idle half of the time."""
-    work = work_for(Case(), Simulation(transient=5.0, observe=5.0), rotary_speed=np.tile(SPEEDS, 10))
+    """Runs that differ tenfold in length: with fixed blocks of eight, lanes would idle
+    half of the time."""
+    work = work_for(
+        Case(), Simulation(transient=5.0, observe=5.0), rotary_speed=np.tile(SPEEDS, 10)
+    )
     gang = work.new_gang(8, 130)
     gang.add_many(np.arange(130), work.prepare(np.arange(130)))
     done = finish(work, gang)
@@ -87,7 +96,8 @@ def test_lanes_are_refilled_at_once() -> None:
 
 
 def test_a_refilled_slot_keeps_nothing_of_its_last_run() -> None:
-    """A gang with one slot more than lanes, used over and over, gives the bits of one with room for all."""
+    """A gang with one slot more than lanes, used over and over, gives the bits of one
+    with room for all."""
     work = work_for(Case(), BRIEF, rotary_speed=SPEEDS)
     gang = work.new_gang(8, 9)
     parts, done, left = compiled_parts(8, work.variant), [], list(range(13))
@@ -132,14 +142,16 @@ def test_the_limit_counts_rejected_steps_too() -> None:
 
 
 def test_a_run_ends_on_time() -> None:
-    """Marks at the opening, the middle and the end of the window cut steps: the end is met exactly."""
+    """Marks at the opening, the middle and the end of the window cut steps: the end is
+    met exactly."""
     for case in (SMOOTH, BOUNCING, RUBBING):
         out = run_from(work_for(case, Simulation(0.3, 1.7)), start_of(case)[None])
         assert out["final_state"][0, 8] == case.speed * 2.0
 
 
 def test_marks_change_a_run_by_no_more_than_its_tolerance() -> None:
-    """The window's marks cut steps; the state at the end differs by the tolerance, the steps by a few."""
+    """The window's marks cut steps; the state at the end differs by the tolerance, the
+    steps by a few."""
     start = start_of(SMOOTH)[None]
     one = run_from(work_for(SMOOTH, Simulation(0.0, 6.0, rtol=1e-9)), start)
     other = run_from(work_for(SMOOTH, Simulation(5.0, 1.0, rtol=1e-9)), start)

@@ -1,5 +1,5 @@
-"""Implicit friction of stabilisers, along the hole, of an elastic collar and of cutting at a live depth: end states
-against another integrator, and bits over lanes."""
+"""Implicit friction of stabilisers, along the hole, of an elastic collar and of cutting
+at a live depth: end states against another integrator, and bits over lanes."""
 
 from __future__ import annotations
 
@@ -15,19 +15,24 @@ from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
 from nsdrill.sweep.work import Work
 
-ROLLING = "operation: {depth: 2000 m, wob: 22.24 kN, rotary_speed: 8 rad/s}\ninitial: {x: 90 mm, vy: -3 m/s}\n"
+ROLLING = (
+    "operation: {depth: 2000 m, wob: 22.24 kN, rotary_speed: 8 rad/s}\ninitial: {x: 90 mm, vy: -3 "
+    "m/s}\n"
+)
 STEEP = "bit: {friction: {smoothing: 1000 s/rad}}\n"
 CASES = {
     "stabilisers": f"{ROLLING}{STEEP}well: {{friction: {{smoothing: 1000 s/m}}}}\n"
     "stabilizer: {clearance: 30 mm, friction: {smoothing: 1000 s/m}}\n",
-    "along the hole": f"{ROLLING}{STEEP}well: {{friction: {{smoothing: 1000 s/m}}, axial_friction: true}}\n",
+    "along the hole": f"{ROLLING}{STEEP}well: {{friction: {{smoothing: 1000 s/m}}, "
+    f"axial_friction: true}}\n",
     "elastic collar": f"model: beam\n{ROLLING}{STEEP}well: {{friction: {{smoothing: 1000 s/m}}}}\n"
     "beam: {modes: 2, stations: [{at: 0.3}, {at: 0.5}, {at: 0.7}]}\n",
     "live cutting": "model: segments\nbit: {cutting: {smoothing: 1000 s/rad, c2: 0.001}}\n"
     "segments: {pipe: 2, collar: 2}\n",
 }
 SECONDS = {"live cutting": 1.0}
-# Impacts on the lobes scatter the errors of segments by a factor of five, with an explicit method as well.
+# Impacts on the lobes scatter the errors of segments by a factor of five, with an
+# explicit method as well.
 FINE = {"live cutting": 1e-9}
 
 
@@ -61,13 +66,17 @@ def exact(work: Work) -> np.ndarray:
 
 @pytest.mark.parametrize("case", CASES)
 def test_end_states_equal_those_of_another_integrator(case: str) -> None:
-    """Within some thousand tolerances, as impacts magnify what steps leave; and a hundredth of the tolerance, of
-    segments a thousandth, takes most of the error away."""
+    """Within some thousand tolerances, as impacts magnify what steps leave; and a
+    hundredth of the tolerance, of segments a thousandth, takes most of the error
+    away."""
     errors, seconds = [], SECONDS.get(case, 0.25)
     for rtol in (1e-6, FINE.get(case, 1e-8)):
         work = work_for(CASES[case], "implicit", rtol, seconds)
         if not errors:
-            end, size = exact(replace(work, simulation=replace(work.simulation, method="explicit"))), None
+            end, size = (
+                exact(replace(work, simulation=replace(work.simulation, method="explicit"))),
+                None,
+            )
             size = work.prepare(np.arange(1)).sizes[0] + np.abs(end)
         errors.append(np.max(np.abs(run(work, lanes=1)["final_state"][0, : len(end)] - end) / size))
     assert errors[0] < 5e-3
@@ -79,7 +88,10 @@ def test_end_states_equal_those_of_another_integrator(case: str) -> None:
 def test_bits_do_not_depend_on_lanes_or_neighbours(case: str) -> None:
     """Each lane iterates until it is done, whatever the others do."""
     work = work_for(CASES[case], "implicit", 1e-6, 0.1)
-    axes = {**work.plan.axes, "rotary_speed": work.plan.axes["rotary_speed"] * np.array([0.2, 0.7, 1.0])}
+    axes = {
+        **work.plan.axes,
+        "rotary_speed": work.plan.axes["rotary_speed"] * np.array([0.2, 0.7, 1.0]),
+    }
     work = replace(work, plan=replace(work.plan, axes=axes))
     found = {lanes: run(work, lanes) for lanes in (1, 8)}
     for name, values in found[1].items():

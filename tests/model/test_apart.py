@@ -1,4 +1,5 @@
-"""Friction kept apart: the same slopes to rounding, velocities that agree with the loads, the deviation of a stage."""
+"""Friction kept apart: the same slopes to rounding, velocities that agree with the
+loads, the deviation of a stage."""
 
 from __future__ import annotations
 
@@ -10,7 +11,13 @@ import pytest
 
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.rhs import INDEX, make_right_hand_side, pack, rows_of, states_of
+from nsdrill.models.christoforou_yigit.rhs import (
+    INDEX,
+    make_right_hand_side,
+    pack,
+    rows_of,
+    states_of,
+)
 from nsdrill.models.christoforou_yigit.tangent import CONTACTS, make_tangent
 
 W, SPREAD = 8, np.array([0.08, 0.3, 0.08, 0.3, 2e-3, 0.05, 1.0, 3.0, 0.3, 0.5, 1.0, 500.0])
@@ -34,7 +41,9 @@ def string(**changes: Any) -> Parameters:
     )
 
 
-def buffer_of(parameters: Parameters, options: Options, seed: int, relax: float = 0.0, tangent: bool = False) -> Any:
+def buffer_of(
+    parameters: Parameters, options: Options, seed: int, relax: float = 0.0, tangent: bool = False
+) -> Any:
     """A buffer with random states, some of them on the wall, and its rows."""
     rows = rows_of(options, 6 if tangent else 0, tangent=tangent)
     b = np.zeros((rows.total, W))
@@ -52,12 +61,20 @@ def buffer_of(parameters: Parameters, options: Options, seed: int, relax: float 
 
 
 CASES = [
-    {}, {"wall": "hertz"}, {"law": "linear"}, {"law": "exponential"}, {"law": "rational"},
-    {"swirl": 0.5, "inclination": 0.5}, {"drive": {"kind": "soft_torque"}}, {"drive": {"kind": "dc_motor"}},
+    {},
+    {"wall": "hertz"},
+    {"law": "linear"},
+    {"law": "exponential"},
+    {"law": "rational"},
+    {"swirl": 0.5, "inclination": 0.5},
+    {"drive": {"kind": "soft_torque"}},
+    {"drive": {"kind": "dc_motor"}},
     {"drive": {"kind": "stiff", "torque_limit": 60e3}},
-    {"clearance": 0.03}, {"clearance": 0.03, "wall": "hertz", "law": "rational"}, {"along": True},
+    {"clearance": 0.03},
+    {"clearance": 0.03, "wall": "hertz", "law": "rational"},
+    {"along": True},
     {"along": True, "wall": "hertz", "law": "linear"},
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: "-".join(map(str, case)) or "main")
@@ -68,14 +85,19 @@ def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case: dict[str
         b, rows = buffer_of(parameters, options._replace(apart=apart), 3)
         make_right_hand_side(W, options._replace(apart=apart))(b.ravel())
         found.append(b[rows.acceleration : rows.acceleration + rows.slopes].copy())
-    assert np.any(b[rows.stage] ** 2 + b[rows.stage + 2] ** 2 > 0.08**2), "else nothing touches the wall"
+    assert np.any(b[rows.stage] ** 2 + b[rows.stage + 2] ** 2 > 0.08**2), (
+        "else nothing touches the wall"
+    )
     assert found[1] == pytest.approx(found[0], rel=1e-12, abs=1e-12 * np.abs(found[0]).max())
 
 
-@pytest.mark.parametrize("case", CASES[:6] + CASES[9:], ids=lambda case: "-".join(map(str, case)) or "main")
+@pytest.mark.parametrize(
+    "case", CASES[:6] + CASES[9:], ids=lambda case: "-".join(map(str, case)) or "main"
+)
 def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) -> None:
-    """They have moved by ``relax`` times the push; and at these velocities the ordinary slopes are those found, but for
-    what Newton's method leaves: 1e-5 of the greatest push."""
+    """They have moved by ``relax`` times the push; and at these velocities the ordinary
+    slopes are those found, but for what Newton's method leaves: 1e-5 of the greatest
+    push."""
     parameters = string(**case)
     options = options_of(parameters)
     b, rows = buffer_of(parameters, options._replace(apart=1), 5, relax=2e-3)
@@ -84,21 +106,33 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) ->
     own, moved = rows.own, (1, 3, 5, 7) if options.axial_friction else (1, 3, 7)
     pushes = b[rows.push : rows.push + len(moved)]
     for push, state in zip(pushes, moved, strict=True):
-        assert b[rows.stage + state] == pytest.approx(free[rows.stage + state] + 2e-3 * push, rel=1e-13, abs=1e-13)
+        assert b[rows.stage + state] == pytest.approx(
+            free[rows.stage + state] + 2e-3 * push, rel=1e-13, abs=1e-13
+        )
     plain, ordinary = buffer_of(parameters, options, 5)
     plain[ordinary.stage : ordinary.stage + own] = b[rows.stage : rows.stage + own]
     make_right_hand_side(W, options)(plain.ravel())
     found, exact = (
         a[r.acceleration : r.acceleration + r.slopes] for a, r in ((b, rows), (plain, ordinary))
-    )  # fmt: skip
+    )
     assert found == pytest.approx(exact, abs=3e-5 * np.abs(pushes).max())
 
 
-@pytest.mark.parametrize("case", [{}, {"wall": "hertz"}, {"drive": {"kind": "soft_torque"}}, {"clearance": 0.03},
-                                  {"along": True}], ids=["main", "hertz", "drive", "stabilisers", "along"])  # fmt: skip
+@pytest.mark.parametrize(
+    "case",
+    [
+        {},
+        {"wall": "hertz"},
+        {"drive": {"kind": "soft_torque"}},
+        {"clearance": 0.03},
+        {"along": True},
+    ],
+    ids=["main", "hertz", "drive", "stabilisers", "along"],
+)
 def test_the_deviation_of_a_stage_is_its_derivative(case: dict[str, Any]) -> None:
-    """Velocities, slopes and pushes of the deviation, against differences of two stages 1e-6 of it apart, on rock and
-    wall and off them. Newton's method leaves 1e-5 of a load, and up to a thousandth of how it changes."""
+    """Velocities, slopes and pushes of the deviation, against differences of two stages
+    1e-6 of it apart, on rock and wall and off them. Newton's method leaves 1e-5 of a
+    load, and up to a thousandth of how it changes."""
     parameters = string(**case)
     options = options_of(parameters)._replace(apart=1)
     b, rows = buffer_of(parameters, options, 11, relax=2e-3, tangent=True)
@@ -107,14 +141,18 @@ def test_the_deviation_of_a_stage_is_its_derivative(case: dict[str, Any]) -> Non
     for sign in (1.0, -1.0):
         other, plain = buffer_of(parameters, options, 11, relax=2e-3)
         other[plain.stage : plain.stage + own] = b[rows.stage : rows.stage + own]
-        other[plain.stage : plain.stage + own] += sign * step * b[rows.stage + own : rows.stage + 2 * own]
+        other[plain.stage : plain.stage + own] += (
+            sign * step * b[rows.stage + own : rows.stage + 2 * own]
+        )
         make_right_hand_side(W, options)(other.ravel())
         moved.append(other)
     exact = (moved[0] - moved[1]) / (2 * step)
     # Contacts as they are now.
     angle = b[rows.stage + 6] + 1.0 + 5.0 * 0.3
     rock, wall = rows.observer, rows.observer + 3
-    b[rock] = parameters.bit.surface_amplitude * np.sin(parameters.bit.lobes * angle) - b[rows.stage + 4]
+    b[rock] = (
+        parameters.bit.surface_amplitude * np.sin(parameters.bit.lobes * angle) - b[rows.stage + 4]
+    )
     gap = b[rows.parameter + INDEX["gap"]]
     b[wall] = b[rows.stage] ** 2 + b[rows.stage + 2] ** 2 - gap**2
     for function in (b[wall], b[rock]):
@@ -124,9 +162,11 @@ def test_the_deviation_of_a_stage_is_its_derivative(case: dict[str, Any]) -> Non
     make_tangent(W, options, 0)(b.ravel())
     for mine, theirs in (
         (b[rows.stage + own : rows.stage + 2 * own], exact[plain.stage : plain.stage + own]),
-        (b[rows.acceleration + slopes : rows.acceleration + 2 * slopes],
-         exact[plain.acceleration : plain.acceleration + slopes]),
+        (
+            b[rows.acceleration + slopes : rows.acceleration + 2 * slopes],
+            exact[plain.acceleration : plain.acceleration + slopes],
+        ),
         (b[rows.push + pushes : rows.push + 2 * pushes], exact[plain.push : plain.push + pushes]),
-    ):  # fmt: skip
+    ):
         for one, two in zip(mine, theirs, strict=True):
             assert one == pytest.approx(two, rel=3e-3, abs=2e-4 * max(np.abs(two).max(), 1e-6))

@@ -1,5 +1,6 @@
-"""What needs no integration: buckling, standing waves, lateral modes, mud damping, drives; against closed forms, other
-discretisations and values computed beforehand by other code."""
+"""What needs no integration: buckling, standing waves, lateral modes, mud damping,
+drives; against closed forms, other discretisations and values computed beforehand by
+other code."""
 
 from __future__ import annotations
 
@@ -38,7 +39,9 @@ from nsdrill.models.drives import reflection
 from nsdrill.models.numbers import FULL_HELIX, HELIX
 from nsdrill.models.operation import Operation
 
-STATIC = replace(Parameters(), drillstring=replace(Parameters().drillstring, lateral_softening="static"))
+STATIC = replace(
+    Parameters(), drillstring=replace(Parameters().drillstring, lateral_softening="static")
+)
 HEAVY = Operation(5000.0, 66.72e3, 3.0)
 
 
@@ -63,9 +66,13 @@ def test_euler_loads_of_other_ends() -> None:
 def test_buckling_on_the_low_side() -> None:
     """Collars and 5 in pipe at 15, 30, 60, 90 degrees, in kN; computed beforehand."""
     collar, pipe = tubes.collars(Parameters()), tubes.pipe(Parameters(), 5000.0)
-    assert (collar.weight, pipe.weight, pipe.bending) == pytest.approx((2271.87, 212.02, 1.2478e6), rel=2e-5)
+    assert (collar.weight, pipe.weight, pipe.bending) == pytest.approx(
+        (2271.87, 212.02, 1.2478e6), rel=2e-5
+    )
     angles = np.radians([15.0, 30.0, 60.0, 90.0])
-    assert buckling.sinusoidal(collar, angles) / 1e3 == pytest.approx([926.4, 1287.6, 1694.6, 1820.9], abs=0.06)
+    assert buckling.sinusoidal(collar, angles) / 1e3 == pytest.approx(
+        [926.4, 1287.6, 1694.6, 1820.9], abs=0.06
+    )
     pipe_loads = buckling.sinusoidal(pipe, angles) / 1e3
     assert pipe_loads == pytest.approx([46.4, 64.6, 85.0, 91.3], abs=0.06)
     assert HELIX * pipe_loads[-1] == pytest.approx(129.1, abs=0.06)
@@ -82,7 +89,8 @@ def test_buckling_on_the_low_side() -> None:
 
 
 def test_the_half_wave_takes_the_least_load() -> None:
-    """The sinusoid of half wave L on an elastic floor w sin(alpha)/c needs E I (pi/L)^2 + (w/c) (L/pi)^2."""
+    """The sinusoid of half wave L on an elastic floor w sin(alpha)/c needs E I (pi/L)^2
+    + (w/c) (L/pi)^2."""
     pipe = tubes.pipe(Parameters(), 5000.0)
     length = buckling.half_wave(pipe, math.pi / 2)
     assert length is not None
@@ -98,7 +106,8 @@ def test_the_half_wave_takes_the_least_load() -> None:
 @pytest.mark.parametrize(("units", "n"), [(6.0, 2.041), (8.0, 1.937), (12.0, 1.822)])
 def test_a_column_buckles_under_its_own_weight(units: float, n: float) -> None:
     """Computed beforehand by other code; 1.94 is Lubinski's."""
-    tube = Tube(units * 5.0, 125.0 * 7.0, 7.0, 0.1, 1.0, 1.0)  # its unit of length is 5 m, of load 35 N
+    # its unit of length is 5 m, of load 35 N
+    tube = Tube(units * 5.0, 125.0 * 7.0, 7.0, 0.1, 1.0, 1.0)
     assert buckling.vertical(tube) == pytest.approx(n * 35.0, abs=0.5e-3 * 35.0)
 
 
@@ -128,10 +137,14 @@ def test_a_uniform_string_has_the_frequencies_of_a_rod() -> None:
     steel = string.material
     number = np.arange(1, 6)
     c = math.sqrt(steel.shear_modulus / steel.density)
-    assert torsional_waves(p, 3000.0, 5) == pytest.approx((number - 0.5) * math.pi * c / 3000.0, rel=1e-10)
+    assert torsional_waves(p, 3000.0, 5) == pytest.approx(
+        (number - 0.5) * math.pi * c / 3000.0, rel=1e-10
+    )
     c = math.sqrt(steel.young_modulus / steel.density)
     stiff = replace(p, bit=replace(p.bit, rock_stiffness=1e13))
-    assert axial_waves(stiff, 3000.0, 5, on_rock=True) == pytest.approx(number * math.pi * c / 3000.0, rel=1e-4)
+    assert axial_waves(stiff, 3000.0, 5, on_rock=True) == pytest.approx(
+        number * math.pi * c / 3000.0, rel=1e-4
+    )
 
 
 @pytest.mark.parametrize("depth", [210.0, 700.0, 5000.0, 9000.0])
@@ -155,7 +168,8 @@ def test_no_standing_wave_is_missed(depth: float) -> None:
 
 
 def test_axial_waves_on_the_rock_are_those_of_a_chain_of_masses() -> None:
-    """5000 m in 2500 elements of 2 m, on the spring of the rock; second order, so to 1e-3 for the first modes."""
+    """5000 m in 2500 elements of 2 m, on the spring of the rock; second order, so to
+    1e-3 for the first modes."""
     p, n, step = Parameters(), 2500, 2.0
     collar, pipe = p.drillstring.collar, p.drillstring.pipe
     steel = p.drillstring.material
@@ -164,12 +178,17 @@ def test_axial_waves_on_the_rock_are_those_of_a_chain_of_masses() -> None:
         return math.pi / 4 * (part.outer_diameter**2 - part.inner_diameter**2)
 
     areas = np.where(np.arange(n) * step < 4800.0, area(pipe), area(collar))
-    mass = steel.density * step * np.append(0.5 * (areas[1:] + areas[:-1]), 0.5 * areas[-1])  # nodes below the top
+    # nodes below the top
+    mass = steel.density * step * np.append(0.5 * (areas[1:] + areas[:-1]), 0.5 * areas[-1])
     spring = steel.young_modulus * areas / step
     diagonal = spring + np.append(spring[1:], p.bit.rock_stiffness)
     root = np.sqrt(mass)
     squares = eigh_tridiagonal(
-        diagonal / mass, -spring[1:] / (root[1:] * root[:-1]), eigvals_only=True, select="i", select_range=(0, 5)
+        diagonal / mass,
+        -spring[1:] / (root[1:] * root[:-1]),
+        eigvals_only=True,
+        select="i",
+        select_range=(0, 5),
     )
     assert axial_waves(p, 5000.0, 6, on_rock=True) == pytest.approx(np.sqrt(squares), rel=1e-3)
 
@@ -178,20 +197,30 @@ def test_axial_waves_on_the_rock_are_those_of_a_chain_of_masses() -> None:
 
 
 def test_lateral_frequencies_of_higher_modes() -> None:
-    """66.72 kN with static softening, with the mass of mud and without; computed beforehand."""
+    """66.72 kN with static softening, with the mass of mud and without; computed
+    beforehand."""
     k = derive(STATIC, *(5000.0, 66.72e3, 3.0))
-    assert lateral_frequencies(STATIC, HEAVY, k, k.m_l) == pytest.approx([6.323, 26.27, 59.51], rel=2e-4)
-    assert lateral_frequencies(STATIC, HEAVY, k, k.m_c) == pytest.approx([7.453, 30.97, 70.15], rel=1e-4)
-    # Each half wave of n is a span of its own of 1/n of the length, with its own load of Euler.
+    assert lateral_frequencies(STATIC, HEAVY, k, k.m_l) == pytest.approx(
+        [6.323, 26.27, 59.51], rel=2e-4
+    )
+    assert lateral_frequencies(STATIC, HEAVY, k, k.m_c) == pytest.approx(
+        [7.453, 30.97, 70.15], rel=1e-4
+    )
+    # Each half wave of n is a span of its own of 1/n of the length, with its own load
+    # of Euler.
     buckled = Operation(5000.0, 5.0 * k.buckling_load, 3.0)
     found = lateral_frequencies(STATIC, buckled, derive(STATIC, 5000.0, buckled.wob, 3.0), k.m_l)
     assert np.isnan(found[:2]).all()
     assert found[2] > 0.0
 
 
-@pytest.mark.parametrize(("amplitude", "circular", "percent"), [(0.01, False, 0.155), (0.0762, False, 1.183),
-                                                                (0.0762, True, 1.394)])  # fmt: skip
-def test_mud_damping_takes_the_work_of_the_drag(amplitude: float, circular: bool, percent: float) -> None:
+@pytest.mark.parametrize(
+    ("amplitude", "circular", "percent"),
+    [(0.01, False, 0.155), (0.0762, False, 1.183), (0.0762, True, 1.394)],
+)
+def test_mud_damping_takes_the_work_of_the_drag(
+    amplitude: float, circular: bool, percent: float
+) -> None:
     k = derive(STATIC, 5000.0, 66.72e3, 3.0)
     ratio, w = mud_damping(k, amplitude, circular=circular), 5.0
     assert 100 * ratio == pytest.approx(percent, abs=1e-3)
@@ -201,19 +230,24 @@ def test_mud_damping_takes_the_work_of_the_drag(amplitude: float, circular: bool
 
     turn = 2 * math.pi / w
     drag, _ = quad(lambda t: k.c_h * speed(t) ** 3, 0.0, turn, points=[turn / 4, 3 * turn / 4])
-    linear, _ = quad(lambda t: 2 * ratio * w * k.m_l * speed(t) ** 2, 0.0, turn, points=[turn / 4, 3 * turn / 4])
+    linear, _ = quad(
+        lambda t: 2 * ratio * w * k.m_l * speed(t) ** 2, 0.0, turn, points=[turn / 4, 3 * turn / 4]
+    )
     assert linear == pytest.approx(drag, rel=1e-9)
 
 
 def test_where_the_collar_lies_down() -> None:
-    """24.8 degrees at 66.72 kN, 27.6 without WOB; the swing of sqrt(F_g / (m_l r)), r = (F_g + k_w c0)/(k_r + k_w)."""
+    """24.8 degrees at 66.72 kN, 27.6 without WOB; the swing of sqrt(F_g / (m_l r)), r =
+    (F_g + k_w c0)/(k_r + k_w)."""
     k = derive(STATIC, 5000.0, 66.72e3, 3.0)
     found = [wall_inclination(STATIC, Operation(5000.0, wob, 3.0), k) for wob in (66.72e3, 0.0)]
     assert np.degrees(np.array(found, float)) == pytest.approx([24.8, 27.6], abs=0.05)
     force = 2 * 19.81 / math.pi * 2271.8738
     stiffness = k.k_bend - 66.72e3 * math.pi**2 / (2 * 19.81)
     radius = (force + 25e6 * 0.0762) / (stiffness + 25e6)
-    assert low_side_swing(STATIC, HEAVY, k) == pytest.approx(math.sqrt(force / (k.m_l * radius)), rel=1e-7)
+    assert low_side_swing(STATIC, HEAVY, k) == pytest.approx(
+        math.sqrt(force / (k.m_l * radius)), rel=1e-7
+    )
     short = replace(STATIC, drillstring=replace(STATIC.drillstring, collar=Collar(span=8.0)))
     k = derive(short, 5000.0, 66.72e3, 3.0)
     assert wall_inclination(short, HEAVY, k) is None
@@ -222,9 +256,14 @@ def test_where_the_collar_lies_down() -> None:
 
 def test_further_figures_are_all_there_and_finite() -> None:
     found = further_figures(Parameters(), HEAVY)
-    assert {"euler_fixed_free", "collar_vertical", "pipe_helical", "lateral_3", "mud_plane", "torsional_wave_4"} <= set(
-        found
-    )
+    assert {
+        "euler_fixed_free",
+        "collar_vertical",
+        "pipe_helical",
+        "lateral_3",
+        "mud_plane",
+        "torsional_wave_4",
+    } <= set(found)
     assert all(f.further and f.value is not None and math.isfinite(f.value) for f in found.values())
     assert not set(found) & set(figures(Parameters(), HEAVY))
 
@@ -235,10 +274,14 @@ def test_further_figures_are_all_there_and_finite() -> None:
 @pytest.mark.parametrize(
     ("keys", "share"),
     [
-        ({"kind": "stiff"}, 0.988), ({"kind": "soft_torque", "matching": 1.0}, 0.0), ({"kind": "soft_torque"}, 0.600),
-        ({"kind": "equal_damping"}, 0.672), ({"kind": "z_torque"}, 0.629), ({"kind": "z_torque", "a": 1.0}, 0.202),
+        ({"kind": "stiff"}, 0.988),
+        ({"kind": "soft_torque", "matching": 1.0}, 0.0),
+        ({"kind": "soft_torque"}, 0.600),
+        ({"kind": "equal_damping"}, 0.672),
+        ({"kind": "z_torque"}, 0.629),
+        ({"kind": "z_torque", "a": 1.0}, 0.202),
     ],
-)  # fmt: skip
+)
 def test_share_of_a_wave_that_drives_throw_back(keys: dict[str, object], share: float) -> None:
     """At the torsional frequency, 5000 m; computed beforehand."""
     found = figures(driven(**keys), HEAVY)["drive_reflection"].value
@@ -253,7 +296,8 @@ def test_a_drive_that_feels_the_bit_is_no_impedance() -> None:
 
 
 def test_reflection_is_that_of_a_wave_at_a_boundary() -> None:
-    """Speeds and torques of the wave and of its echo meet the drive's: z (v - R v) = Z (v + R v)."""
+    """Speeds and torques of the wave and of its echo meet the drive's: z (v - R v) = Z
+    (v + R v)."""
     p = driven(kind="pi", inertia=1500.0, stiffness=900.0, damping=1500.0)
     law, z, w = gains(p, derive(p, 5000.0, 22e3, 3.0)), float(impedance(p)), 0.8
     back = reflection(law, z, w)
@@ -273,15 +317,25 @@ def test_drive_card() -> None:
 
 
 def test_tuning_of_a_soft_torque_drive() -> None:
-    """Columns: gain in impedances; rows: frequency over the string's. Computed beforehand by other code."""
+    """Columns: gain in impedances; rows: frequency over the string's. Computed
+    beforehand by other code."""
     p = driven(kind="soft_torque")
     k = derive(p, 5000.0, 66.72e3, 3.0)
     w = math.sqrt(k.k_t / k.J)
-    known = {0.7: (77.8, 111.1, 112.4, 108.3), 0.85: (97.1, 149.8, 136.3, 121.8), 1.0: (86.8, 139.7, 136.4, 123.2),
-             1.2: (64.9, 88.2, 94.0, 95.8)}  # fmt: skip
-    held = slopes_held_by_soft_torque(p, k, np.array([1.0, 3.0, 4.0, 5.0]), w * np.array(list(known)))
+    known = {
+        0.7: (77.8, 111.1, 112.4, 108.3),
+        0.85: (97.1, 149.8, 136.3, 121.8),
+        1.0: (86.8, 139.7, 136.4, 123.2),
+        1.2: (64.9, 88.2, 94.0, 95.8),
+    }
+    held = slopes_held_by_soft_torque(
+        p, k, np.array([1.0, 3.0, 4.0, 5.0]), w * np.array(list(known))
+    )
     assert held == pytest.approx(np.array(list(known.values())), abs=0.06)
-    for compensated, matching, ratio, best in ((1900.0, 2.0, 0.7, 250.0), (2600.0, 1.0, 0.5, 291.0)):
+    for compensated, matching, ratio, best in (
+        (1900.0, 2.0, 0.7, 250.0),
+        (2600.0, 1.0, 0.5, 291.0),
+    ):
         soft = driven(kind="soft_torque", compensated_inertia=compensated)
         held = slopes_held_by_soft_torque(soft, k, np.array([matching]), np.array([ratio * w]))
         assert held[0, 0] == pytest.approx(best, abs=0.5)
@@ -295,7 +349,9 @@ def test_the_best_tuning_is_the_best_of_the_map() -> None:
     assert held >= chart.held.max()
     assert chart.own == (3.0, pytest.approx(2 * math.pi * 0.08))
     k = derive(p, 5000.0, 66.72e3, 3.0)
-    around = slopes_held_by_soft_torque(p, k, matching * np.array([0.9, 1.1]), frequency * np.array([0.95, 1.05]))
+    around = slopes_held_by_soft_torque(
+        p, k, matching * np.array([0.9, 1.1]), frequency * np.array([0.95, 1.05])
+    )
     assert held > around.max()
     # The same drive, asked for by its keys, holds what the map says.
     asked = driven(kind="soft_torque", matching=matching, frequency=frequency / (2 * math.pi))
@@ -305,7 +361,9 @@ def test_the_best_tuning_is_the_best_of_the_map() -> None:
 def test_figures_solve_for_the_gains_once(monkeypatch: pytest.MonkeyPatch) -> None:
     calls = []
     solve = drives._regulator
-    monkeypatch.setattr(drives, "_regulator", lambda *numbers: calls.append(numbers) or solve(*numbers))
+    monkeypatch.setattr(
+        drives, "_regulator", lambda *numbers: calls.append(numbers) or solve(*numbers)
+    )
     figures(driven(kind="lqr"), HEAVY)
     assert len(calls) == 1
 
@@ -329,11 +387,14 @@ def test_a_drive_that_swings_the_string_by_itself() -> None:
 
 def test_critical_speeds_along_depth() -> None:
     x = np.array([2000.0, 5000.0])
-    chart = critical_speeds("depth", x, [(STATIC, replace(HEAVY, depth=float(depth))) for depth in x])
+    chart = critical_speeds(
+        "depth", x, [(STATIC, replace(HEAVY, depth=float(depth))) for depth in x]
+    )
     assert chart.lateral[:, 1] == pytest.approx([6.323, 26.27, 59.51], rel=2e-4)
     assert chart.torsional[:, 1] == pytest.approx([0.5862, 2.284, 4.276, 6.323], rel=2e-4)
     assert 3 * chart.axial[:, 1] == pytest.approx([1.196, 3.970, 7.115, 10.389], rel=5e-4)
-    # 3 rad/s with three lobes, 9 rad/s, lies between the third and the fourth axial wave at 5000 m.
+    # 3 rad/s with three lobes, 9 rad/s, lies between the third and the fourth axial
+    # wave at 5000 m.
     assert chart.axial[2, 1] < 3.0 < chart.axial[3, 1]
     assert (chart.axial[:, 0] > chart.axial[:, 1]).all()
 
@@ -344,6 +405,8 @@ def test_buckling_charts() -> None:
     assert chart.collar / 1e3 == pytest.approx([926.4, 1820.9], abs=0.06)
     assert chart.euler / 1e3 == pytest.approx([699.25, 699.25], abs=6e-3)
     assert chart.wob == pytest.approx([66.72e3] * 2)
-    along = buckling_along("wob", np.array([1e3, 2e3]), [(Parameters(), replace(HEAVY, wob=w)) for w in (1e3, 2e3)])
+    along = buckling_along(
+        "wob", np.array([1e3, 2e3]), [(Parameters(), replace(HEAVY, wob=w)) for w in (1e3, 2e3)]
+    )
     assert along.pipe / 1e3 == pytest.approx([91.3, 91.3], abs=0.06)
     assert along.wob == pytest.approx([1e3, 2e3])

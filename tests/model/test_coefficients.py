@@ -1,4 +1,5 @@
-"""The lumped coefficients: the check numbers of the theory page, published ones, and the independent reference."""
+"""The lumped coefficients: the check numbers of the theory page, published ones, and
+the independent reference."""
 
 from __future__ import annotations
 
@@ -17,19 +18,28 @@ from nsdrill.models.christoforou_yigit.parameters import Collar, Drillstring, Pa
 
 # Theory page, "Check": depth 2000 m, 22.24 kN, 3 rad/s; computed there with ten digits.
 CHECK = {
-    "m_l": 3941.120735, "c_h": 1441.487328, "k_bend": 174186.7573, "m_a": 73314.5033, "k_a": 397218.7863,
-    "J": 471.7007221, "k_t": 525.5269838, "depth_of_cut": 6.912151728e-4, "cutting_arm": 0.01147503771,
-}  # fmt: skip
+    "m_l": 3941.120735,
+    "c_h": 1441.487328,
+    "k_bend": 174186.7573,
+    "m_a": 73314.5033,
+    "k_a": 397218.7863,
+    "J": 471.7007221,
+    "k_t": 525.5269838,
+    "depth_of_cut": 6.912151728e-4,
+    "cutting_arm": 0.01147503771,
+}
 
 
 @pytest.mark.parametrize("name", CHECK)
 def test_coefficients_have_the_check_numbers(name: str) -> None:
     k = derive(Parameters(), 2000.0, 22240.0, 3.0)
-    assert getattr(k, name) == pytest.approx(CHECK[name], rel=5e-10)  # half a unit in the tenth digit
+    # half a unit in the tenth digit
+    assert getattr(k, name) == pytest.approx(CHECK[name], rel=5e-10)
 
 
 def test_inertia_and_stiffness_of_jansen_and_van_den_steen() -> None:
-    """Jansen & van den Steen 1995: 2000 m of 5 in pipe over 150 m of 9 in collar: J 374 kg m2, k 473 N m/rad."""
+    """Jansen & van den Steen 1995: 2000 m of 5 in pipe over 150 m of 9 in collar: J 374
+    kg m2, k 473 N m/rad."""
     k = derive(Parameters(Drillstring(Collar(length=150.0))), 2150.0, 0.0, 1.0)
     found = k.J, k.k_t
     assert found == pytest.approx((373.99, 472.97), abs=0.005)
@@ -39,22 +49,43 @@ def test_inertia_and_stiffness_of_jansen_and_van_den_steen() -> None:
 def test_coefficients_equal_the_reference(seed: int) -> None:
     c = random_case(np.random.default_rng(seed))
     k = derive(parameters_of(c), c.depth, c.wob, c.speed)
-    for name in ("m_c", "m_l", "m_e", "k_bend", "c_h", "m_a", "k_a", "J", "k_t", "gap", "depth_of_cut", "bit_radius",
-                 "collar_radius"):  # fmt: skip
+    for name in (
+        "m_c",
+        "m_l",
+        "m_e",
+        "k_bend",
+        "c_h",
+        "m_a",
+        "k_a",
+        "J",
+        "k_t",
+        "gap",
+        "depth_of_cut",
+        "bit_radius",
+        "collar_radius",
+    ):
         assert getattr(k, name) == pytest.approx(getattr(c, name), rel=1e-13), name
-    assert k.cutting_arm == pytest.approx(c.zeta * math.sqrt(c.bit_radius * c.depth_of_cut), rel=1e-13)
-    assert k.m_f == pytest.approx(c.m_l - c.m_c, rel=1e-11, abs=1e-9)  # a difference of near numbers
+    assert k.cutting_arm == pytest.approx(
+        c.zeta * math.sqrt(c.bit_radius * c.depth_of_cut), rel=1e-13
+    )
+    # a difference of near numbers
+    assert k.m_f == pytest.approx(c.m_l - c.m_c, rel=1e-11, abs=1e-9)
 
 
 def test_buckling_load_is_eulers() -> None:
-    """pi^2 E I / l^2; there the static bending stiffness k_bend - W pi^2/(2 l) vanishes."""
+    """pi^2 E I / l^2; there the static bending stiffness k_bend - W pi^2/(2 l)
+    vanishes."""
     k = derive(Parameters(), 2000.0, 22240.0, 3.0)
     assert k.buckling_load * math.pi**2 / (2 * Collar().span) == pytest.approx(k.k_bend, rel=1e-14)
 
 
 def test_arrays_give_the_bits_of_scalars() -> None:
     rng = np.random.default_rng(5)
-    depth, wob, speed = rng.uniform(300, 9000, 50), rng.uniform(0, 1e5, 50), rng.uniform(0.1, 20, 50)
+    depth, wob, speed = (
+        rng.uniform(300, 9000, 50),
+        rng.uniform(0, 1e5, 50),
+        rng.uniform(0.1, 20, 50),
+    )
     many = derive(Parameters(), depth, wob, speed)
     for i in range(50):
         one, picked = derive(Parameters(), depth[i], wob[i], speed[i]), at(many, i)

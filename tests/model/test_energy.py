@@ -1,7 +1,9 @@
-"""Energy: what the agents feed in is what the string holds. One wrong sign anywhere breaks this.
+"""Energy: what the agents feed in is what the string holds. One wrong sign anywhere
+breaks this.
 
-The balance is tested twice: at single states, where d(energy)/dt along the compiled derivative is the sum of the powers
-to rounding, and along whole trajectories, in and out of every contact.
+The balance is tested twice: at single states, where d(energy)/dt along the compiled
+derivative is the sum of the powers to rounding, and along whole trajectories, in and
+out of every contact.
 """
 
 from __future__ import annotations
@@ -23,7 +25,9 @@ from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.christoforou_yigit.rhs import STATES
 from nsdrill.study import parse_study
 
-OPTIONS = list(itertools.product(["linear", "hertz"], ["live", "static", "none"], ["total", "steel"]))
+OPTIONS = list(
+    itertools.product(["linear", "hertz"], ["live", "static", "none"], ["total", "steel"])
+)
 
 
 def as_state(states: np.ndarray, drive_angle: np.ndarray) -> dict[str, np.ndarray]:
@@ -32,13 +36,17 @@ def as_state(states: np.ndarray, drive_angle: np.ndarray) -> dict[str, np.ndarra
 
 @pytest.mark.parametrize(("law", "softening", "mass"), OPTIONS)
 def test_energy_changes_by_the_powers_at_any_state(law: str, softening: str, mass: str) -> None:
-    """dE/dt by Richardson-extrapolated central differences along the compiled slope, against the sum of powers.
+    """dE/dt by Richardson-extrapolated central differences along the compiled slope,
+    against the sum of powers.
 
-    Steps so that every coordinate moves by less than 1e-5 of its size: truncation h^4, rounding eps E / h.
+    Steps so that every coordinate moves by less than 1e-5 of its size: truncation h^4,
+    rounding eps E / h.
     """
     rng = np.random.default_rng(31)
     for _ in range(16):
-        c = random_case(rng, wall_law=law, softening=softening, eccentric_mass=mass, lobes=3, wall_stiffness=5e6)
+        c = random_case(
+            rng, wall_law=law, softening=softening, eccentric_mass=mass, lobes=3, wall_stiffness=5e6
+        )
         s, t = random_state(rng, c), rng.uniform(0, 5)
         f = slopes(1, law == "hertz", table_of(c), np.array([t]), s[None])[0]
         par, op = parameters_of(c), operation_of(c)
@@ -55,14 +63,16 @@ def test_energy_changes_by_the_powers_at_any_state(law: str, softening: str, mas
         size = sum(abs(float(p[0])) for p in fed.values()) + float(
             abs(energy(par, op, as_state(s[None], np.array([c.speed * t])))[0])
         )
-        # The wall's energy has a jump in its second (linear) derivative at the gap: states nearer than the step skip.
+        # The wall's energy has a jump in its second (linear) derivative at the gap:
+        # states nearer than the step skip.
         if abs(np.hypot(s[0], s[2]) - c.gap) < 2 * h * np.hypot(s[1], s[3]):
             continue
         assert rate == pytest.approx(total, abs=1e-8 * size)
 
 
 def balance(trajectory: object, study: object) -> tuple[float, float]:
-    """The defect of the energy balance at the worst moment, and the work that went through."""
+    """The defect of the energy balance at the worst moment, and the work that went
+    through."""
     trace = trajectory.trace
     op = study.operation
     state = {name: trace[name] for name in (*STATES, "drive_angle")}
@@ -71,7 +81,12 @@ def balance(trajectory: object, study: object) -> tuple[float, float]:
     total = sum(fed.values())
     t = trace.time
     # Simpson over pairs of samples, at every second sample
-    work = np.concatenate([[0.0], np.cumsum((t[2::2] - t[:-2:2]) / 6 * (total[:-2:2] + 4 * total[1::2] + total[2::2]))])
+    work = np.concatenate(
+        [
+            [0.0],
+            np.cumsum((t[2::2] - t[:-2:2]) / 6 * (total[:-2:2] + 4 * total[1::2] + total[2::2])),
+        ]
+    )
     through = simpson(sum(np.abs(p) for p in fed.values()), x=t)
     return float(np.max(np.abs(e[::2] - e[0] - work))), float(through)
 
@@ -86,19 +101,31 @@ simulation: {{rtol: 1e-10, transient: 1 s, observe: 20 s}}
 
 
 def chaotic(law: str, softening: str, mass: str):
-    """66.72 kN at 2 rad/s and 5000 m: stick-slip, bit-bounce and wall impacts (theory page)."""
+    """66.72 kN at 2 rad/s and 5000 m: stick-slip, bit-bounce and wall impacts (theory
+    page)."""
     stiffness = "25 MN/m" if law == "linear" else "25e6 N/m^1.5"
     return parse_study(
-        STUDY.format(depth=5000, wob=66.72, speed=2, softening=softening, mass=mass, law=law, stiffness=stiffness)
+        STUDY.format(
+            depth=5000,
+            wob=66.72,
+            speed=2,
+            softening=softening,
+            mass=mass,
+            law=law,
+            stiffness=stiffness,
+        )
     )
 
 
 @pytest.mark.parametrize(("law", "softening", "mass"), OPTIONS)
-def test_energy_balances_along_trajectories_through_all_contacts(law: str, softening: str, mass: str) -> None:
+def test_energy_balances_along_trajectories_through_all_contacts(
+    law: str, softening: str, mass: str
+) -> None:
     """To 1e-7 of the work that goes through, in 20 s of chaos at rtol 1e-10.
 
-    The powers are continuous with kinks at the contacts; each costs Simpson's rule h^2 times the jump of slope: some
-    1e-8 of the work at h = 1/8 ms (found to fall with h^2 down to 3e-9 at 1/20 ms, whatever the tolerance below 1e-9).
+    The powers are continuous with kinks at the contacts; each costs Simpson's rule h^2
+    times the jump of slope: some 1e-8 of the work at h = 1/8 ms (found to fall with h^2
+    down to 3e-9 at 1/20 ms, whatever the tolerance below 1e-9).
     """
     study = chaotic(law, softening, mass)
     trajectory = simulate(study, duration=20.0, sample=1.25e-4)
@@ -140,9 +167,11 @@ CONSERVATIVE = Case(
 
 @pytest.mark.parametrize("law", ["linear", "hertz"])
 def test_nothing_is_lost_without_drag_friction_and_drive(law: str) -> None:
-    """A flat rock, no friction, the drive at rest: energy is conserved to the integrator's tolerance.
+    """A flat rock, no friction, the drive at rest: energy is conserved to the
+    integrator's tolerance.
 
-    The bit hits the rock and the collar the wall many times; rock and wall give back what they took.
+    The bit hits the rock and the collar the wall many times; rock and wall give back
+    what they took.
     """
     c = CONSERVATIVE.but(wall_law=law, wall_stiffness=25e6 if law == "linear" else 1e9)
     start = np.array([[0.05, 0.5, 0.0, 0.5, 1e-3, 0.0, 0.5, 4.0, 0.3]])

@@ -1,4 +1,5 @@
-"""The drawn states: reproducible, the same whatever their number, and such as a string can be in."""
+"""The drawn states: reproducible, the same whatever their number, and such as a string
+can be in."""
 
 from __future__ import annotations
 
@@ -14,8 +15,11 @@ from nsdrill.models.christoforou_yigit.rhs import initial_states
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.starts import hypercube
 
-POINTS = {"depth": np.array([500.0, 5000.0, 9000.0]), "wob": np.array([0.0, 22.24e3, 100e3]),
-          "rotary_speed": np.array([0.5, 3.0, 20.0])}  # fmt: skip
+POINTS = {
+    "depth": np.array([500.0, 5000.0, 9000.0]),
+    "wob": np.array([0.0, 22.24e3, 100e3]),
+    "rotary_speed": np.array([0.5, 3.0, 20.0]),
+}
 
 
 def drawn(
@@ -23,12 +27,15 @@ def drawn(
 ) -> dict[str, np.ndarray]:
     initial = Initial(ensemble=count, seed=seed, spread=spread)
     at = {name: values[point] for name, values in POINTS.items()}
-    states = starting_states(Parameters(), initial, **at, start=np.arange(count) if starts is None else starts)
+    states = starting_states(
+        Parameters(), initial, **at, start=np.arange(count) if starts is None else starts
+    )
     return dict(zip(STATE_NAMES, states.T, strict=True))
 
 
 def test_the_words_are_those_of_the_generator() -> None:
-    """Philox 4x64-10 is a published function: these are its first words for the key 0 as numpy 1.17 to 2 give them."""
+    """Philox 4x64-10 is a published function: these are its first words for the key 0
+    as numpy 1.17 to 2 give them."""
     words = np.random.Philox(key=0).random_raw(9)
     assert hypercube(0, 1, DRAWS)[0].tolist() == [(int(word) >> 11) / 2**53 for word in words]
     assert hypercube(0, 3, DRAWS)[2].tolist() != hypercube(1, 3, DRAWS)[2].tolist()
@@ -46,16 +53,25 @@ def test_a_start_is_the_same_whatever_is_made_beside_it() -> None:
     every = {name: np.repeat(values, 50) for name, values in POINTS.items()}
     together = starting_states(Parameters(), initial, **every, start=np.tile(np.arange(50), 3))
     some = np.array([149, 3, 77, 76])
-    apart = starting_states(Parameters(), initial, **{n: v[some] for n, v in every.items()}, start=some % 50)
+    apart = starting_states(
+        Parameters(), initial, **{n: v[some] for n, v in every.items()}, start=some % 50
+    )
     assert apart.tobytes() == together[some].tobytes()
 
 
 def test_the_same_number_at_every_point() -> None:
-    """Common random numbers: in units of the operating point a start is the same everywhere."""
+    """Common random numbers: in units of the operating point a start is the same
+    everywhere."""
     shapes = []
     for point in range(3):
         states = drawn(point=point)
-        shapes.append((states["bit_speed"] / POINTS["rotary_speed"][point], states["drive_angle"], states["x"]))
+        shapes.append(
+            (
+                states["bit_speed"] / POINTS["rotary_speed"][point],
+                states["drive_angle"],
+                states["x"],
+            )
+        )
     for other in shapes[1:]:
         for a, b in zip(shapes[0], other, strict=True):
             np.testing.assert_allclose(a, b, rtol=1e-12)
@@ -70,7 +86,8 @@ def test_states_are_admissible_and_fill_their_range(point: int, spread: float) -
     assert all(np.all(np.isfinite(values)) for values in s.values())
     radius = np.hypot(s["x"], s["y"]) / (spread * k.gap)
     assert 0.99 < radius.max() <= 1.0, "inside the hole, and up to the wall"
-    # Uniform over the disc: the square of the radius is uniform. Kolmogorov-Smirnov: 1.63/sqrt(4000) at 1 %.
+    # Uniform over the disc: the square of the radius is uniform. Kolmogorov-Smirnov:
+    # 1.63/sqrt(4000) at 1 %.
     assert np.max(np.abs(np.sort(radius**2) - np.linspace(0, 1, 4000))) < 0.026
     fastest = spread * max(k.gap * np.sqrt(k.k_bend / k.m_l), 0.1143 * speed)
     assert 0.98 < np.hypot(s["vx"], s["vy"]).max() / fastest <= 1.0
@@ -94,7 +111,8 @@ def test_the_twist_reaches_beyond_the_torque_at_rest() -> None:
 
 
 def test_a_small_spread_is_steady_drilling() -> None:
-    """Against the steady state worked out by hand: torques of rock and damping, mu at 3 rad/s 0.3/10 + 0.2."""
+    """Against the steady state worked out by hand: torques of rock and damping, mu at 3
+    rad/s 0.3/10 + 0.2."""
     s = drawn(100, spread=1e-6)
     k = derive(Parameters(), 5000.0, 22.24e3, 3.0)
     torque = 22.24e3 * (2 / 3 * 0.1905 * 0.23 + k.cutting_arm) + 50 * 3.0
@@ -111,12 +129,17 @@ def test_a_flat_rock_and_no_weight_are_allowed() -> None:
 
 
 def test_a_slice_is_a_grid_and_the_rest_as_given() -> None:
-    plane = {"vx": {"from": -1.0, "to": 1.0, "points": 3}, "x": {"from": 0.0, "to": 0.01, "points": 2}}
+    plane = {
+        "vx": {"from": -1.0, "to": 1.0, "points": 3},
+        "x": {"from": 0.0, "to": 0.01, "points": 2},
+    }
     initial = Initial(y=2e-3, slice=plane)
     assert initial.starts == 6
     states = starting_states(Parameters(), initial, 2000.0, 22.24e3, 3.0, np.arange(6))
     plain = initial_states(Parameters(), initial, 2000.0, 22.24e3, 3.0)[0]
-    assert states[:, 0].tolist() == [0.0] * 3 + [0.01] * 3, "the order of the states, not that of the study"
+    assert states[:, 0].tolist() == [0.0] * 3 + [0.01] * 3, (
+        "the order of the states, not that of the study"
+    )
     assert states[:, 1].tolist() == [-1.0, 0.0, 1.0] * 2
     assert np.all(states[:, 2:] == plain[2:])
 
@@ -126,7 +149,10 @@ def test_one_start_is_the_one_given() -> None:
         initial = Initial(x=3e-3, ensemble=count)
         assert initial.starts == 0
         states = starting_states(Parameters(), initial, 2000.0, 22.24e3, 3.0)
-        assert states.tobytes() == initial_states(Parameters(), initial, 2000.0, 22.24e3, 3.0).tobytes()
+        assert (
+            states.tobytes()
+            == initial_states(Parameters(), initial, 2000.0, 22.24e3, 3.0).tobytes()
+        )
 
 
 def test_a_start_that_is_not_there_is_refused() -> None:

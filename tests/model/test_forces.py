@@ -1,4 +1,5 @@
-"""Forces of given states, as traces report them, against the reference and against the compiled right-hand side."""
+"""Forces of given states, as traces report them, against the reference and against the
+compiled right-hand side."""
 
 from __future__ import annotations
 
@@ -37,13 +38,16 @@ def test_forces_equal_the_reference(seed: int) -> None:
     assert mine["bit_torque"] == pytest.approx(theirs["bit_torque"], rel=1e-11, abs=lobe)
     assert mine["wall_force"] == pytest.approx(theirs["wall_force"], rel=1e-10, abs=eps)
     assert mine["wall_friction"] == pytest.approx(theirs["wall_friction"], rel=1e-10, abs=eps)
-    assert mine["whirl_speed"] * mine["radius"] == pytest.approx(theirs["tangential_speed"], rel=1e-12)
+    assert mine["whirl_speed"] * mine["radius"] == pytest.approx(
+        theirs["tangential_speed"], rel=1e-12
+    )
     assert mine["surface_torque"] == pytest.approx(-c.k_t * states[:, 6], rel=1e-14)
 
 
 @pytest.mark.parametrize("law", ["linear", "hertz"])
 def test_forces_add_up_to_the_compiled_accelerations(law: str) -> None:
-    """Without eccentricity and softening each acceleration is a sum of the reported forces."""
+    """Without eccentricity and softening each acceleration is a sum of the reported
+    forces."""
     c, states, t = drawn(21, wall_law=law, lobes=3, eccentricity=0.0, softening="none")
     f = forces(parameters_of(c), operation_of(c), as_state(states, c.speed * t))
     a = slopes(8, law == "hertz", np.repeat(table_of(c), 40, axis=0), t, states)
@@ -52,12 +56,21 @@ def test_forces_add_up_to_the_compiled_accelerations(law: str) -> None:
     outward = -c.k_bend * r - f["wall_force"] - drag * (x * vx + y * vy) / r
     around = -f["wall_friction"] - drag * (x * vy - y * vx) / r
     size = c.k_bend * c.gap + np.max(np.abs(f["wall_force"])) + c.wall_stiffness * 1e-9
-    assert c.m_l * (x * a[:, 1] + y * a[:, 3]) / r == pytest.approx(outward, rel=1e-9, abs=1e-12 * size)
-    assert c.m_l * (x * a[:, 3] - y * a[:, 1]) / r == pytest.approx(around, rel=1e-9, abs=1e-12 * size)
+    assert c.m_l * (x * a[:, 1] + y * a[:, 3]) / r == pytest.approx(
+        outward, rel=1e-9, abs=1e-12 * size
+    )
+    assert c.m_l * (x * a[:, 3] - y * a[:, 1]) / r == pytest.approx(
+        around, rel=1e-9, abs=1e-12 * size
+    )
     assert c.m_a * a[:, 5] == pytest.approx(
         f["bit_force"] - c.wob - c.axial_damping * vz - c.k_a * z, rel=1e-9, abs=1e-9 * c.wob
     )
-    moment = -f["bit_torque"] - f["wall_friction"] * c.collar_radius - c.torsional_damping * omega + f["surface_torque"]
+    moment = (
+        -f["bit_torque"]
+        - f["wall_friction"] * c.collar_radius
+        - c.torsional_damping * omega
+        + f["surface_torque"]
+    )
     assert c.J * a[:, 7] == pytest.approx(moment, rel=1e-9, abs=1e-12 * np.max(np.abs(moment)))
 
 
@@ -70,11 +83,14 @@ def test_friction_opposes_and_falls_from_static_to_dynamic() -> None:
     assert np.array_equal(friction(law, -v), -f)
     assert np.max(f) < law.static
     assert friction(law, 1e9) == pytest.approx(law.dynamic, rel=1e-6)
-    assert friction(law, 1.0) == pytest.approx(2 / np.pi * np.arctan(500) * (0.3 / 4 + 0.2), rel=1e-14)
+    assert friction(law, 1.0) == pytest.approx(
+        2 / np.pi * np.arctan(500) * (0.3 / 4 + 0.2), rel=1e-14
+    )
 
 
 def test_cutting_torque_does_not_drive_a_stuck_bit() -> None:
-    """The paper's cutting torque does not depend on the direction of rotation; gated by g(omega) it only resists."""
+    """The paper's cutting torque does not depend on the direction of rotation; gated by
+    g(omega) it only resists."""
     c = Case()
     states = np.zeros((41, 8))
     states[:, 4], states[:, 7] = -2e-3, np.linspace(-2, 2, 41)

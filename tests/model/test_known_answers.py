@@ -1,4 +1,5 @@
-"""Motions whose answer is known in closed form: stick-slip, lift-off, whirl (theory page, cases 2 to 4)."""
+"""Motions whose answer is known in closed form: stick-slip, lift-off, whirl (theory
+page, cases 2 to 4)."""
 
 from __future__ import annotations
 
@@ -19,14 +20,23 @@ from nsdrill.models.christoforou_yigit.figures import lift_off_wob, wall_speed
 from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.study import parse_study
 
-# Case 2: no eccentricity, flat rock, no torsional damping, no cutting torque; only the torsional motion is left.
+# Case 2: no eccentricity, flat rock, no torsional damping, no cutting torque; only the
+# torsional motion is left.
 STICKING = Case(
-    depth=2000.0, wob=60e3, speed=2.0, eccentricity=0.0, amplitude=0.0, torsional_damping=0.0, c1=0.0, c2=0.0
+    depth=2000.0,
+    wob=60e3,
+    speed=2.0,
+    eccentricity=0.0,
+    amplitude=0.0,
+    torsional_damping=0.0,
+    c1=0.0,
+    c2=0.0,
 )
 
 
 def coulomb_limit(c: Case, static: float, dynamic: float) -> dict[str, float]:
-    """Peak speed, slip and stick time of the ideal stick-slip cycle with torques static and dynamic [N m]."""
+    """Peak speed, slip and stick time of the ideal stick-slip cycle with torques static
+    and dynamic [N m]."""
     w = math.sqrt(c.k_t / c.J)
     a = (static - dynamic) / (c.J * w)
     return {
@@ -38,21 +48,27 @@ def coulomb_limit(c: Case, static: float, dynamic: float) -> dict[str, float]:
 
 @lru_cache
 def stick_slip(smoothing: float) -> dict[str, float]:
-    """Relative errors of the smoothed law's cycle against the Coulomb limit, with decay = smoothing^(1/3).
+    """Relative errors of the smoothed law's cycle against the Coulomb limit, with decay
+    = smoothing^(1/3).
 
-    The greatest friction is short of the static one by a part sqrt(decay / smoothing), that during slip exceeds the
-    dynamic one by a part 1 / (decay x speed): with this decay both fall as smoothing^(-1/3).
+    The greatest friction is short of the static one by a part sqrt(decay / smoothing),
+    that during slip exceeds the dynamic one by a part 1 / (decay x speed): with this
+    decay both fall as smoothing^(-1/3).
     """
     c = STICKING.but(bit_smoothing=smoothing, bit_decay=smoothing ** (1 / 3))
-    arm = 2 / 3 * c.bit_radius * c.wob * c.rock_stiffness / (c.k_a + c.rock_stiffness)  # at rest on the rock
+    # at rest on the rock
+    arm = 2 / 3 * c.bit_radius * c.wob * c.rock_stiffness / (c.k_a + c.rock_stiffness)
     ideal = coulomb_limit(c, arm * c.bit_static, arm * c.bit_dynamic)
     twist = -arm * 0.5 / c.k_t
     work = work_for(
-        c, Simulation(transient=20.0, observe=12.0, rtol=1e-8), initial=Initial(x=0.0, twist=twist, bit_speed=4.0)
+        c,
+        Simulation(transient=20.0, observe=12.0, rtol=1e-8),
+        initial=Initial(x=0.0, twist=twist, bit_speed=4.0),
     )
     out = run_work(work, lanes=1)
     peaks = out["bit_speed_peaks"][0]
-    peaks = peaks[np.isfinite(peaks) & (peaks > c.speed)]  # a bit that comes to rest may tremble by 1e-5 rad/s
+    # a bit that comes to rest may tremble by 1e-5 rad/s
+    peaks = peaks[np.isfinite(peaks) & (peaks > c.speed)]
     assert np.ptp(peaks) < 1e-6 * c.speed, "the cycle is to be periodic"
     study = parse_study(f"""
 operation: {{depth: 2000 m, wob: 60 kN, rotary_speed: 2 rad/s}}
@@ -81,13 +97,16 @@ simulation: {{rtol: 1e-8}}
 
 @pytest.mark.parametrize("quantity", ["peak", "slip", "stick"])
 def test_stick_slip_tends_to_the_coulomb_cycle(quantity: str) -> None:
-    """Peak Omega + sqrt(Omega^2 + A^2), slip (2/w)(pi - atan(A/Omega)), stick 2 (T_s - T_d)/(k_t Omega).
+    """Peak Omega + sqrt(Omega^2 + A^2), slip (2/w)(pi - atan(A/Omega)), stick 2 (T_s -
+    T_d)/(k_t Omega).
 
-    The error falls as smoothing^(-1/3): by 2.15 for each factor of ten (at least 1.8 here: higher orders are left).
+    The error falls as smoothing^(-1/3): by 2.15 for each factor of ten (at least 1.8
+    here: higher orders are left).
     """
     errors = [abs(stick_slip(smoothing)[quantity]) for smoothing in (1e3, 1e4, 1e5)]
     assert errors[0] > 1.8 * errors[1] > 1.8**2 * errors[2]
-    # The limit, by extrapolation of the two finest: at smoothing^(-1/3) = 0 nothing is left but the next order.
+    # The limit, by extrapolation of the two finest: at smoothing^(-1/3) = 0 nothing is
+    # left but the next order.
     signed = [stick_slip(smoothing)[quantity] for smoothing in (1e4, 1e5)]
     ratio = 10 ** (1 / 3)
     assert abs((ratio * signed[1] - signed[0]) / (ratio - 1)) < 0.01
@@ -100,12 +119,12 @@ def test_a_sticking_bit_speeds_up_to_more_than_twice_the_drive_speed() -> None:
 
 
 # Case 3: no friction at the bit, so it turns evenly over the lobes; no eccentricity.
-EVEN = Case(
-    eccentricity=0.0, bit_static=0.0, bit_dynamic=0.0, zeta=0.0, torsional_damping=0.0)  # fmt: skip
+EVEN = Case(eccentricity=0.0, bit_static=0.0, bit_dynamic=0.0, zeta=0.0, torsional_damping=0.0)
 
 
 def lift_off_limit(c: Case) -> float:
-    """W below which linear steady contact is lost: the mean penetration W/K is less than the swing |s0 - Z|."""
+    """W below which linear steady contact is lost: the mean penetration W/K is less
+    than the swing |s0 - Z|."""
     w = c.lobes * c.speed
     both = c.k_a + c.rock_stiffness
     swing = c.rock_stiffness * c.amplitude / complex(both - c.m_a * w * w, c.axial_damping * w)
@@ -121,10 +140,14 @@ def on_linear_solution(c: Case) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("depth", "speed", "lobes"), [(2000, 3, 3), (5000, 3, 3), (5000, 5, 1), (8000, 2.6, 3), (900, 6, 3)]
+    ("depth", "speed", "lobes"),
+    [(2000, 3, 3), (5000, 3, 3), (5000, 5, 1), (8000, 2.6, 3), (900, 6, 3)],
 )
-def test_bit_leaves_the_rock_below_the_linear_limit_and_not_above(depth: float, speed: float, lobes: int) -> None:
-    """To one part in a million of the weight: what the bit does in a single step suffices to see it leave."""
+def test_bit_leaves_the_rock_below_the_linear_limit_and_not_above(
+    depth: float, speed: float, lobes: int
+) -> None:
+    """To one part in a million of the weight: what the bit does in a single step
+    suffices to see it leave."""
     c = EVEN.but(depth=float(depth), speed=float(speed), lobes=lobes)
     limit = lift_off_limit(c)
     around = limit * (1 + np.array([-1e-2, -1e-4, -1e-6, 1e-6, 1e-4, 1e-2]))
@@ -136,16 +159,20 @@ def test_bit_leaves_the_rock_below_the_linear_limit_and_not_above(depth: float, 
 
 
 def test_time_off_the_rock_just_below_the_limit() -> None:
-    """A fraction acos(W/W_limit)/pi of the first turns, before the missing force is felt, order (1 - W/W_l)^1.5.
+    """A fraction acos(W/W_limit)/pi of the first turns, before the missing force is
+    felt, order (1 - W/W_l)^1.5.
 
-    Weak damping: several turns of lobe passage at 1e-6 below the limit, each off for some milliseconds.
+    Weak damping: several turns of lobe passage at 1e-6 below the limit, each off for
+    some milliseconds.
     """
     c = EVEN.but(depth=5000.0)
     limit = lift_off_limit(c)
     weights = limit * (1 - np.array([1e-5, 1e-6, 1e-7]))
     starts = np.array([on_linear_solution(c.but(wob=w)) for w in weights])
     window = 4 * 2 * np.pi / (c.lobes * c.speed)  # four lobes
-    out = run_from(work_for(c, Simulation(transient=0.0, observe=window, rtol=1e-10), wob=weights), starts)
+    out = run_from(
+        work_for(c, Simulation(transient=0.0, observe=window, rtol=1e-10), wob=weights), starts
+    )
     expected = np.arccos(weights / limit) / np.pi
     assert out["lift_off_fraction"] == pytest.approx(expected, rel=0.02)
 
@@ -154,15 +181,19 @@ def test_the_figure_of_the_check_is_this_limit() -> None:
     for depth, speed in ((2000.0, 3.0), (5000.0, 7.0)):
         c = Case(depth=depth, speed=speed)
         k = derive(parameters_of(c), depth, c.wob, speed)
-        assert lift_off_wob(parameters_of(c), operation_of(c), k) == pytest.approx(lift_off_limit(c), rel=1e-12)
+        assert lift_off_wob(parameters_of(c), operation_of(c), k) == pytest.approx(
+            lift_off_limit(c), rel=1e-12
+        )
 
 
-# Case 4: flat rock without friction; the mass offset drives a circular orbit that drag limits.
+# Case 4: flat rock without friction; the mass offset drives a circular orbit that drag
+# limits.
 ORBIT = EVEN.but(amplitude=0.0, eccentricity=0.0127, torsional_damping=50.0)
 
 
 def orbit(c: Case) -> tuple[float, np.ndarray]:
-    """Radius of synchronous whirl and a state on it: (k - m W^2 + i c_h W^2 r) R = m_e e0 W^2, |R| = r."""
+    """Radius of synchronous whirl and a state on it: (k - m W^2 + i c_h W^2 r) R = m_e
+    e0 W^2, |R| = r."""
     force = c.wob * c.rock_stiffness / (c.k_a + c.rock_stiffness)
     axial = {"live": force, "static": c.wob, "none": 0.0}[c.softening]
     k = c.k_bend - axial * math.pi**2 / (2 * c.span)
@@ -192,15 +223,20 @@ def orbit(c: Case) -> tuple[float, np.ndarray]:
 
 @pytest.mark.parametrize("softening", ["live", "static", "none"])
 @pytest.mark.parametrize("eccentric_mass", ["total", "steel"])
-def test_forward_synchronous_whirl_has_the_drag_limited_radius(softening: str, eccentric_mass: str) -> None:
-    """Started on the orbit, the collar stays there: radius to 1e-8, whirl at the speed of rotation, no wall."""
+def test_forward_synchronous_whirl_has_the_drag_limited_radius(
+    softening: str, eccentric_mass: str
+) -> None:
+    """Started on the orbit, the collar stays there: radius to 1e-8, whirl at the speed
+    of rotation, no wall."""
     speeds = np.array([0.5, 1, 2, 3, 4, 4.5, 5, 9])
     c = ORBIT.but(softening=softening, eccentric_mass=eccentric_mass)
     known = [orbit(c.but(speed=float(s))) for s in speeds]
     radii = np.array([r for r, _ in known])
     inside = radii < c.gap
     assert np.count_nonzero(inside) >= 5
-    work = work_for(c, Simulation(transient=10.0, observe=200.0, rtol=1e-11), rotary_speed=speeds[inside])
+    work = work_for(
+        c, Simulation(transient=10.0, observe=200.0, rtol=1e-11), rotary_speed=speeds[inside]
+    )
     out = run_from(work, np.array([s for _, s in known])[inside])
     assert out["radius_mean"] == pytest.approx(radii[inside], rel=1e-8)
     assert out["radius_max"] == pytest.approx(radii[inside], rel=1e-7)
@@ -208,7 +244,9 @@ def test_forward_synchronous_whirl_has_the_drag_limited_radius(softening: str, e
     assert not out["wall_contact_fraction"].any()
     assert out["bit_speed_mean"] == pytest.approx(speeds[inside], rel=1e-9)
     # The lateral acceleration of a circular orbit is W^2 r.
-    assert out["lateral_acceleration_rms"] == pytest.approx(speeds[inside] ** 2 * radii[inside], rel=1e-7)
+    assert out["lateral_acceleration_rms"] == pytest.approx(
+        speeds[inside] ** 2 * radii[inside], rel=1e-7
+    )
 
 
 def test_any_start_ends_on_the_orbit() -> None:
@@ -216,7 +254,8 @@ def test_any_start_ends_on_the_orbit() -> None:
     c = ORBIT.but(speed=3.5, softening="none")
     out = run_work(work_for(c, Simulation(transient=4000.0, observe=100.0, rtol=1e-9)), lanes=1)
     r, _ = orbit(c)
-    # Drag damps like 1/t without end: a perturbation obeys its linearisation at rate c_h W r / m_l
+    # Drag damps like 1/t without end: a perturbation obeys its linearisation at rate
+    # c_h W r / m_l
     left = math.exp(-c.c_h * c.speed * r / (2 * c.m_l) * 4000.0)
     assert out["radius_mean"][0] == pytest.approx(r, rel=1e-6 + left)
     assert out["whirl_ratio"][0] == pytest.approx(1, abs=1e-6 + left)

@@ -1,4 +1,5 @@
-"""Runs along a ramp: against plain runs, exact solutions, the energy balance, and themselves with finer segments."""
+"""Runs along a ramp: against plain runs, exact solutions, the energy balance, and
+themselves with finer segments."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp, Schedule
 from nsdrill.study import Study, parse_study
 
-# In and out of the rock, the collar inside the hole; regular motion, or rounding would grow.
+# In and out of the rock, the collar inside the hole; regular motion, or rounding would
+# grow.
 CALM = """
 operation: {{depth: {depth}, wob: {wob}, rotary_speed: {speed}}}
 bit: {{friction: {{smoothing: 20 s/rad}}}}
@@ -29,7 +31,9 @@ simulation: {{rtol: 1e-10}}
 """
 
 
-def calm(depth: str = "2000 m", wob: str = "22 kN", speed: str = "4 rad/s", more: str = "") -> Study:
+def calm(
+    depth: str = "2000 m", wob: str = "22 kN", speed: str = "4 rad/s", more: str = ""
+) -> Study:
     return parse_study(CALM.format(depth=depth, wob=wob, speed=speed) + more)
 
 
@@ -45,11 +49,13 @@ def test_a_ramp_that_changes_nothing_is_the_plain_run() -> None:
     assert "ramps" in ramp.attrs
     assert "ramps" not in plain.attrs
     for name, values in plain.variables.items():
-        assert ramp[name] == pytest.approx(values, abs=1e-5 * max(np.max(np.abs(values)), 1e-3)), name
+        assert ramp[name] == pytest.approx(values, abs=1e-5 * max(np.max(np.abs(values)), 1e-3)), (
+            name
+        )
 
 
-# The rock gives no torque and nothing is out of balance, so the twist is a damped oscillator whose base has the drive's
-# speed, whatever the bit does up and down.
+# The rock gives no torque and nothing is out of balance, so the twist is a damped
+# oscillator whose base has the drive's speed, whatever the bit does up and down.
 FREE = """
 operation: {wob: 0 N, rotary_speed: {ramp: [[0 s, 3 rad/s], [12 s, 9 rad/s], [20 s, 5 rad/s]]}}
 drillstring: {eccentricity: 0 mm, torsional_damping: 40 N*m*s/rad}
@@ -60,8 +66,8 @@ simulation: {rtol: 1e-11}
 
 
 def test_the_free_string_follows_the_drive_as_the_exact_solution_does() -> None:
-    """J psi'' + c psi' + k psi = -(J Omega' + c Omega) with Omega linear has a particular solution linear in time and
-    free vibrations about it."""
+    """J psi'' + c psi' + k psi = -(J Omega' + c Omega) with Omega linear has a
+    particular solution linear in time and free vibrations about it."""
     study = parse_study(FREE)
     trace = simulate(study, duration=30.0).trace
     k = derive(study.parameters, 5000.0, 0.0, 3.0)
@@ -102,17 +108,21 @@ def test_twist_and_drive_angle_are_continuous_and_their_sum_turns_with_the_bit()
     assert np.diff(trace["drive_angle"]) == pytest.approx(
         0.5e-3 * (trace["drive_speed"][1:] + trace["drive_speed"][:-1]), abs=1e-12
     )
-    assert trace["drive_speed"][[0, 500, 1250, 2250, 3500]] == pytest.approx([2, 4, 6, 4.5, 3], rel=1e-12)
+    assert trace["drive_speed"][[0, 500, 1250, 2250, 3500]] == pytest.approx(
+        [2, 4, 6, 4.5, 3], rel=1e-12
+    )
     assert trace.attrs["final_state"][-1] == pytest.approx(trace["drive_angle"][-1], rel=1e-13)
     assert trace.attrs["final_state"][6] == pytest.approx(trace["twist"][-1], rel=1e-12)
 
 
 @pytest.mark.parametrize("softening", ["live", "static"])
 def test_the_energy_balance_holds_along_a_ramp(softening: str) -> None:
-    """With the whole system: collar on the wall, bit in and out of the rock, speed and weight changing.
+    """With the whole system: collar on the wall, bit in and out of the rock, speed and
+    weight changing.
 
-    The drive works at its speed of the moment, and the energy W z of the weight changes by dW/dt z besides; with static
-    softening the energy of bending does not, as the softening is an agent of its own.
+    The drive works at its speed of the moment, and the energy W z of the weight changes
+    by dW/dt z besides; with static softening the energy of bending does not, as the
+    softening is an agent of its own.
     """
     more = f"drillstring: {{lateral_softening: {softening}}}\n"
     study = parse_study(
@@ -138,7 +148,9 @@ def test_the_energy_balance_holds_along_a_ramp(softening: str) -> None:
 
 def test_a_changing_depth_is_the_equation_with_coefficients_of_the_moment() -> None:
     """Against SciPy on the torsional and axial equations, quasi-static in depth."""
-    study = parse_study(FREE.replace("wob: 0 N,", "wob: 0 N, depth: {ramp: [[0 s, 1000 m], [20 s, 3000 m]]},"))
+    study = parse_study(
+        FREE.replace("wob: 0 N,", "wob: 0 N, depth: {ramp: [[0 s, 1000 m], [20 s, 3000 m]]},")
+    )
     trace = simulate(study, duration=20.0, sample=0.1).trace
     speed = Ramp((0.0, 12.0, 20.0), (3.0, 9.0, 5.0))
 
@@ -151,14 +163,23 @@ def test_a_changing_depth_is_the_equation_with_coefficients_of_the_moment() -> N
             (25e6 * max(-y[2], 0.0) - 4000 * y[3] - k.k_a * y[2]) / k.m_a,
         ]
 
-    exact = solve_ivp(slope, (0, 20), [0.0, 3.0, 0.02, 0.0], t_eval=trace.time, rtol=1e-10, atol=1e-10, max_step=0.1)
+    exact = solve_ivp(
+        slope,
+        (0, 20),
+        [0.0, 3.0, 0.02, 0.0],
+        t_eval=trace.time,
+        rtol=1e-10,
+        atol=1e-10,
+        max_step=0.1,
+    )
     assert trace["twist"] == pytest.approx(exact.y[0], abs=3e-5 * np.ptp(exact.y[0]))
     assert trace["z"] == pytest.approx(exact.y[2], abs=1e-4 * 0.02)
     assert trace["depth"][[0, 100, -1]] == pytest.approx([1000, 2000, 3000])
 
 
 def test_finer_segments_change_nothing() -> None:
-    """The depth makes every coefficient bend within a segment; the error falls with the square of its length."""
+    """The depth makes every coefficient bend within a segment; the error falls with the
+    square of its length."""
     study = calm(
         depth="{ramp: [[0 s, 2000 m], [5 s, 2200 m]]}",
         wob="{ramp: [[0 s, 20 kN], [5 s, 30 kN]]}",
@@ -166,7 +187,9 @@ def test_finer_segments_change_nothing() -> None:
     )
     schedule = scheduled(study, {})
     initial = initial_states(study.parameters, study.initial, *vars(schedule.start).values())[0]
-    ends = [follow(study, schedule, 5.0, initial, 2, 5.0, pieces)[4] for pieces in (16, 64, 256, 512)]
+    ends = [
+        follow(study, schedule, 5.0, initial, 2, 5.0, pieces)[4] for pieces in (16, 64, 256, 512)
+    ]
     scale = np.maximum(np.abs(ends[-1]), [1e-3, 1e-2, 1e-3, 1e-2, 1e-4, 1e-3, 0.1, 1, 1])
     errors = [np.max(np.abs(end - ends[-1]) / scale) for end in ends[:-1]]
     assert errors[2] < 1e-5
@@ -174,8 +197,8 @@ def test_finer_segments_change_nothing() -> None:
 
 
 def test_a_very_slow_ramp_is_the_sweep() -> None:
-    """Where nothing is hysteretic: low lobes, always in contact, towards the resonance of the axial motion in contact
-    at 6 rad/s."""
+    """Where nothing is hysteretic: low lobes, always in contact, towards the resonance
+    of the axial motion in contact at 6 rad/s."""
     text = """
 operation: {depth: 2000 m, wob: 22 kN, rotary_speed: SPEED}
 drillstring: {axial_damping: 60 kN*s/m}
@@ -184,24 +207,34 @@ simulation: {transient: 400 s, observe: 10 s}
 """
     sweep = run_in_memory(
         parse_study(
-            text.replace("SPEED", "4 rad/s") + "sweep: {rotary_speed: [4.5 rad/s, 5 rad/s, 5.5 rad/s], procedure: up}"
+            text.replace("SPEED", "4 rad/s") + "sweep: {rotary_speed: [4.5 rad/s, 5 rad/s, 5.5 "
+            "rad/s], procedure: up}"
         )
     )
     ramp = simulate(
-        parse_study(text.replace("SPEED", "{ramp: [[0 s, 4 rad/s], [40 s, 4 rad/s], [840 s, 6 rad/s]]}"))
+        parse_study(
+            text.replace("SPEED", "{ramp: [[0 s, 4 rad/s], [40 s, 4 rad/s], [840 s, 6 rad/s]]}")
+        )
     ).trace
     assert np.max(sweep["lift_off_fraction"]) == 0.0
     heights = []
     for place, speed in enumerate((4.5, 5.0, 5.5)):
         near = np.abs(ramp["drive_speed"] - speed) < 0.015
-        values, low, high = ramp["z"][near], sweep["axial_min"][0, 0, 0, place], sweep["axial_max"][0, 0, 0, place]
+        values, low, high = (
+            ramp["z"][near],
+            sweep["axial_min"][0, 0, 0, place],
+            sweep["axial_max"][0, 0, 0, place],
+        )
         heights.append(high - low)
         assert values.max() - values.min() == pytest.approx(high - low, rel=0.03), speed
     assert heights[2] > 1.5 * heights[0]
 
 
 def test_the_segments() -> None:
-    ramps = {"wob": Ramp((0.0, 10.0), (1e4, 1e4)), "rotary_speed": Ramp((0.0, 4.0, 8.0), (2.0, 4.0, 4.0))}
+    ramps = {
+        "wob": Ramp((0.0, 10.0), (1e4, 1e4)),
+        "rotary_speed": Ramp((0.0, 4.0, 8.0), (2.0, 4.0, 4.0)),
+    }
     schedule = Schedule(Operation(), ramps)
     cuts = schedule.cuts(20.0)
     assert {0.0, 4.0, 8.0, 10.0, 20.0} <= set(cuts)
@@ -226,7 +259,12 @@ def test_the_drive_angle_is_the_integral_of_its_speed() -> None:
 
 
 def test_ramps_outside_the_model_are_refused() -> None:
-    for times, values in (((0.0,), (1.0,)), ((1.0, 2.0), (1.0, 2.0)), ((0.0, 0.0), (1.0, 2.0)), ((0.0, 1.0), (1.0,))):
+    for times, values in (
+        ((0.0,), (1.0,)),
+        ((1.0, 2.0), (1.0, 2.0)),
+        ((0.0, 0.0), (1.0, 2.0)),
+        ((0.0, 1.0), (1.0,)),
+    ):
         with pytest.raises(ValueError, match="ramp: found"):
             Ramp(times, values)
     with pytest.raises(ValueError, match="rotary_speed: found 0"):
@@ -236,9 +274,9 @@ def test_ramps_outside_the_model_are_refused() -> None:
 def test_a_ramp_that_stops_early_gives_the_samples_it_reached() -> None:
 
     limited = parse_study(
-        CALM.format(depth="2000 m", wob="22 kN", speed="{ramp: [[0 s, 4 rad/s], [50 s, 8 rad/s]]}").replace(
-            "rtol: 1e-10", "rtol: 1e-12, max_steps: 1000"
-        )
+        CALM.format(
+            depth="2000 m", wob="22 kN", speed="{ramp: [[0 s, 4 rad/s], [50 s, 8 rad/s]]}"
+        ).replace("rtol: 1e-10", "rtol: 1e-12, max_steps: 1000")
     )
     result = simulate(limited)
     assert result.trace.attrs["status"] == "step_limit"

@@ -1,4 +1,5 @@
-"""The compiled right-hand side against the independent reference, across lanes, and against plain Python."""
+"""The compiled right-hand side against the independent reference, across lanes, and
+against plain Python."""
 
 from __future__ import annotations
 
@@ -16,18 +17,28 @@ from reference import Case, contacts, derivative, quick
 from model.buffers import ROWS, buffer_of, slopes
 from model.cases import parameters_of, random_case, random_state, table_of
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
-from nsdrill.models.christoforou_yigit.rhs import INDEX, first_step, initial_states, make_right_hand_side, pack, sizes
+from nsdrill.models.christoforou_yigit.rhs import (
+    INDEX,
+    first_step,
+    initial_states,
+    make_right_hand_side,
+    pack,
+    sizes,
+)
 
 HERE = Path(__file__).parent
 TESTS = str(HERE.parent)
 
 
 def terms(c: Case, t: float, s: np.ndarray) -> np.ndarray:
-    """How large the terms are that sum up to each derivative: cancellation loses bits against these, not the sum."""
+    """How large the terms are that sum up to each derivative: cancellation loses bits
+    against these, not the sum."""
     f = contacts(c, t, s)
     _, vx, _, vy, z, vz, twist, omega = np.abs(s)
     speed = np.hypot(vx, vy)
-    stiffness = c.k_bend + f["bit_force"] * np.pi**2 / c.span + abs(f["bit_torque"]) * np.pi**3 / c.span**2
+    stiffness = (
+        c.k_bend + f["bit_force"] * np.pi**2 / c.span + abs(f["bit_torque"]) * np.pi**3 / c.span**2
+    )
     lateral = stiffness * f["radius"] + c.c_h * speed**2 + f["wall_force"] + abs(f["wall_friction"])
     s_e = c.m_e * c.eccentricity
     inertia = c.J + s_e * (c.eccentricity - s_e / c.m_l)
@@ -50,7 +61,8 @@ def terms(c: Case, t: float, s: np.ndarray) -> np.ndarray:
 
 
 def wall_terms(c: Case, s: np.ndarray) -> float:
-    """What a rounding of the radius does to the wall's acceleration: k_w r eps / m_l, relative to eps."""
+    """What a rounding of the radius does to the wall's acceleration: k_w r eps / m_l,
+    relative to eps."""
     r = np.hypot(s[0], s[2])
     if r <= c.gap * (1 - 1e-12):
         return 0.0
@@ -70,13 +82,18 @@ def points(options: dict, count: int, seed: int) -> list[tuple[Case, float, np.n
 @pytest.mark.parametrize("wall_law", ["linear", "hertz"])
 @pytest.mark.parametrize("softening", ["live", "static", "none"])
 @pytest.mark.parametrize("eccentric_mass", ["total", "steel"])
-def test_derivatives_equal_the_reference(wall_law: str, softening: str, eccentric_mass: str) -> None:
-    """To 2e-13 of the terms summed, at 200 random states of 200 random strings, all contacts and lobe numbers."""
+def test_derivatives_equal_the_reference(
+    wall_law: str, softening: str, eccentric_mass: str
+) -> None:
+    """To 2e-13 of the terms summed, at 200 random states of 200 random strings, all
+    contacts and lobe numbers."""
     options = {"wall_law": wall_law, "softening": softening, "eccentric_mass": eccentric_mass}
     cases = points(options, 200, 7)
     table = np.concatenate([table_of(c) for c, _, _ in cases])
     times, states = np.array([t for _, t, _ in cases]), np.array([s for *_, s in cases])
-    found = slopes(8, wall_law == "hertz", table, times, states, np.array([c.lobes for c, _, _ in cases]))
+    found = slopes(
+        8, wall_law == "hertz", table, times, states, np.array([c.lobes for c, _, _ in cases])
+    )
     for (c, t, s), mine in zip(cases, found, strict=True):
         scale = terms(c, t, s)
         scale[[1, 3, 7]] += wall_terms(c, s)
@@ -100,7 +117,8 @@ def lobed(s, c, lobes):  # type: ignore[no-untyped-def]
 
 @pytest.mark.parametrize("lobes", range(1, 9))
 def test_lobed_surface_is_the_sine_of_the_multiple_angle(lobes: int) -> None:
-    """sin(n phi) and cos(n phi) by the Chebyshev recurrence: Abramowitz & Stegun 22.3.15-16; n^2 roundings."""
+    """sin(n phi) and cos(n phi) by the Chebyshev recurrence: Abramowitz & Stegun
+    22.3.15-16; n^2 roundings."""
     for phi in np.linspace(-7, 7, 501):
         s, c = lobed(np.sin(phi), np.cos(phi), lobes)
         assert s == pytest.approx(np.sin(lobes * phi), abs=lobes**2 * 3e-16 + 1e-15)
@@ -137,11 +155,14 @@ def test_a_lane_does_not_feel_its_neighbours() -> None:
         others = np.arange(8) != lane
         spoiled_table, spoiled_states = table.copy(), states.copy()
         spoiled_table[others], spoiled_states[others] = np.nan, np.inf
-        assert np.array_equal(slopes(8, False, spoiled_table, time, spoiled_states)[lane], alone[lane])
+        assert np.array_equal(
+            slopes(8, False, spoiled_table, time, spoiled_states)[lane], alone[lane]
+        )
 
 
 def test_a_lane_on_the_verge_of_the_wall_does_not_feel_a_neighbour_on_it() -> None:
-    """The wall is computed for all lanes once one touches: a lane within an ulp of the gap gets the same alone."""
+    """The wall is computed for all lanes once one touches: a lane within an ulp of the
+    gap gets the same alone."""
     c = Case()
     rng = np.random.default_rng(15)
     for _ in range(200):
@@ -161,7 +182,11 @@ def test_only_accelerations_and_auxiliary_rows_are_written() -> None:
     make_right_hand_side(8)(buffer)
     changed = np.flatnonzero(np.any((buffer != before).reshape(ROWS.total, 8), axis=1))
     accelerations = range(ROWS.acceleration, ROWS.acceleration + ROWS.pairs)
-    assert set(accelerations) <= set(changed) <= {*accelerations, *range(ROWS.aux_now, ROWS.aux_now + ROWS.aux)}
+    assert (
+        set(accelerations)
+        <= set(changed)
+        <= {*accelerations, *range(ROWS.aux_now, ROWS.aux_now + ROWS.aux)}
+    )
 
 
 PLAIN = """
@@ -178,7 +203,8 @@ print(json.dumps(out))
 
 
 def test_plain_python_computes_the_same() -> None:
-    """NUMBA_DISABLE_JIT=1, the same code interpreted: a * b + c rounds twice, so equal to rounding."""
+    """NUMBA_DISABLE_JIT=1, the same code interpreted: a * b + c rounds twice, so equal
+    to rounding."""
     done = subprocess.run(
         [sys.executable, "-c", PLAIN.format(tests=TESTS)],
         env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
@@ -205,18 +231,24 @@ def test_turning_the_lateral_plane_turns_the_accelerations() -> None:
         angles = np.linspace(0, 2 * np.pi, 8, endpoint=False)
         cos, sin = np.cos(angles), np.sin(angles)
         for a in (0, 1):
-            turned[:, a], turned[:, a + 2] = cos * s[a] - sin * s[a + 2], sin * s[a] + cos * s[a + 2]
+            turned[:, a], turned[:, a + 2] = (
+                cos * s[a] - sin * s[a + 2],
+                sin * s[a] + cos * s[a + 2],
+            )
         f = slopes(8, False, np.repeat(table_of(c), 8, axis=0), np.full(8, 1.25), turned)
         back_x, back_y = cos * f[:, 1] + sin * f[:, 3], -sin * f[:, 1] + cos * f[:, 3]
         size = 1e-13 * (terms(c, 1.25, s) + wall_terms(c, s))
         assert np.all(np.abs(back_x - f[0, 1]) <= size[1])
         assert np.all(np.abs(back_y - f[0, 3]) <= size[3])
         assert np.all(np.abs(f[:, 7] - f[0, 7]) <= size[7])
-        assert np.array_equal(f[:, 5], np.repeat(f[0, 5], 8)), "the axial motion does not see the lateral plane"
+        assert np.array_equal(f[:, 5], np.repeat(f[0, 5], 8)), (
+            "the axial motion does not see the lateral plane"
+        )
 
 
 def test_mirror_image_of_the_rotation() -> None:
-    """y, twist, speed and drive reversed give the mirrored motion; flat rock, as lobes have another flank."""
+    """y, twist, speed and drive reversed give the mirrored motion; flat rock, as lobes
+    have another flank."""
     rng = np.random.default_rng(12)
     for _ in range(30):
         c = random_case(rng, amplitude=0.0, wall_law="linear", lobes=3, eccentricity=0.01)
@@ -248,7 +280,11 @@ def test_centre_of_the_hole_is_an_ordinary_point() -> None:
 def test_packing_many_points_is_packing_each() -> None:
     c = Case()
     rng = np.random.default_rng(13)
-    depth, wob, speed = rng.uniform(300, 9000, 20), rng.uniform(0, 1e5, 20), rng.uniform(0.1, 20, 20)
+    depth, wob, speed = (
+        rng.uniform(300, 9000, 20),
+        rng.uniform(0, 1e5, 20),
+        rng.uniform(0.1, 20, 20),
+    )
     many = pack(parameters_of(c), depth, wob, speed, 0.5)
     each = [pack(parameters_of(c), *point, 0.5)[0] for point in zip(depth, wob, speed, strict=True)]
     assert np.array_equal(many, np.array(each))

@@ -1,4 +1,5 @@
-"""Friction kept apart in models of several masses: the same slopes to rounding, velocities that agree with loads."""
+"""Friction kept apart in models of several masses: the same slopes to rounding,
+velocities that agree with loads."""
 
 from __future__ import annotations
 
@@ -14,11 +15,14 @@ from nsdrill.study import parse_study
 
 W, RELAX = 8, 1e-3
 
-BEAM = "model: beam\nwell: {friction: {smoothing: EPS s/m}}\nbit: {friction: {smoothing: EPS s/rad}}"
+BEAM = (
+    "model: beam\nwell: {friction: {smoothing: EPS s/m}}\nbit: {friction: {smoothing: EPS s/rad}}"
+)
 SEGMENTS = "model: segments\nbit: {cutting: {smoothing: EPS s/rad, speed: live, c2: C2}}"
 CASES = {
     "beam": BEAM,
-    "beam, few modes": f"{BEAM}\nbeam: {{modes: 2, stations: [{{at: 0.3}}, {{at: 0.5}}, {{at: 0.6}}], torque: cy}}",
+    "beam, few modes": f"{BEAM}\nbeam: {{modes: 2, stations: [{{at: 0.3}}, {{at: 0.5}}, {{at: "
+    f"0.6}}], torque: cy}}",
     "beam, one station": f"{BEAM}\nbeam: {{modes: 1, stations: [{{at: 0.5}}]}}",
     "cutting from rest": SEGMENTS.replace("C2", "0.001"),
     "cutting from a speed on": SEGMENTS.replace("C2", "-0.00019"),
@@ -32,7 +36,11 @@ def buffer_of(text: str, apart: bool, seed: int, relax: float = 0.0) -> Any:
     variant = model.variant(study.parameters)
     variant = model.apart(variant) if apart else variant
     rows = model.rows(variant)
-    points = Values(study.parameters, study.initial, tuple(np.full(W, v) for v in (at.depth, at.wob, at.rotary_speed)))
+    points = Values(
+        study.parameters,
+        study.initial,
+        tuple(np.full(W, v) for v in (at.depth, at.wob, at.rotary_speed)),
+    )
     table = model.pack(points, Thresholds())
     b = np.zeros((rows.total, W))
     b[rows.parameter : rows.parameter + rows.parameters] = table.T
@@ -56,7 +64,9 @@ def slopes_of(b: np.ndarray, rows: Any) -> np.ndarray:
 
 @pytest.mark.parametrize("smoothing", ["500", "1e5"])
 @pytest.mark.parametrize("case", CASES)
-def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case: str, smoothing: str) -> None:
+def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(
+    case: str, smoothing: str
+) -> None:
     found = []
     for apart in (False, True):
         b, rows, function = buffer_of(CASES[case].replace("EPS", smoothing), apart, 3)
@@ -68,10 +78,11 @@ def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case: str, smo
 @pytest.mark.parametrize("smoothing", ["500", "1e5"])
 @pytest.mark.parametrize("case", CASES)
 def test_the_velocities_of_a_stage_agree_with_its_loads(case: str, smoothing: str) -> None:
-    """They have moved by ``relax`` times the push, and at these velocities the ordinary slopes are those found, but for
-    what Newton's method leaves of the greatest push."""
+    """They have moved by ``relax`` times the push, and at these velocities the ordinary
+    slopes are those found, but for what Newton's method leaves of the greatest push."""
     text = CASES[case].replace("EPS", smoothing)
-    # The load of a bit that creeps falls with its speed, which bounds the length of a stage (``falling``).
+    # The load of a bit that creeps falls with its speed, which bounds the length of a
+    # stage (``falling``).
     relax = 0.1 * RELAX if case == "cutting from a speed on" else RELAX
     b, rows, function = buffer_of(text, True, 5, relax)
     free = b.copy()
@@ -79,18 +90,24 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: str, smoothing: st
     pushed = [2 * slope + 1 for slope in rows.pushed]
     pushes = b[rows.push : rows.push + len(pushed)]
     for push, state in zip(pushes, pushed, strict=True):
-        assert b[rows.stage + state] == pytest.approx(free[rows.stage + state] + relax * push, rel=1e-12, abs=1e-13)
+        assert b[rows.stage + state] == pytest.approx(
+            free[rows.stage + state] + relax * push, rel=1e-12, abs=1e-13
+        )
     plain, ordinary, function = buffer_of(text, False, 5)
     plain[ordinary.stage : ordinary.stage + rows.own] = b[rows.stage : rows.stage + rows.own]
     function(plain.ravel())
     assert np.abs(pushes).max() > 0.0
-    # The slip is as exact as the velocities; steepness amplifies what rounding leaves of it.
+    # The slip is as exact as the velocities; steepness amplifies what rounding leaves
+    # of it.
     noise = 1e-15 * float(smoothing) * 10
-    assert slopes_of(b, rows) == pytest.approx(slopes_of(plain, ordinary), abs=(3e-5 + noise) * np.abs(pushes).max())
+    assert slopes_of(b, rows) == pytest.approx(
+        slopes_of(plain, ordinary), abs=(3e-5 + noise) * np.abs(pushes).max()
+    )
 
 
 def test_the_deviation_of_a_stage_is_its_derivative() -> None:
-    """Of an elastic collar: moved velocities, slopes and pushes of the deviation, against two stages 1e-5 apart."""
+    """Of an elastic collar: moved velocities, slopes and pushes of the deviation,
+    against two stages 1e-5 apart."""
     text, step = CASES["beam, few modes"].replace("EPS", "500"), 1e-5
     study = parse_study(text)
     model = model_named("beam")
@@ -98,11 +115,19 @@ def test_the_deviation_of_a_stage_is_its_derivative() -> None:
     plain, ordinary, function = buffer_of(text, True, 7, RELAX)
     rows = model.rows(variant, tangent=True)
     b, own, slopes = np.zeros((rows.total, W)), rows.own, rows.own_slopes
-    for name, count in (("stage", own), ("phase", 1), ("stage_time", 1), ("relax", 1), ("parameter", rows.parameters)):
+    for name, count in (
+        ("stage", own),
+        ("phase", 1),
+        ("stage_time", 1),
+        ("relax", 1),
+        ("parameter", rows.parameters),
+    ):
         to, source = getattr(rows, name), getattr(ordinary, name)
         b[to : to + count] = plain[source : source + count]
-    deviation = np.random.default_rng(3).normal(size=(own, W)) * model.sizes(b[rows.parameter :][: rows.parameters].T,
-                                                                             variant).T  # fmt: skip
+    deviation = (
+        np.random.default_rng(3).normal(size=(own, W))
+        * model.sizes(b[rows.parameter :][: rows.parameters].T, variant).T
+    )
     b[rows.stage + own : rows.stage + 2 * own] = deviation
     moved = []
     for sign in (1.0, -1.0):
@@ -114,7 +139,10 @@ def test_the_deviation_of_a_stage_is_its_derivative() -> None:
     model.tangent(W, variant, 0)(b.ravel())
     for mine, theirs in (
         (b[rows.stage + own : rows.stage + 2 * own], exact[ordinary.stage : ordinary.stage + own]),
-        (b[rows.acceleration + slopes :][:slopes], exact[ordinary.acceleration : ordinary.acceleration + slopes]),
+        (
+            b[rows.acceleration + slopes :][:slopes],
+            exact[ordinary.acceleration : ordinary.acceleration + slopes],
+        ),
         (b[rows.push + pushes :][:pushes], exact[ordinary.push : ordinary.push + pushes]),
     ):
         for one, two in zip(mine, theirs, strict=True):

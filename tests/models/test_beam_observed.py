@@ -1,4 +1,5 @@
-"""What is observed of the elastic collar: against the lumped model, against a sampled trace, and in every command."""
+"""What is observed of the elastic collar: against the lumped model, against a sampled
+trace, and in every command."""
 
 from __future__ import annotations
 
@@ -25,27 +26,48 @@ record: {peaks: 8, poincare: 4}
 
 @pytest.fixture(scope="module")
 def both() -> tuple[nsdrill.Dataset, nsdrill.Dataset]:
-    """The lumped model and a collar of one mode with a wall at mid-span, through wall contacts and bit-bounce."""
+    """The lumped model and a collar of one mode with a wall at mid-span, through wall
+    contacts and bit-bounce."""
     lumped = nsdrill.run(ROLLING)
     collar = nsdrill.run(ROLLING, set={**ONE, "beam.torque": "cy"})
     return lumped, collar
 
 
 EXACT = (
-    "bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction", "axial_min", "axial_max",
-    "lift_off_fraction", "bit_force_max", "radius_max", "radius_mean", "wall_contact_fraction", "wall_force_max",
-    "whirl_speed_mean", "whirl_ratio", "surface_torque_min", "surface_torque_max", "surface_torque_mean",
-)  # fmt: skip
+    "bit_speed_min",
+    "bit_speed_max",
+    "bit_speed_mean",
+    "stick_slip_index",
+    "stuck_fraction",
+    "axial_min",
+    "axial_max",
+    "lift_off_fraction",
+    "bit_force_max",
+    "radius_max",
+    "radius_mean",
+    "wall_contact_fraction",
+    "wall_force_max",
+    "whirl_speed_mean",
+    "whirl_ratio",
+    "surface_torque_min",
+    "surface_torque_max",
+    "surface_torque_mean",
+)
 
 
 @pytest.mark.parametrize("name", EXACT)
-def test_one_mode_has_the_features_of_the_lumped_model(both: tuple[nsdrill.Dataset, ...], name: str) -> None:
-    """To 1e-5: extremes are located on polynomials of one degree less, means are sums over them."""
+def test_one_mode_has_the_features_of_the_lumped_model(
+    both: tuple[nsdrill.Dataset, ...], name: str
+) -> None:
+    """To 1e-5: extremes are located on polynomials of one degree less, means are sums
+    over them."""
     lumped, collar = (np.ravel(one[name]) for one in both)
     assert collar == pytest.approx(lumped, rel=1e-5, abs=1e-9)
 
 
-@pytest.mark.parametrize("name", ["rolling_ratio", "lateral_acceleration_rms", "axial_acceleration_rms"])
+@pytest.mark.parametrize(
+    "name", ["rolling_ratio", "lateral_acceleration_rms", "axial_acceleration_rms"]
+)
 def test_what_is_summed_from_ends_of_steps(both: tuple[nsdrill.Dataset, ...], name: str) -> None:
     """Trapezia over the steps, of which a contact has ten or more: to two percent."""
     lumped, collar = (np.ravel(one[name]) for one in both)
@@ -59,21 +81,45 @@ def test_the_torque_of_the_bit_at_its_greatest(both: tuple[nsdrill.Dataset, ...]
     assert np.all(collar > 0.99 * lumped)
 
 
-def test_one_mode_has_the_labels_returns_and_peaks_of_the_lumped_model(both: tuple[nsdrill.Dataset, ...]) -> None:
+def test_one_mode_has_the_labels_returns_and_peaks_of_the_lumped_model(
+    both: tuple[nsdrill.Dataset, ...],
+) -> None:
     lumped, collar = both
-    for name in ("response", "whirl_kind", "stick_slip_severity", "bounce_severity", "whirl_severity"):
+    for name in (
+        "response",
+        "whirl_kind",
+        "stick_slip_severity",
+        "bounce_severity",
+        "whirl_severity",
+    ):
         assert np.array_equal(lumped[name], collar[name]), name
-    for name in ("section_radius", "section_whirl_angle", "section_axial", "axial_peaks", "bit_speed_peaks"):
-        assert np.ravel(collar[name]) == pytest.approx(np.ravel(lumped[name]), rel=1e-4, abs=1e-6, nan_ok=True), name
+    for name in (
+        "section_radius",
+        "section_whirl_angle",
+        "section_axial",
+        "axial_peaks",
+        "bit_speed_peaks",
+    ):
+        assert np.ravel(collar[name]) == pytest.approx(
+            np.ravel(lumped[name]), rel=1e-4, abs=1e-6, nan_ok=True
+        ), name
 
 
 def test_features_are_those_of_the_trace() -> None:
-    """Five modes and five walls, from near the wall at 7 rad/s: a trace with a sample every 50 us, 2 s."""
+    """Five modes and five walls, from near the wall at 7 rad/s: a trace with a sample
+    every 50 us, 2 s."""
     study = "model: beam\ninitial: {x: 78 mm, vy: -0.8 m/s}\n"
-    study += "operation: {rotary_speed: 7 rad/s}\nsimulation: {transient: 0 s, observe: 2 s, rtol: 1.0e-9}\n"
+    study += (
+        "operation: {rotary_speed: 7 rad/s}\nsimulation: {transient: 0 s, observe: 2 s, rtol: "
+        "1.0e-9}\n"
+    )
     found = nsdrill.run(study)
     trace = nsdrill.simulate(study, duration=2.0, sample=5e-5)
-    value = {name: float(np.ravel(found[name])[0]) for name in found.data_vars if np.size(found[name]) == 1}
+    value = {
+        name: float(np.ravel(found[name])[0])
+        for name in found.data_vars
+        if np.size(found[name]) == 1
+    }
     on = trace.wall_force.values > 0
     assert 0.05 < value["wall_contact_fraction"] < 0.95
     assert value["wall_contact_fraction"] == pytest.approx(on.mean(), abs=2e-3)
@@ -130,7 +176,10 @@ def test_every_command_knows_the_collar(
         ({"record.section": "lobe"}, "revolution, with the model beam"),
         ({"beam.modes": 11}, "at most 10"),
         ({"beam.modes": 4, "beam.stations": [{"at": 0.5}], "operation.wob": "3 MN"}, "without end"),
-        ({"beam.axial_load": "3 MN", "beam.stations": [{"at": 0.5, "stiffness": "0 N/m"}]}, "without end"),
+        (
+            {"beam.axial_load": "3 MN", "beam.stations": [{"at": 0.5, "stiffness": "0 N/m"}]},
+            "without end",
+        ),
         ({"drive.kind": "stiff"}, "unknown key"),
     ],
 )
@@ -140,8 +189,9 @@ def test_what_does_not_fit_together_is_told(changes: dict[str, object], words: s
 
 
 def test_a_buckled_collar_that_its_walls_hold_is_no_fault() -> None:
-    """At twice the buckling load mode 1 bends away from the axis; a wall at mid-span holds it. With four modes at 3 MN,
-    mode 2 would go on for ever, as that wall is at its node."""
+    """At twice the buckling load mode 1 bends away from the axis; a wall at mid-span
+    holds it. With four modes at 3 MN, mode 2 would go on for ever, as that wall is at
+    its node."""
     nsdrill.check(STUDY, set={"beam.stations": [{"at": 0.5}], "operation.wob": "1.4 MN"})
 
 
@@ -150,20 +200,29 @@ def test_the_load_is_an_axis() -> None:
     both = nsdrill.run(STUDY, set={"sweep": {"beam.axial_load": ["0 kN", "300 kN"]}})
     for load in (0.0, 300e3):
         alone = nsdrill.run(STUDY, set={"sweep": None, "beam.axial_load": f"{load} N"})
-        assert np.array_equal(both.sel(beam_axial_load=load).final_state, np.squeeze(alone.final_state)), load
+        assert np.array_equal(
+            both.sel(beam_axial_load=load).final_state, np.squeeze(alone.final_state)
+        ), load
 
 
 def test_the_force_is_that_of_the_wall_that_presses_most() -> None:
-    """Walls of different gaps and stiffness: the greatest force of any is that of a trace."""
+    """Walls of different gaps and stiffness: the greatest force of any is that of a
+    trace."""
     study = (
-        "model: beam\nbeam: {modes: 2, stations: [{at: 0.3, gap: 50 mm, stiffness: 5 MN/m}, {at: 0.6, gap: 70 mm}]}\n"
+        "model: beam\nbeam: {modes: 2, stations: [{at: 0.3, gap: 50 mm, stiffness: 5 MN/m}, {at: "
+        "0.6, gap: 70 mm}]}\n"
     )
     study += "initial: {x: 80 mm, vy: -0.8 m/s}\noperation: {rotary_speed: 7 rad/s}\n"
     study += "simulation: {transient: 0 s, observe: 1 s, rtol: 1.0e-9}\n"
     found = nsdrill.run(study)
     trace = nsdrill.simulate(study, duration=1.0, sample=5e-5)
-    at = [sum(math.sin(n * math.pi * xi) * np.array([trace[f"x_{n}"], trace[f"y_{n}"]]) for n in (1, 2))
-          for xi in (0.3, 0.6)]  # fmt: skip
+    at = [
+        sum(
+            math.sin(n * math.pi * xi) * np.array([trace[f"x_{n}"], trace[f"y_{n}"]])
+            for n in (1, 2)
+        )
+        for xi in (0.3, 0.6)
+    ]
     force = [5e6 * (np.hypot(*at[0]) - 0.05), 25e6 * (np.hypot(*at[1]) - 0.07)]
     assert np.max(force[0]) > 0
     assert np.max(force[1]) > 0
@@ -176,7 +235,9 @@ def test_the_exponent_leaves_the_motion_as_it_is() -> None:
     """A run has the same bits with its Lyapunov exponent measured or not."""
     plain = nsdrill.run(STUDY)
     measured = nsdrill.run(STUDY, set={"record.exponent": True})
-    assert np.asarray(plain["final_state"]).tobytes() == np.asarray(measured["final_state"]).tobytes()
+    assert (
+        np.asarray(plain["final_state"]).tobytes() == np.asarray(measured["final_state"]).tobytes()
+    )
     assert np.all(np.isfinite(measured["lyapunov_exponent"]))
 
 
@@ -195,7 +256,9 @@ print("".join(function.inspect_asm().values()))
 
 
 @needs_wide_registers
-@pytest.mark.parametrize("what", ["rhs 1 1", "rhs 2 1", "rhs 5 1", "rhs 5 5", "rhs 4 3 1 3 5 1", "step 5 5"])
+@pytest.mark.parametrize(
+    "what", ["rhs 1 1", "rhs 2 1", "rhs 5 1", "rhs 5 5", "rhs 4 3 1 3 5 1", "step 5 5"]
+)
 def test_loops_over_modes_and_stations_are_packed(what: str, tmp_path: Path) -> None:
     """Compiled afresh, as code from the cache shows no assembly."""
     packed, single = packed_and_single(printed(ASSEMBLY, tmp_path, *what.split()))

@@ -1,4 +1,5 @@
-"""Deviations by the difference of two right-hand sides: stabilisers, friction along the axis, segments."""
+"""Deviations by the difference of two right-hand sides: stabilisers, friction along the
+axis, segments."""
 
 from __future__ import annotations
 
@@ -33,22 +34,35 @@ initial: {bit_speed: 9 rad/s}
 IDEAL = SEGMENTS + "drive: {kind: ideal}\n"
 
 
-# Steps land on rock and wall, as where the equations are linearised. In half a second of a bouncing bit on segments the
-# neighbouring runs themselves miss by 2e-3.
+# Steps land on rock and wall, as where the equations are linearised. In half a second
+# of a bouncing bit on segments the neighbouring runs themselves miss by 2e-3.
 @pytest.mark.parametrize(
     ("text", "seconds", "within"),
-    [(STABILIZERS, 2.0, 1e-3), (ALONG, 2.0, 1e-3), (SEGMENTS, 0.1, 5e-4), (SEGMENTS, 0.5, 1e-2), (IDEAL, 0.5, 1e-2)],
+    [
+        (STABILIZERS, 2.0, 1e-3),
+        (ALONG, 2.0, 1e-3),
+        (SEGMENTS, 0.1, 5e-4),
+        (SEGMENTS, 0.5, 1e-2),
+        (IDEAL, 0.5, 1e-2),
+    ],
     ids=["stabilizers", "along", "touch", "segments", "ideal"],
 )
-def test_the_deviation_is_the_derivative_of_the_motion(text: str, seconds: float, within: float) -> None:
-    study = parse_study(f"{text}simulation: {{transient: 0 s, observe: {seconds} s, rtol: 1.0e-8}}\n")
+def test_the_deviation_is_the_derivative_of_the_motion(
+    text: str, seconds: float, within: float
+) -> None:
+    study = parse_study(
+        f"{text}simulation: {{transient: 0 s, observe: {seconds} s, rtol: 1.0e-8}}\n"
+    )
     followed, quotient = followed_and_quotient(work_of(study), 1e-11)
     assert np.linalg.norm(followed - quotient) < within * np.linalg.norm(quotient)
 
 
 @pytest.mark.parametrize("text", [STABILIZERS, SEGMENTS], ids=["stabilizers", "segments"])
 def test_a_run_has_the_same_bits_with_its_exponent(text: str) -> None:
-    study = f"{text}sweep: {{wob: [40 kN, 60 kN, 90 kN]}}\nsimulation: {{transient: 0.5 s, observe: 1 s}}\n"
+    study = (
+        f"{text}sweep: {{wob: [40 kN, 60 kN, 90 kN]}}\nsimulation: {{transient: 0.5 s, observe: 1 "
+        f"s}}\n"
+    )
     plain, told = (nsdrill.run(study, set={"record.exponent": switch}) for switch in (False, True))
     for name in plain.data_vars:
         assert np.array_equal(plain[name].values, told[name].values, equal_nan=True), name
@@ -57,8 +71,9 @@ def test_a_run_has_the_same_bits_with_its_exponent(text: str) -> None:
 
 
 def test_steady_rotation_of_segments_decays_as_its_slowest_eigenvalue() -> None:
-    """On low lobes and without pulsation a string that begins a little slower swings about steady drilling and comes to
-    rest; its deviations decay with the slowest eigenvalue of the string on flat rock, linear about steady drilling."""
+    """On low lobes and without pulsation a string that begins a little slower swings
+    about steady drilling and comes to rest; its deviations decay with the slowest
+    eigenvalue of the string on flat rock, linear about steady drilling."""
     text = """
 model: segments
 segments: {pipe: 1, collar: 1, material_damping: {axial: 5 ms, torsional: 20 ms}, hydraulics: {pulsation: 0 L/s}}

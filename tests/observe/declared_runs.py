@@ -16,7 +16,8 @@ from nsdrill.observe.declared import make_observer, observed_rows
 from nsdrill.observe.findings import measured, new_store, peaks_of, report_width, returns_of
 from nsdrill.scalar import in_lanes
 
-# Rows for the observer, more than most declarations here want: models of one size share the compiled loop.
+# Rows for the observer, more than most declarations here want: models of one size share
+# the compiled loop.
 ROOM = 40
 
 
@@ -30,7 +31,9 @@ class Model:
 
     def rows(self, declaration: Declaration) -> Rows:
         observed = max(ROOM, observed_rows(declaration))
-        return Rows(len(self.names.states), 0, len(self.names.parameters), observed, singles=self.singles)
+        return Rows(
+            len(self.names.states), 0, len(self.names.parameters), observed, singles=self.singles
+        )
 
 
 @dataclass
@@ -59,8 +62,9 @@ def observe(
     order: Any = None,
     chained: bool = False,
 ) -> Observed:
-    """All runs side by side, queued in ``order``, or each from where the one before ended. ``start`` is [states], with
-    the phase [states + 1], or [runs, states]. All natural sizes are 1."""
+    """All runs side by side, queued in ``order``, or each from where the one before
+    ended. ``start`` is [states], with the phase [states + 1], or [runs, states]. All
+    natural sizes are 1."""
     parameters = np.atleast_2d(np.asarray(parameters, dtype=float))
     count, rows, names = len(parameters), model.rows(declaration), model.names
     gang = Gang(
@@ -79,16 +83,24 @@ def observe(
     (gang.add if chained else gang.add_many)(
         order,
         Runs(
-            parameters[order], sizes[order], drift[order], np.zeros(count), np.full(count, first_step), initial[order]
+            parameters[order],
+            sizes[order],
+            drift[order],
+            np.zeros(count),
+            np.full(count, first_step),
+            initial[order],
         ),
     )
-    parts = Compiled(in_lanes(model.slopes, lanes, rows), *make_observer(lanes, rows, names, declaration))
+    parts = Compiled(
+        in_lanes(model.slopes, lanes, rows), *make_observer(lanes, rows, names, declaration)
+    )
     done: list[Finished] = []
     while not gang.idle:
         done.append(gang.advance(parts, 60.0, True))
     back = np.argsort(np.concatenate([part.job for part in done]))
     status, report, final = (
-        np.concatenate([getattr(part, name) for part in done])[back] for name in ("status", "report", "final")
+        np.concatenate([getattr(part, name) for part in done])[back]
+        for name in ("status", "report", "final")
     )
     assert (status == 1).all()
     return Observed(

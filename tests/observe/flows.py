@@ -1,4 +1,5 @@
-"""Systems with published answers, run through nsdrill's own kernel: Lorenz and Roessler, with a deviation each."""
+"""Systems with published answers, run through nsdrill's own kernel: Lorenz and
+Roessler, with a deviation each."""
 
 from __future__ import annotations
 
@@ -23,7 +24,9 @@ ROWS = STEPPERS["tsitouras"].rows(Rows(6, 0, 3, len(GROWTH), 3, singles=3))
 @inlined
 def cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
     rise = g1 - g0
-    return quintic(g0, d0, 6.0 * rise - 4.0 * d0 - 2.0 * d1, g1, d1, 2.0 * d0 + 4.0 * d1 - 6.0 * rise)
+    return quintic(
+        g0, d0, 6.0 * rise - 4.0 * d0 - 2.0 * d1, g1, d1, 2.0 * d0 + 4.0 * d1 - 6.0 * rise
+    )
 
 
 def lorenz(t, y, p):  # type: ignore[no-untyped-def]
@@ -83,7 +86,9 @@ def run(
     parts, done = Compiled(right_hand_side(lanes, is_roessler), *watch), []
     while not gang.idle:
         done.append(gang.advance(parts, 60.0, True))
-    whole = Finished(**{name: np.concatenate([getattr(d, name) for d in done]) for name in vars(done[0])})
+    whole = Finished(
+        **{name: np.concatenate([getattr(d, name) for d in done]) for name in vars(done[0])}
+    )
     order = np.argsort(whole.job)
     return Finished(**{name: values[order] for name, values in vars(whole).items()})
 
@@ -97,15 +102,23 @@ def exponents(
 ) -> np.ndarray:
     """The observer's columns, shape (runs, len(REPORT))."""
     watch = make_growth(lanes, ROWS, 0, 0)
-    done = run(is_roessler, parameters, start, simulation, lanes, watch, growth_header(simulation.observe))
+    done = run(
+        is_roessler, parameters, start, simulation, lanes, watch, growth_header(simulation.observe)
+    )
     assert (done.status == 1).all()
     return done.report
 
 
 @lru_cache
 def section_watch() -> tuple[Any, Any]:
-    """An observer for one lane that notes (x, y, z) where y rises through zero, once the window is open."""
-    start_, rate_, end_, end_rate_ = ROWS.start, ROWS.start_acceleration, ROWS.stage, ROWS.acceleration
+    """An observer for one lane that notes (x, y, z) where y rises through zero, once
+    the window is open."""
+    start_, rate_, end_, end_rate_ = (
+        ROWS.start,
+        ROWS.start_acceleration,
+        ROWS.stage,
+        ROWS.acceleration,
+    )
     step_, moves_, window_ = ROWS.step, ROWS.moves, ROWS.window
 
     @compiled(types.void(BUFFER, BUFFER))
@@ -113,10 +126,14 @@ def section_watch() -> tuple[Any, Any]:
         if b[moves_] * b[window_] == 0.0 or not (b[start_ + 1] < 0.0 <= b[end_ + 1]):
             return
         h, count = b[step_], int(store[0])
-        p0, p1, p2, p3, p4, p5 = cubic(b[start_ + 1], h * b[rate_ + 1], b[end_ + 1], h * b[end_rate_ + 1])
+        p0, p1, p2, p3, p4, p5 = cubic(
+            b[start_ + 1], h * b[rate_ + 1], b[end_ + 1], h * b[end_rate_ + 1]
+        )
         theta = crossing(p0, p1, p2, p3, p4, p5, 0.0, 1.0)
         for k in range(3):
-            p0, p1, p2, p3, p4, p5 = cubic(b[start_ + k], h * b[rate_ + k], b[end_ + k], h * b[end_rate_ + k])
+            p0, p1, p2, p3, p4, p5 = cubic(
+                b[start_ + k], h * b[rate_ + k], b[end_ + k], h * b[end_rate_ + k]
+            )
             store[1 + 3 * count + k] = value(p0, p1, p2, p3, p4, p5, theta)
         store[0] = count + 1
 
@@ -128,7 +145,8 @@ def section_watch() -> tuple[Any, Any]:
 
 
 def roessler_returns(a: float, b: float, c: float, simulation: Simulation) -> np.ndarray:
-    """(x, y, z) at the returns to y = 0, rising, in the observed window: shape (returns, 3)."""
+    """(x, y, z) at the returns to y = 0, rising, in the observed window: shape
+    (returns, 3)."""
     store = np.zeros(1 + 3 * 5000)
     run(True, [(a, b, c)], (1.0, 1.0, 0.0), simulation, 1, section_watch(), store)
     return store[1 : 1 + 3 * int(store[0])].reshape(-1, 3)

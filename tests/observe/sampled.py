@@ -1,4 +1,5 @@
-"""The features of a run as anybody would compute them: from a finely sampled solution by SciPy, with plain NumPy."""
+"""The features of a run as anybody would compute them: from a finely sampled solution
+by SciPy, with plain NumPy."""
 
 from __future__ import annotations
 
@@ -32,31 +33,45 @@ class Sampled:
         on_wall_slide = integral_above(t, f["radius"] - c.gap, (x * vy - py * vx) / f["radius"])
         torque = -c.k_t * twist
         return {
-            "bit_speed_min": lowest(omega), "bit_speed_max": -lowest(-omega), "bit_speed_mean": mean_speed,
+            "bit_speed_min": lowest(omega),
+            "bit_speed_max": -lowest(-omega),
+            "bit_speed_mean": mean_speed,
             "stick_slip_index": 50 * (-lowest(-omega) - lowest(omega)) / abs(mean_speed),
             "stuck_fraction": 1 - above(t, omega - self.stuck_below) / length,
-            "axial_min": lowest(z), "axial_max": -lowest(-z),
+            "axial_min": lowest(z),
+            "axial_max": -lowest(-z),
             "lift_off_fraction": 1 - above(t, f["interference"]) / length,
-            "bit_force_max": -lowest(-f["bit_force"]), "bit_torque_max": -lowest(-f["bit_torque"]),
-            "radius_max": -lowest(-f["radius"]), "radius_mean": integral(t, f["radius"]) / length,
+            "bit_force_max": -lowest(-f["bit_force"]),
+            "bit_torque_max": -lowest(-f["bit_torque"]),
+            "radius_max": -lowest(-f["radius"]),
+            "radius_mean": integral(t, f["radius"]) / length,
             "wall_contact_fraction": above(t, f["radius"] - c.gap) / length,
             "wall_force_max": -lowest(-f["wall_force"]),
-            "whirl_speed_mean": whirl, "whirl_ratio": whirl / mean_speed,
-            "rolling_ratio": -on_wall_slide / (on_wall_turn * c.collar_radius) if on_wall_turn else 0.0,
-            "surface_torque_min": lowest(torque), "surface_torque_max": -lowest(-torque),
+            "whirl_speed_mean": whirl,
+            "whirl_ratio": whirl / mean_speed,
+            "rolling_ratio": -on_wall_slide / (on_wall_turn * c.collar_radius)
+            if on_wall_turn
+            else 0.0,
+            "surface_torque_min": lowest(torque),
+            "surface_torque_max": -lowest(-torque),
             "surface_torque_mean": integral(t, torque) / length,
-            "lateral_acceleration_rms": np.sqrt(integral(t, self.slope[1] ** 2 + self.slope[3] ** 2) / length),
+            "lateral_acceleration_rms": np.sqrt(
+                integral(t, self.slope[1] ** 2 + self.slope[3] ** 2) / length
+            ),
             "axial_acceleration_rms": np.sqrt(integral(t, self.slope[5] ** 2) / length),
-        }  # fmt: skip
+        }
 
     def peaks(self) -> dict[str, np.ndarray]:
         return {
-            "axial_peaks": maxima(self.y[4]), "bit_speed_peaks": maxima(self.y[7]),
+            "axial_peaks": maxima(self.y[4]),
+            "bit_speed_peaks": maxima(self.y[7]),
             "radius_peaks": maxima(self.f["radius"]),
-        }  # fmt: skip
+        }
 
 
-def sample(case: Case, start: np.ndarray, transient: float, observe: float, stuck_below: float, step: float) -> Sampled:
+def sample(
+    case: Case, start: np.ndarray, transient: float, observe: float, stuck_below: float, step: float
+) -> Sampled:
     """The window of a run, sampled every ``step`` seconds from DOP853 at rtol 1e-12."""
     solution = solve(case, start[:8], transient + observe, rtol=1e-12, phase=0.0, dense=True)
     t = transient + np.linspace(0.0, observe, round(observe / step) + 1)
@@ -71,7 +86,11 @@ def above(t: np.ndarray, v: np.ndarray) -> float:
     """Time with v > 0, v taken as linear between samples."""
     a, b = v[:-1], v[1:]
     with np.errstate(divide="ignore", invalid="ignore"):
-        part = np.where((a > 0) & (b > 0), 1.0, np.where((a <= 0) & (b <= 0), 0.0, np.maximum(a, b) / np.abs(a - b)))
+        part = np.where(
+            (a > 0) & (b > 0),
+            1.0,
+            np.where((a <= 0) & (b <= 0), 0.0, np.maximum(a, b) / np.abs(a - b)),
+        )
     return float(np.sum(part * np.diff(t)))
 
 
@@ -80,7 +99,10 @@ def integral_above(t: np.ndarray, level: np.ndarray, v: np.ndarray) -> float:
     a, b = level[:-1], level[1:]
     with np.errstate(divide="ignore", invalid="ignore"):
         cross = np.where((a > 0) != (b > 0), a / (a - b), 0.0)
-    begin, end = np.where(a > 0, 0.0, np.where(b > 0, cross, 1.0)), np.where(b > 0, 1.0, np.where(a > 0, cross, 1.0))
+    begin, end = (
+        np.where(a > 0, 0.0, np.where(b > 0, cross, 1.0)),
+        np.where(b > 0, 1.0, np.where(a > 0, cross, 1.0)),
+    )
     middle = 0.5 * (begin + end)
     return float(np.sum(np.diff(t) * (end - begin) * (v[:-1] + middle * np.diff(v))))
 

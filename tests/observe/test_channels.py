@@ -1,5 +1,5 @@
-"""The observer made from declarations, on models of one trajectory through the real kernel: against closed forms and
-against SciPy."""
+"""The observer made from declarations, on models of one trajectory through the real
+kernel: against closed forms and against SciPy."""
 
 from __future__ import annotations
 
@@ -69,22 +69,30 @@ SWINGING = Declaration(
         Channel("energy", energy, power, size=1.0),
     ),
     (
-        Extremes("x", greatest="x_max", least="x_min", peaks="x_peaks"), TimeAbove("x", "x_above"), Mean("x", "x_mean"),
+        Extremes("x", greatest="x_max", least="x_min", peaks="x_peaks"),
+        TimeAbove("x", "x_above"),
+        Mean("x", "x_mean"),
         Rms("x", "x_rms"),
-        Extremes("v", greatest="v_max", least="v_min"), TimeAbove("v", "v_above"), Mean("v", "v_mean"),
+        Extremes("v", greatest="v_max", least="v_min"),
+        TimeAbove("v", "v_above"),
+        Mean("v", "v_mean"),
         Rms("v", "v_rms"),
-        Extremes("v by a cubic", greatest="cubic_max", least="cubic_min"), TimeAbove("v by a cubic", "cubic_above"),
-        Mean("v by a cubic", "cubic_mean"), Rms("v by a cubic", "cubic_rms"),
+        Extremes("v by a cubic", greatest="cubic_max", least="cubic_min"),
+        TimeAbove("v by a cubic", "cubic_above"),
+        Mean("v by a cubic", "cubic_mean"),
+        Rms("v by a cubic", "cubic_rms"),
         Extremes("energy", least="energy_min"),
-        Derived("v_max_by_w", lambda v_max, w: v_max / w), Derived("twice", lambda v_max_by_w: 2.0 * v_max_by_w),
+        Derived("v_max_by_w", lambda v_max, w: v_max / w),
+        Derived("twice", lambda v_max_by_w: 2.0 * v_max_by_w),
     ),
-)  # fmt: skip
+)
 SPEEDS = np.linspace(1.0, 3.0, 21)
 
 
 @lru_cache
 def swung(lanes: int) -> Observed:
-    """Whole periods of every speed's own from x = 1, v = 0, undamped; after a transient of 1 s."""
+    """Whole periods of every speed's own from x = 1, v = 0, undamped; after a transient
+    of 1 s."""
     return observe(
         SWING,
         SWINGING,
@@ -97,24 +105,39 @@ def swung(lanes: int) -> Observed:
 
 
 def test_an_oscillator_has_its_closed_form() -> None:
-    """x = cos w t, w = 1, 1.1, ... 3, over 10 units of 2 pi: for w = 1, 1.1, 1.2 ... whole periods. The integration at
-    rtol 1e-9 over 200 periods at most leaves 1e-6 of energy; a cubic adds its own (h^4 / 384 x''''), 1e-6 here."""
+    """x = cos w t, w = 1, 1.1, ... 3, over 10 units of 2 pi: for w = 1, 1.1, 1.2 ...
+    whole periods. The integration at rtol 1e-9 over 200 periods at most leaves 1e-6 of
+    energy; a cubic adds its own (h^4 / 384 x''''), 1e-6 here."""
     o, w = swung(1).found, SPEEDS
     for name, wanted in {
-        "x_max": 1.0, "x_min": -1.0, "x_above": 1.0 / 3.0, "x_mean": 0.0, "x_rms": math.sqrt(0.5),
-        "v_max": w, "v_min": -w, "v_above": 0.5 + np.arcsin(0.25 / w) / math.pi, "v_mean": 0.0,
-        "v_rms": w * math.sqrt(0.5), "cubic_max": w, "cubic_min": -w,
-        "cubic_above": 0.5 + np.arcsin(0.25 / w) / math.pi, "cubic_mean": 0.0, "cubic_rms": w * math.sqrt(0.5),
-        "energy_min": 0.5 * w * w, "v_max_by_w": 1.0, "twice": 2.0,
-    }.items():  # fmt: skip
+        "x_max": 1.0,
+        "x_min": -1.0,
+        "x_above": 1.0 / 3.0,
+        "x_mean": 0.0,
+        "x_rms": math.sqrt(0.5),
+        "v_max": w,
+        "v_min": -w,
+        "v_above": 0.5 + np.arcsin(0.25 / w) / math.pi,
+        "v_mean": 0.0,
+        "v_rms": w * math.sqrt(0.5),
+        "cubic_max": w,
+        "cubic_min": -w,
+        "cubic_above": 0.5 + np.arcsin(0.25 / w) / math.pi,
+        "cubic_mean": 0.0,
+        "cubic_rms": w * math.sqrt(0.5),
+        "energy_min": 0.5 * w * w,
+        "v_max_by_w": 1.0,
+        "twice": 2.0,
+    }.items():
         assert o[name] == pytest.approx(wanted * np.ones(21), abs=1e-6), name
     assert swung(1).peaks["x_peaks"] == pytest.approx(np.ones((21, 4)), abs=1e-6)
     assert list(o) == [name for name, _ in SWINGING.named] + ["half_difference"]
 
 
 def test_means_and_root_mean_squares_are_those_of_any_part_of_a_period() -> None:
-    """Over a window that is no whole period: from t = 1 to 4, w = 2, at rtol 1e-11. The cubic's own error is of fourth
-    order in steps of some 0.05 s: h^4 / 384 of the fourth derivative, 1e-8."""
+    """Over a window that is no whole period: from t = 1 to 4, w = 2, at rtol 1e-11. The
+    cubic's own error is of fourth order in steps of some 0.05 s: h^4 / 384 of the
+    fourth derivative, 1e-8."""
     o = observe(SWING, SWINGING, [2.0, 0.0], [1.0, 0.0], Simulation(1.0, 3.0, 1e-11)).found
     x_mean = (math.sin(8.0) - math.sin(2.0)) / 6.0
     x_square = 0.5 + (math.sin(16.0) - math.sin(4.0)) / 24.0
@@ -123,7 +146,9 @@ def test_means_and_root_mean_squares_are_those_of_any_part_of_a_period() -> None
     assert o["x_rms"] == pytest.approx([math.sqrt(x_square)], abs=1e-10)
     for name in ("v", "cubic"):
         assert o[f"{name}_mean"] == pytest.approx([v_mean], abs=1e-8 if name == "cubic" else 1e-10)
-        assert o[f"{name}_rms"] == pytest.approx([math.sqrt(v_square)], abs=1e-8 if name == "cubic" else 1e-10)
+        assert o[f"{name}_rms"] == pytest.approx(
+            [math.sqrt(v_square)], abs=1e-8 if name == "cubic" else 1e-10
+        )
 
 
 @pytest.mark.parametrize("lanes", [8, 16])
@@ -147,18 +172,30 @@ def test_the_bits_depend_on_no_neighbours() -> None:
 
 
 def test_each_run_of_a_chain_begins_anew() -> None:
-    """The second run measures what one by itself does that starts where the first ended."""
+    """The second run measures what one by itself does that starts where the first
+    ended."""
     parameters = [[2.0, 0.05], [1.5, 0.05]]
-    chain = observe(SWING, SWINGING, parameters, [1.0, 0.0], Simulation(1.0, 10.0, 1e-9), 8, chained=True)
-    second = observe(SWING, SWINGING, parameters[1:], chain.final[0], Simulation(1.0, 10.0, 1e-9), 8)
+    chain = observe(
+        SWING, SWINGING, parameters, [1.0, 0.0], Simulation(1.0, 10.0, 1e-9), 8, chained=True
+    )
+    second = observe(
+        SWING, SWINGING, parameters[1:], chain.final[0], Simulation(1.0, 10.0, 1e-9), 8
+    )
     assert second.report[0].tobytes() == chain.report[1].tobytes()
 
 
 def test_a_feature_more_leaves_the_others_as_they_are() -> None:
     """And one whose channel, outputs and section are new as well."""
     more = replace(
-        with_feature(SWINGING, Extremes("square of v", greatest="most", peaks="tops"), TimeAbove("square of v", "q")),
-        channels=(Channel("square of v", "square", "rate", level=0.25, size=1.0), *SWINGING.channels),
+        with_feature(
+            SWINGING,
+            Extremes("square of v", greatest="most", peaks="tops"),
+            TimeAbove("square of v", "q"),
+        ),
+        channels=(
+            Channel("square of v", "square", "rate", level=0.25, size=1.0),
+            *SWINGING.channels,
+        ),
         outputs=Outputs(("square", "rate"), lambda v, a: (v * v, 2.0 * v * a)),
         section=Section("x", 0.7),
     )
@@ -179,8 +216,8 @@ def test_a_feature_more_leaves_the_others_as_they_are() -> None:
     assert other.peaks["tops"] == pytest.approx(np.tile(SPEEDS[:, None] ** 2, 4), rel=1e-6)
 
 
-# The torsional string of one degree of freedom: its bit sticks and slips under a smoothed friction torque, and the last
-# of its runs has a periodic torque besides.
+# The torsional string of one degree of freedom: its bit sticks and slips under a
+# smoothed friction torque, and the last of its runs has a periodic torque besides.
 def torsion(t, y, p):  # type: ignore[no-untyped-def]
     twist, speed = y
     inertia, stiffness, damping, torque, smoothing, _, _, wobble = p
@@ -194,7 +231,16 @@ TORSION = Model(
     Names(
         ("twist", "bit_speed"),
         ("bit_acceleration",),
-        ("inertia", "stiffness", "damping", "torque", "smoothing", "drive_speed", "stuck_below", "wobble"),
+        (
+            "inertia",
+            "stiffness",
+            "damping",
+            "torque",
+            "smoothing",
+            "drive_speed",
+            "stuck_below",
+            "wobble",
+        ),
     ),
 )
 
@@ -214,27 +260,38 @@ TURNING = Declaration(
         Channel("energy", kinetic, kinetic_rate, size=1000.0),
     ),
     (
-        Extremes("twist", greatest="twist_max", least="twist_min"), Mean("twist", "twist_mean"),
+        Extremes("twist", greatest="twist_max", least="twist_min"),
+        Mean("twist", "twist_mean"),
         Extremes("bit speed", greatest="speed_max", least="speed_min", peaks="speed_peaks"),
-        TimeAbove("bit speed", "free"), Mean("bit speed", "speed_mean"), Rms("bit speed", "speed_rms"),
-        Extremes("energy", greatest="energy_max"), Mean("energy", "energy_mean"),
+        TimeAbove("bit speed", "free"),
+        Mean("bit speed", "speed_mean"),
+        Rms("bit speed", "speed_rms"),
+        Extremes("energy", greatest="energy_max"),
+        Mean("energy", "energy_mean"),
         Derived("stuck", lambda free: 1.0 - free),
         Derived("surface_torque_max", lambda stiffness, twist_min: -stiffness * twist_min),
     ),
-)  # fmt: skip
-STICKING = np.array([[565.0, 197.0, 50.0, torque, 20.0, 3.0, 0.05, wobble]
-                     for torque, wobble in ((500.0, 0.0), (2000.0, 0.0), (4000.0, 0.0), (1500.0, 400.0))])  # fmt: skip
+)
+STICKING = np.array(
+    [
+        [565.0, 197.0, 50.0, torque, 20.0, 3.0, 0.05, wobble]
+        for torque, wobble in ((500.0, 0.0), (2000.0, 0.0), (4000.0, 0.0), (1500.0, 400.0))
+    ]
+)
 
 
 @lru_cache
 def turned(lanes: int) -> Observed:
-    return observe(TORSION, TURNING, STICKING, [0.0, 3.0], Simulation(5.0, 25.0, 1e-9), lanes, drifts=-3.0)
+    return observe(
+        TORSION, TURNING, STICKING, [0.0, 3.0], Simulation(5.0, 25.0, 1e-9), lanes, drifts=-3.0
+    )
 
 
 @pytest.mark.parametrize("run", range(len(STICKING)))
 def test_a_torsional_string_measures_as_scipy_samples(run: int) -> None:
-    """DOP853 at 1e-11, sampled 20 times a millisecond. Of the fraction of time the run's own error counts, as friction
-    makes the speed creep through the level; the rest is 1e-6 of the speed (some 10 rad/s) or energy."""
+    """DOP853 at 1e-11, sampled 20 times a millisecond. Of the fraction of time the
+    run's own error counts, as friction makes the speed creep through the level; the
+    rest is 1e-6 of the speed (some 10 rad/s) or energy."""
     p = STICKING[run]
 
     def rates(t: float, y: np.ndarray) -> list[float]:
@@ -243,17 +300,31 @@ def test_a_torsional_string_measures_as_scipy_samples(run: int) -> None:
 
     t = np.linspace(5.0, 30.0, 500_001)
     twist, speed = solve_ivp(
-        rates, (0.0, 30.0), [0.0, 3.0], "DOP853", rtol=1e-11, atol=1e-11, max_step=0.02, dense_output=True
+        rates,
+        (0.0, 30.0),
+        [0.0, 3.0],
+        "DOP853",
+        rtol=1e-11,
+        atol=1e-11,
+        max_step=0.02,
+        dense_output=True,
     ).sol(t)
     o = {name: values[run] for name, values in turned(1).found.items()}
     energies = 0.5 * p[0] * speed * speed
     for name, wanted in {
-        "twist_max": -lowest(-twist), "twist_min": lowest(twist), "twist_mean": integral(t, twist) / 25.0,
-        "speed_max": -lowest(-speed), "speed_min": lowest(speed), "speed_mean": integral(t, speed) / 25.0,
-        "speed_rms": math.sqrt(integral(t, speed * speed) / 25.0), "free": above(t, speed - p[6]) / 25.0,
-        "energy_max": -lowest(-energies), "energy_mean": integral(t, energies) / 25.0,
-        "stuck": 1.0 - above(t, speed - p[6]) / 25.0, "surface_torque_max": -p[1] * lowest(twist),
-    }.items():  # fmt: skip
+        "twist_max": -lowest(-twist),
+        "twist_min": lowest(twist),
+        "twist_mean": integral(t, twist) / 25.0,
+        "speed_max": -lowest(-speed),
+        "speed_min": lowest(speed),
+        "speed_mean": integral(t, speed) / 25.0,
+        "speed_rms": math.sqrt(integral(t, speed * speed) / 25.0),
+        "free": above(t, speed - p[6]) / 25.0,
+        "energy_max": -lowest(-energies),
+        "energy_mean": integral(t, energies) / 25.0,
+        "stuck": 1.0 - above(t, speed - p[6]) / 25.0,
+        "surface_torque_max": -p[1] * lowest(twist),
+    }.items():
         assert o[name] == pytest.approx(wanted, abs=2e-6, rel=2e-6), name
     high = maxima(speed)[-8:]
     assert len(high) >= 2
@@ -274,7 +345,8 @@ def lag(t, y, p):  # type: ignore[no-untyped-def]
 
 
 def test_states_of_first_order_are_followed_by_a_cubic() -> None:
-    """x' = r (t^2 - x) from x(0) = x0: x = t^2 - 2 t / r + 2 / r^2 + C exp(-r t), which falls and then rises."""
+    """x' = r (t^2 - x) from x(0) = x0: x = t^2 - 2 t / r + 2 / r^2 + C exp(-r t), which
+    falls and then rises."""
     names = Names(("x",), ("dx",), ("r",))
     declaration = Declaration(
         (Channel("x", "x", "dx", level=2.0),),
@@ -286,7 +358,14 @@ def test_states_of_first_order_are_followed_by_a_cubic() -> None:
         ),
     )
     rate = np.linspace(1.0, 2.0, 11)
-    o = observe(Model(lag, names, singles=1), declaration, rate[:, None], [3.0], Simulation(0.0, 3.0, 1e-11), 8)
+    o = observe(
+        Model(lag, names, singles=1),
+        declaration,
+        rate[:, None],
+        [3.0],
+        Simulation(0.0, 3.0, 1e-11),
+        8,
+    )
     t = np.linspace(0.0, 3.0, 300_001)
     for k, r in enumerate(rate):
         x = t * t - 2.0 * t / r + 2.0 / r**2 + (3.0 - 2.0 / r**2) * np.exp(-r * t)
@@ -299,7 +378,14 @@ def test_states_of_first_order_are_followed_by_a_cubic() -> None:
         }.items():
             assert o.found[name][k] == pytest.approx(wanted, abs=1e-8), name
     assert np.isnan(o.peaks["tops"]).all()
-    one = observe(Model(lag, names, singles=1), declaration, rate[:, None], [3.0], Simulation(0.0, 3.0, 1e-11), 1)
+    one = observe(
+        Model(lag, names, singles=1),
+        declaration,
+        rate[:, None],
+        [3.0],
+        Simulation(0.0, 3.0, 1e-11),
+        1,
+    )
     assert one.report.tobytes() == o.report.tobytes()
 
 
@@ -315,28 +401,42 @@ ABOVE_LEVEL = Declaration((Channel("x", "x", "v", "a", level="level"),), (TimeAb
 @pytest.mark.parametrize("curved", [True, False])
 @pytest.mark.parametrize("weight", [2.0, -2.0])
 def test_a_visit_inside_one_step_is_found(weight: float, curved: bool) -> None:
-    """x = g (t - t^2 / 2) in one step of 2 s: its top, g / 2 = 1, is above the level 0.75 for 1 s, though both ends are
-    below; turned over, it dips below -0.75 for as long. The second half of the window is a step of its own."""
+    """x = g (t - t^2 / 2) in one step of 2 s: its top, g / 2 = 1, is above the level
+    0.75 for 1 s, though both ends are below; turned over, it dips below -0.75 for as
+    long. The second half of the window is a step of its own."""
     channel = Channel("x", "x", "v", "a" if curved else None, level=math.copysign(0.75, weight))
     declaration = Declaration(
         (channel,),
-        (Extremes("x", greatest="high", least="low", peaks="tops"), TimeAbove("x", "share"), Mean("x", "mean")),
+        (
+            Extremes("x", greatest="high", least="low", peaks="tops"),
+            TimeAbove("x", "share"),
+            Mean("x", "mean"),
+        ),
     )
-    o = observe(THROW, declaration, [weight, 0.0], [0.0, weight], Simulation(0.0, 4.0, 1e-3), first_step=2.0)
+    o = observe(
+        THROW, declaration, [weight, 0.0], [0.0, weight], Simulation(0.0, 4.0, 1e-3), first_step=2.0
+    )
     width = len(declaration.half)
     first = dict(zip([what for what, _ in declaration.half], o.report[0, :width], strict=True))
     assert first["above"] == pytest.approx(1.0, abs=1e-12)
-    assert first["greatest" if weight > 0 else "least"] == pytest.approx(math.copysign(1.0, weight), abs=1e-13)
+    assert first["greatest" if weight > 0 else "least"] == pytest.approx(
+        math.copysign(1.0, weight), abs=1e-13
+    )
     assert first["integral"] == pytest.approx(weight * (2.0 - 4.0 / 3.0), abs=1e-13)
     assert o.found["high" if weight < 0 else "low"] == pytest.approx([-4.0 * weight], abs=1e-12)
     found = o.peaks["tops"][0]
     assert found[~np.isnan(found)] == pytest.approx([1.0] if weight > 0 else [])
 
 
-@pytest.mark.parametrize(("level", "share"), [(1.0 + 1e-9, 0.0), (1.0 - 1e-6, 5e-4), (-3.0, 0.75), (-9.0, 1.0)])
+@pytest.mark.parametrize(
+    ("level", "share"), [(1.0 + 1e-9, 0.0), (1.0 - 1e-6, 5e-4), (-3.0, 0.75), (-9.0, 1.0)]
+)
 def test_a_touch_is_told_from_a_visit(level: float, share: float) -> None:
-    """x = 2 t - t^2 for 4 s: its top is 1, and it is above the level for 2 sqrt(1 - level), from 0 on at the least."""
-    o = observe(THROW, ABOVE_LEVEL, [2.0, level], [0.0, 2.0], Simulation(0.0, 4.0, 1e-3), first_step=2.0)
+    """x = 2 t - t^2 for 4 s: its top is 1, and it is above the level for 2 sqrt(1 -
+    level), from 0 on at the least."""
+    o = observe(
+        THROW, ABOVE_LEVEL, [2.0, level], [0.0, 2.0], Simulation(0.0, 4.0, 1e-3), first_step=2.0
+    )
     assert o.found["share"] == pytest.approx([share], abs=1e-9)
 
 
@@ -354,9 +454,15 @@ def test_a_run_that_starts_on_its_level_is_on_the_side_to_which_it_goes() -> Non
 
 
 def test_the_halves_differ_where_a_motion_decays() -> None:
-    """x = exp(-d t) (cos q t + d / q sin q t) from t = 2 pi to 22 pi; undamped, the halves, five periods
-    each, agree."""
-    settled = observe(SWING, SWINGING, [[1.0, 0.0], [1.0, 0.02]], [1.0, 0.0], Simulation(TWO_PI, 10.0 * TWO_PI, 1e-9))
+    """x = exp(-d t) (cos q t + d / q sin q t) from t = 2 pi to 22 pi; undamped, the
+    halves, five periods each, agree."""
+    settled = observe(
+        SWING,
+        SWINGING,
+        [[1.0, 0.0], [1.0, 0.02]],
+        [1.0, 0.0],
+        Simulation(TWO_PI, 10.0 * TWO_PI, 1e-9),
+    )
     assert settled.found["half_difference"][0] == pytest.approx(0.0, abs=1e-6)
     d, q = 0.02, math.sqrt(1.0 - 0.02**2)
     lows, highs, shares = [], [], []
@@ -367,11 +473,18 @@ def test_the_halves_differ_where_a_motion_decays() -> None:
         highs.append(-lowest(-x))
         shares.append(above(t, x - 0.5) / (5.0 * TWO_PI))
     span = max(highs) - min(lows) + 0.01
-    wanted = {"x_max": max(abs(np.diff(lows)[0]), abs(np.diff(highs)[0])) / span, "x_above": abs(np.diff(shares)[0])}
+    wanted = {
+        "x_max": max(abs(np.diff(lows)[0]), abs(np.diff(highs)[0])) / span,
+        "x_above": abs(np.diff(shares)[0]),
+    }
     for name, difference in wanted.items():
         assert difference > 0.05
-        declaration = replace(SWINGING, features=(next(feature for n, feature in SWINGING.named if n == name),))
-        o = observe(SWING, declaration, [1.0, 0.02], [1.0, 0.0], Simulation(TWO_PI, 10.0 * TWO_PI, 1e-9))
+        declaration = replace(
+            SWINGING, features=(next(feature for n, feature in SWINGING.named if n == name),)
+        )
+        o = observe(
+            SWING, declaration, [1.0, 0.02], [1.0, 0.0], Simulation(TWO_PI, 10.0 * TWO_PI, 1e-9)
+        )
         assert o.found["half_difference"] == pytest.approx([difference], abs=1e-6), name
 
 
@@ -390,12 +503,17 @@ def test_without_extremes_and_fractions_nothing_says_how_settled_a_run_is() -> N
 
 
 def test_a_peak_stands_out_by_ten_tolerances() -> None:
-    """rtol 1e-6, a natural size of 1000: the margin is 0.01 and a little more. The rise from the least to the greatest
-    value is twice the amplitude; four of the maxima after the start are left again before 4.6 periods are over."""
+    """rtol 1e-6, a natural size of 1000: the margin is 0.01 and a little more. The rise
+    from the least to the greatest value is twice the amplitude; four of the maxima
+    after the start are left again before 4.6 periods are over."""
     channel = replace(SWINGING.channels[0], size=1000.0)
     declaration = Declaration((channel,), (Extremes("x", greatest="high", peaks="tops"),))
     o = observe(
-        SWING, declaration, [[1.0, 0.0]] * 2, [[4.9e-3, 0.0], [5.1e-3, 0.0]], Simulation(0.0, 4.6 * TWO_PI, 1e-6)
+        SWING,
+        declaration,
+        [[1.0, 0.0]] * 2,
+        [[4.9e-3, 0.0], [5.1e-3, 0.0]],
+        Simulation(0.0, 4.6 * TWO_PI, 1e-6),
     )
     assert np.count_nonzero(~np.isnan(o.peaks["tops"]), axis=1).tolist() == [0, 4]
 
@@ -403,47 +521,67 @@ def test_a_peak_stands_out_by_ten_tolerances() -> None:
 def test_the_ring_has_the_last_peaks_oldest_first() -> None:
     """Of a damped swing each maximum is smaller than the one before by the same factor."""
     many, few = (
-        observe(SWING, SWINGING, [1.0, 0.01], [1.0, 0.0], Simulation(1.0, 9.6 * TWO_PI, 1e-10), peaks=n)
+        observe(
+            SWING, SWINGING, [1.0, 0.01], [1.0, 0.0], Simulation(1.0, 9.6 * TWO_PI, 1e-10), peaks=n
+        )
         for n in (20, 4)
     )
     tops = many.peaks["x_peaks"][0]
     tops = tops[~np.isnan(tops)]
     assert len(tops) == 9
-    assert tops[1:] / tops[:-1] == pytest.approx(np.full(8, math.exp(-0.01 * TWO_PI / math.sqrt(1 - 1e-4))), rel=1e-7)
+    assert tops[1:] / tops[:-1] == pytest.approx(
+        np.full(8, math.exp(-0.01 * TWO_PI / math.sqrt(1 - 1e-4))), rel=1e-7
+    )
     assert few.peaks["x_peaks"][0].tolist() == tops[-4:].tolist()
-    none = observe(SWING, SWINGING, [1.0, 0.01], [1.0, 0.0], Simulation(1.0, 9.6 * TWO_PI, 1e-10), peaks=0)
+    none = observe(
+        SWING, SWINGING, [1.0, 0.01], [1.0, 0.0], Simulation(1.0, 9.6 * TWO_PI, 1e-10), peaks=0
+    )
     assert none.peaks["x_peaks"].shape == (1, 0)
     assert none.found["x_max"].tobytes() == many.found["x_max"].tobytes()
 
 
-# A wheel that rocks in the frame of a drive, twist' = speed - drive, and a state of first order that tells the time.
+# A wheel that rocks in the frame of a drive, twist' = speed - drive, and a state of
+# first order that tells the time.
 def rock(t, y, p):  # type: ignore[no-untyped-def]
     twist, _, x = y
     return -twist, -0.1 * x
 
 
-ROCKING = Model(rock, Names(("twist", "speed", "x"), ("acceleration", "dx"), ("drive", "spacing")), singles=1)
-ANGLE = Channel("angle", lambda twist, drive, phase, time: phase + drive * time + twist, "speed", "acceleration")
+ROCKING = Model(
+    rock, Names(("twist", "speed", "x"), ("acceleration", "dx"), ("drive", "spacing")), singles=1
+)
+ANGLE = Channel(
+    "angle", lambda twist, drive, phase, time: phase + drive * time + twist, "speed", "acceleration"
+)
 
 
 @pytest.mark.parametrize(("swing_of", "unique"), [(0.3, True), (2.0, False)])
-def test_the_section_notes_all_states_at_multiples_of_the_angle(swing_of: float, unique: bool) -> None:
-    """twist = A sin t, x = exp(-t / 10), angle = 0.3 + t + A sin t: for A = 0.3 it only rises; for A = 2 it turns back,
-    and the first time at each multiple of 0.5 counts."""
+def test_the_section_notes_all_states_at_multiples_of_the_angle(
+    swing_of: float, unique: bool
+) -> None:
+    """twist = A sin t, x = exp(-t / 10), angle = 0.3 + t + A sin t: for A = 0.3 it only
+    rises; for A = 2 it turns back, and the first time at each multiple of 0.5
+    counts."""
     t = np.linspace(1.0, 30.0, 2_000_001)
     turned_by = 0.3 + t + swing_of * np.sin(t)
     highest = np.maximum.accumulate(turned_by)
     levels = 0.5 * np.arange(np.floor(turned_by[0] / 0.5) + 1, np.floor(highest[-1] / 0.5) + 1)
     at = t[np.searchsorted(highest, levels)]  # to 1.5e-5 s
     assert unique == bool((np.diff(turned_by) > 0).all())
-    wanted = np.column_stack([swing_of * np.sin(at), 1.0 + swing_of * np.cos(at), np.exp(-0.1 * at), levels])[-20:]
+    wanted = np.column_stack(
+        [swing_of * np.sin(at), 1.0 + swing_of * np.cos(at), np.exp(-0.1 * at), levels]
+    )[-20:]
     one, eight = (rocked(swing_of, [0.5] * 3, lanes) for lanes in (1, 8))
     assert one.report.tobytes() == eight.report.tobytes()
     for returns in one.returns:
         assert returns == pytest.approx(wanted, abs=1e-4)
         # To their own precision: the angle is 0.3 + t + twist, and x tells the time.
-        assert returns[:, 0] - 10.0 * np.log(returns[:, 2]) + 0.3 == pytest.approx(returns[:, 3], abs=1e-7)
-        assert (returns[:, 1] - 1.0) ** 2 + returns[:, 0] ** 2 == pytest.approx(np.full(20, swing_of**2), abs=1e-6)
+        assert returns[:, 0] - 10.0 * np.log(returns[:, 2]) + 0.3 == pytest.approx(
+            returns[:, 3], abs=1e-7
+        )
+        assert (returns[:, 1] - 1.0) ** 2 + returns[:, 0] ** 2 == pytest.approx(
+            np.full(20, swing_of**2), abs=1e-6
+        )
 
 
 def test_a_spacing_of_nonsense_gives_no_returns_and_an_end() -> None:
@@ -479,7 +617,12 @@ def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -
         Outputs(("twice", "rate"), lambda doubled, v: (doubled, 2.0 * v)),
     )
     rows = replace(AUX_ROWS, observed=observed_rows(declaration))
-    W, stage_, slope_, aux_ = lanes, lanes * rows.stage, lanes * rows.acceleration, lanes * rows.aux_now
+    W, stage_, slope_, aux_ = (
+        lanes,
+        lanes * rows.stage,
+        lanes * rows.acceleration,
+        lanes * rows.aux_now,
+    )
 
     from numba import types
 
@@ -503,18 +646,24 @@ def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -
             np.array([[1.0, 0.0, 0.0]]),
         ),
     )
-    done = gang.advance(Compiled(doubling, *make_observer(lanes, rows, WITH_AUX, declaration)), 60.0, True)
-    found = measured(WITH_AUX, declaration, done.report, np.zeros((1, 0)), np.ones((1, 2)), simulation.observe)
+    done = gang.advance(
+        Compiled(doubling, *make_observer(lanes, rows, WITH_AUX, declaration)), 60.0, True
+    )
+    found = measured(
+        WITH_AUX, declaration, done.report, np.zeros((1, 0)), np.ones((1, 2)), simulation.observe
+    )
     assert found["high"] == pytest.approx([2.0], abs=1e-6)
     assert found["low"] == pytest.approx([-2.0], abs=1e-6)
     assert found["mean"] == pytest.approx([0.0], abs=1e-6)
 
 
 def test_equal_texts_of_other_functions_are_other_observers() -> None:
-    """Functions made by a factory have one name, one file and one code; only what they were made with differs."""
+    """Functions made by a factory have one name, one file and one code; only what they
+    were made with differs."""
     for factor in (2.0, 3.0):
         declaration = Declaration(
-            (Channel("scaled", times(factor), slope_times(factor), size=1.0),), (Extremes("scaled", greatest="high"),)
+            (Channel("scaled", times(factor), slope_times(factor), size=1.0),),
+            (Extremes("scaled", greatest="high"),),
         )
         o = observe(SWING, declaration, [1.0, 0.0], [1.0, 0.0], Simulation(0.0, TWO_PI, 1e-9))
         assert o.found["high"] == pytest.approx([factor], abs=1e-7)
@@ -532,33 +681,84 @@ def wrong(_: str, channels: Any = None, features: Any = (), **more: Any) -> Decl
     return Declaration(channels or (Channel("x", "x", "v", "a"),), features, **more)
 
 
-@pytest.mark.parametrize(("declaration", "facts"), [
-    (wrong("row", (Channel("x", "x", "vv", "a"),)), ("channel 'x': slope", "'vv'", "allowed: a, d, phase, time, v,")),
-    (wrong("argument", (Channel("x", lambda y: y, "v"),)), ("channel 'x': value", "'y'", "allowed: a, d,")),
-    (wrong("aux", (Channel("x", "x", "helper"),)), ("channel 'x': slope", "'helper'", "Outputs")),
-    (wrong("frame", (Channel("x", "x", "v", frame="v"),)), ("channel 'x': frame", "'v'", "allowed: d, w")),
-    (wrong("level", (Channel("x", "x", "v", level="x"),)), ("channel 'x': level", "'x'", "allowed: d, w")),
-    (wrong("twice", (Channel("x", "x", "v"), Channel("x", "v", "a"))), ("channel: 'x'", "twice")),
-    (wrong("feature", features=(Mean("y", "m"),)), ("Mean", "'y'", "allowed: x")),
-    (wrong("names", features=(Mean("x", "m"), Rms("x", "m"))), ("'m'", "twice")),
-    (wrong("taken", features=(Mean("x", "half_difference"),)), ("'half_difference'", "twice")),
-    (wrong("parameter's", features=(Mean("x", "w"),)), ("'w'", "twice")),
-    (wrong("infinite", (Channel("x", "x", "v", level=math.inf),)), ("channel 'x': level", "inf", "a finite number")),
-    (wrong("no number", (Channel("x", ("x",), "v"),)), ("channel 'x': value", "('x',)", "the name of a row")),
-    (wrong("no level", features=(TimeAbove("x", "t"),)), ("TimeAbove 't'", "'x' has no level", "a number")),
-    (wrong("size", (Channel("x", lambda x: x, "v"),), (Extremes("x", "high"),)), ("channel 'x'", "size", "a state")),
-    (wrong("rate", (Channel("v", "v", "a", rate_of="y"),)), ("channel 'v': rate_of", "'y'", "allowed: v")),
-    (wrong("rate of a cubic", (Channel("x", "x", "v"), Channel("v", "v", "a", rate_of="x"))),
-     ("channel 'v'", "'x'", "must have a curvature")),
-    (wrong("rate of another", (Channel("x", "x", "v", "a"), Channel("y", "x", "a", rate_of="x"))),
-     ("channel 'y'", "rate of 'x'", "slope and curvature")),
-    (wrong("derived", features=(Derived("q", lambda m: m), Mean("x", "m2"))),
-     ("Derived 'q'", "'m'", "allowed: d, m2, w")),
-    (wrong("spacing", section=Section("x", 0.0)), ("section: spacing", "0.0", "positive")),
-    (wrong("section", section=Section("y", 1.0)), ("section: channel", "'y'", "allowed: x")),
-    (wrong("outputs", outputs=Outputs(("o",), lambda q: (q,))), ("outputs", "'q'", "allowed: a, d, helper, phase")),
-    (wrong("output named as a state", outputs=Outputs(("x",), lambda v: (v,))), ("row: 'x'", "twice")),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("declaration", "facts"),
+    [
+        (
+            wrong("row", (Channel("x", "x", "vv", "a"),)),
+            ("channel 'x': slope", "'vv'", "allowed: a, d, phase, time, v,"),
+        ),
+        (
+            wrong("argument", (Channel("x", lambda y: y, "v"),)),
+            ("channel 'x': value", "'y'", "allowed: a, d,"),
+        ),
+        (
+            wrong("aux", (Channel("x", "x", "helper"),)),
+            ("channel 'x': slope", "'helper'", "Outputs"),
+        ),
+        (
+            wrong("frame", (Channel("x", "x", "v", frame="v"),)),
+            ("channel 'x': frame", "'v'", "allowed: d, w"),
+        ),
+        (
+            wrong("level", (Channel("x", "x", "v", level="x"),)),
+            ("channel 'x': level", "'x'", "allowed: d, w"),
+        ),
+        (
+            wrong("twice", (Channel("x", "x", "v"), Channel("x", "v", "a"))),
+            ("channel: 'x'", "twice"),
+        ),
+        (wrong("feature", features=(Mean("y", "m"),)), ("Mean", "'y'", "allowed: x")),
+        (wrong("names", features=(Mean("x", "m"), Rms("x", "m"))), ("'m'", "twice")),
+        (wrong("taken", features=(Mean("x", "half_difference"),)), ("'half_difference'", "twice")),
+        (wrong("parameter's", features=(Mean("x", "w"),)), ("'w'", "twice")),
+        (
+            wrong("infinite", (Channel("x", "x", "v", level=math.inf),)),
+            ("channel 'x': level", "inf", "a finite number"),
+        ),
+        (
+            wrong("no number", (Channel("x", ("x",), "v"),)),
+            ("channel 'x': value", "('x',)", "the name of a row"),
+        ),
+        (
+            wrong("no level", features=(TimeAbove("x", "t"),)),
+            ("TimeAbove 't'", "'x' has no level", "a number"),
+        ),
+        (
+            wrong("size", (Channel("x", lambda x: x, "v"),), (Extremes("x", "high"),)),
+            ("channel 'x'", "size", "a state"),
+        ),
+        (
+            wrong("rate", (Channel("v", "v", "a", rate_of="y"),)),
+            ("channel 'v': rate_of", "'y'", "allowed: v"),
+        ),
+        (
+            wrong("rate of a cubic", (Channel("x", "x", "v"), Channel("v", "v", "a", rate_of="x"))),
+            ("channel 'v'", "'x'", "must have a curvature"),
+        ),
+        (
+            wrong(
+                "rate of another",
+                (Channel("x", "x", "v", "a"), Channel("y", "x", "a", rate_of="x")),
+            ),
+            ("channel 'y'", "rate of 'x'", "slope and curvature"),
+        ),
+        (
+            wrong("derived", features=(Derived("q", lambda m: m), Mean("x", "m2"))),
+            ("Derived 'q'", "'m'", "allowed: d, m2, w"),
+        ),
+        (wrong("spacing", section=Section("x", 0.0)), ("section: spacing", "0.0", "positive")),
+        (wrong("section", section=Section("y", 1.0)), ("section: channel", "'y'", "allowed: x")),
+        (
+            wrong("outputs", outputs=Outputs(("o",), lambda q: (q,))),
+            ("outputs", "'q'", "allowed: a, d, helper, phase"),
+        ),
+        (
+            wrong("output named as a state", outputs=Outputs(("x",), lambda v: (v,))),
+            ("row: 'x'", "twice"),
+        ),
+    ],
+)
 def test_a_wrong_declaration_is_told(declaration: Declaration, facts: tuple[str, ...]) -> None:
     names = Names(("x", "v"), ("a",), ("w", "d"), ("helper",))
     with pytest.raises(ValueError, match=re.escape(facts[0])) as caught:
@@ -622,8 +822,8 @@ def child(folder: Path, *arguments: str) -> str:
 @needs_wide_registers
 @pytest.mark.parametrize("declaration", ["SWINGING", "TURNING", "MANY"])
 def test_the_observer_compiles_to_packed_instructions(declaration: str, tmp_path: Path) -> None:
-    """What happens in every step. (What attends to the events of one lane is a function of its own; 8 lanes leave no
-    loop over the lanes that are left.)"""
+    """What happens in every step. (What attends to the events of one lane is a function
+    of its own; 8 lanes leave no loop over the lanes that are left.)"""
     assembly = child(tmp_path, declaration, "8", "assembly")
     start = re.search(r"^\w*generated_observer\w*:$", assembly, re.M)
     assert start is not None
@@ -653,7 +853,8 @@ def few_steps() -> list[float]:
 
 
 def test_plain_python_measures_the_same() -> None:
-    """NUMBA_DISABLE_JIT=1, where a fused multiply-add rounds twice: some hundred roundings of numbers about one."""
+    """NUMBA_DISABLE_JIT=1, where a fused multiply-add rounds twice: some hundred
+    roundings of numbers about one."""
     done = subprocess.run(
         [sys.executable, "-c", PLAIN.format(tests=TESTS)],
         env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
@@ -661,4 +862,6 @@ def test_plain_python_measures_the_same() -> None:
         text=True,
         check=True,
     )
-    assert [float(value) for value in done.stdout.strip("[]\n").split(",")] == pytest.approx(few_steps(), abs=1e-12)
+    assert [float(value) for value in done.stdout.strip("[]\n").split(",")] == pytest.approx(
+        few_steps(), abs=1e-12
+    )

@@ -1,4 +1,5 @@
-"""From made-up features to labels: each response, each kind, each bound. Bands: D, severity of stick-slip."""
+"""From made-up features to labels: each response, each kind, each bound. Bands: D,
+severity of stick-slip."""
 
 from __future__ import annotations
 
@@ -28,7 +29,9 @@ from nsdrill.variables import (
 CALM = dict.fromkeys(FEATURES, 0.0) | {"bit_speed_mean": 3.0, "whirl_ratio": 1.0}
 
 
-def label(thresholds: Thresholds = Thresholds(), status: int = OK, **features: float) -> dict[str, int]:  # noqa: B008
+def label(
+    thresholds: Thresholds = Thresholds(), status: int = OK, **features: float
+) -> dict[str, int]:
     made = {name: np.array([value]) for name, value in (CALM | features).items()}
     return {name: int(v[0]) for name, v in classify(made, np.array([status]), thresholds).items()}
 
@@ -60,17 +63,31 @@ def test_responses_add_up(features: dict[str, float], response: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "bound"), [("lift_off_fraction", 0.01), ("stick_slip_index", 80.0), ("wall_contact_fraction", 0.01)]
+    ("name", "bound"),
+    [("lift_off_fraction", 0.01), ("stick_slip_index", 80.0), ("wall_contact_fraction", 0.01)],
 )
 def test_a_response_begins_above_its_bound(name: str, bound: float) -> None:
     assert label(**{name: bound})["response"] == 0
     assert label(**{name: float(np.nextafter(bound, 1e9))})["response"] != 0
 
 
-# D: 0-40 none, 40-60 torsional oscillation, 60-80 medium, 80-100 onset of full stall, above 100 severe
+# D: 0-40 none, 40-60 torsional oscillation, 60-80 medium, 80-100 onset of full stall,
+# above 100 severe
 @pytest.mark.parametrize(
     ("index", "band"),
-    [(0, 0), (39.9, 0), (40, 0), (40.1, 1), (60, 1), (60.1, 2), (80, 2), (80.1, 3), (100, 3), (100.1, 4), (5000, 4)],
+    [
+        (0, 0),
+        (39.9, 0),
+        (40, 0),
+        (40.1, 1),
+        (60, 1),
+        (60.1, 2),
+        (80, 2),
+        (80.1, 3),
+        (100, 3),
+        (100.1, 4),
+        (5000, 4),
+    ],
 )
 def test_severity_bands(index: float, band: int) -> None:
     assert label(stick_slip_index=index)["stick_slip_severity"] == band
@@ -78,10 +95,22 @@ def test_severity_bands(index: float, band: int) -> None:
 
 @pytest.mark.parametrize(
     ("fraction", "band"),
-    [(0, 0), (0.01, 0), (0.0101, 1), (0.1, 1), (0.101, 2), (0.3, 2), (0.301, 3), (0.6, 3), (0.601, 4), (1, 4)],
+    [
+        (0, 0),
+        (0.01, 0),
+        (0.0101, 1),
+        (0.1, 1),
+        (0.101, 2),
+        (0.3, 2),
+        (0.301, 3),
+        (0.6, 3),
+        (0.601, 4),
+        (1, 4),
+    ],
 )
 def test_bands_of_bit_bounce(fraction: float, band: int) -> None:
-    """As in the table of thresholds; with the defaults there is a grade exactly where there is the response."""
+    """As in the table of thresholds; with the defaults there is a grade exactly where
+    there is the response."""
     found = label(lift_off_fraction=fraction)
     assert found["bounce_severity"] == band
     assert (band > 0) == bool(found["response"] & BIT_BOUNCE)
@@ -89,7 +118,18 @@ def test_bands_of_bit_bounce(fraction: float, band: int) -> None:
 
 @pytest.mark.parametrize(
     ("acceleration", "band"),
-    [(0, 0), (2.5, 0), (2.51, 1), (5, 1), (5.01, 2), (7.5, 2), (7.51, 3), (10, 3), (10.1, 4), (np.inf, 4)],
+    [
+        (0, 0),
+        (2.5, 0),
+        (2.51, 1),
+        (5, 1),
+        (5.01, 2),
+        (7.5, 2),
+        (7.51, 3),
+        (10, 3),
+        (10.1, 4),
+        (np.inf, 4),
+    ],
 )
 def test_bands_of_whirl(acceleration: float, band: int) -> None:
     """On the wall or not: a tool feels the acceleration either way."""
@@ -99,11 +139,13 @@ def test_bands_of_whirl(acceleration: float, band: int) -> None:
 
 
 def test_no_critical_response_is_graded_none() -> None:
-    """Also with a response threshold below the first bound of severity; a bound above it stays as it is."""
+    """Also with a response threshold below the first bound of severity; a bound above
+    it stays as it is."""
     low = replace(Thresholds(), bit_bounce=BitBounce(lift_off_fraction=0.001))
-    assert label(low, lift_off_fraction=0.005) | {"response": BIT_BOUNCE, "bounce_severity": 1} == label(
-        low, lift_off_fraction=0.005
-    )
+    assert label(low, lift_off_fraction=0.005) | {
+        "response": BIT_BOUNCE,
+        "bounce_severity": 1,
+    } == label(low, lift_off_fraction=0.005)
     high = replace(Thresholds(), bit_bounce=BitBounce(lift_off_fraction=0.5))
     found = label(high, lift_off_fraction=0.4)
     assert (found["response"], found["bounce_severity"]) == (0, 3)
@@ -121,7 +163,8 @@ def test_the_bounds_of_severity_can_be_moved() -> None:
 
 @pytest.mark.parametrize("index", [np.inf, np.nan])
 def test_a_bit_that_does_not_turn_sticks(index: float) -> None:
-    """(max - min)/(2 mean) with mean zero: infinite, or undefined where nothing moves at all."""
+    """(max - min)/(2 mean) with mean zero: infinite, or undefined where nothing moves
+    at all."""
     found = label(stick_slip_index=index, bit_speed_mean=0.0)
     assert found["response"] == STICK_SLIP
     assert found["stick_slip_severity"] == 4
@@ -147,7 +190,8 @@ def test_a_bit_that_does_not_turn_sticks(index: float) -> None:
     ],
 )
 def test_kinds_of_whirl(features: dict[str, float], kind: int) -> None:
-    """On the wall all the time, but where said. Rolling: ratio within 0.1 of one, half of the time on the wall."""
+    """On the wall all the time, but where said. Rolling: ratio within 0.1 of one, half
+    of the time on the wall."""
     assert label(**{"wall_contact_fraction": 1.0, **features})["whirl_kind"] == kind
 
 
@@ -164,7 +208,10 @@ def test_failed_points_have_no_labels() -> None:
 
 def test_thresholds_can_be_moved() -> None:
     strict = replace(
-        Thresholds(), bit_bounce=BitBounce(0.0), stick_slip=StickSlip(stick_slip_index=20.0), whirl=Whirl(0.5)
+        Thresholds(),
+        bit_bounce=BitBounce(0.0),
+        stick_slip=StickSlip(stick_slip_index=20.0),
+        whirl=Whirl(0.5),
     )
     assert label(strict, lift_off_fraction=1e-9)["response"] == BIT_BOUNCE
     assert label(strict, stick_slip_index=21.0)["response"] == STICK_SLIP

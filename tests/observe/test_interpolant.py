@@ -24,12 +24,16 @@ def exact_share(ends: tuple[float, ...], level: float) -> float:
     """The same from all roots of the polynomial."""
     g0, d0, c0, g1, d1, c1 = ends
     rise = g1 - g0
-    polynomial = np.polynomial.Polynomial([
-        g0 - level, d0, 0.5 * c0,
-        10 * rise - 6 * d0 - 4 * d1 - 1.5 * c0 + 0.5 * c1,
-        -15 * rise + 8 * d0 + 7 * d1 + 1.5 * c0 - c1,
-        6 * rise - 3 * (d0 + d1) - 0.5 * c0 + 0.5 * c1,
-    ])  # fmt: skip
+    polynomial = np.polynomial.Polynomial(
+        [
+            g0 - level,
+            d0,
+            0.5 * c0,
+            10 * rise - 6 * d0 - 4 * d1 - 1.5 * c0 + 0.5 * c1,
+            -15 * rise + 8 * d0 + 7 * d1 + 1.5 * c0 - c1,
+            6 * rise - 3 * (d0 + d1) - 0.5 * c0 + 0.5 * c1,
+        ]
+    )
     roots = polynomial.roots()
     real = roots[(abs(roots.imag) < 1e-9) & (roots.real > 0) & (roots.real < 1)].real
     cuts = np.concatenate([[0.0], np.sort(real), [1.0]])
@@ -44,10 +48,12 @@ def exact_share(ends: tuple[float, ...], level: float) -> float:
     overtone=st.floats(-0.05, 0.05),
     height=st.floats(-0.3, 1.3),
 )
-@example(step=1.0, phase=math.pi / 2 - 0.5, overtone=0.0, height=1.1)  # a graze: both ends below, the top above
+# a graze: both ends below, the top above
+@example(step=1.0, phase=math.pi / 2 - 0.5, overtone=0.0, height=1.1)
 @example(step=1.0, phase=0.3, overtone=0.0, height=0.5)  # no turn
 @example(step=2.0, phase=1.5707, overtone=0.0, height=0.3)  # the turn is next to the beginning
-@example(step=1.0, phase=math.pi / 2 + 1e-6, overtone=0.0, height=0.9999)  # the turn is just before the step
+# the turn is just before the step
+@example(step=1.0, phase=math.pi / 2 + 1e-6, overtone=0.0, height=0.9999)
 @example(step=1.0, phase=math.pi / 2 - 1 - 1e-6, overtone=0.0, height=0.9999)  # just after
 def test_time_above_a_level_is_that_of_the_polynomials_roots(
     step: float, phase: float, overtone: float, height: float
@@ -62,7 +68,8 @@ def test_time_above_a_level_is_that_of_the_polynomials_roots(
     )
     low, high = inside.min(), inside.max()
     level = low + height * (high - low)
-    # Within a millionth of the top it is the top itself, found to 1e-4 of the step, that decides.
+    # Within a millionth of the top it is the top itself, found to 1e-4 of the step,
+    # that decides.
     if min(abs(level - low), abs(level - high)) < 1e-6 * (high - low):
         return
     assert share(*ends, level) == pytest.approx(exact_share(ends, level), abs=1e-8)

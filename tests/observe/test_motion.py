@@ -1,4 +1,5 @@
-"""Periods, the 0-1 test and the kind of motion: on made-up returns and on published cascades."""
+"""Periods, the 0-1 test and the kind of motion: on made-up returns and on published
+cascades."""
 
 from __future__ import annotations
 
@@ -12,7 +13,16 @@ from nsdrill.models.christoforou_yigit.classify import still
 from nsdrill.models.christoforou_yigit.section import in_the_bit_frame
 from nsdrill.observe.motion import classify_motion, period, zero_one
 from nsdrill.observe.thresholds import Motion
-from nsdrill.variables import CHAOTIC, DIVERGED, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC, UNDETERMINED, UNSETTLED
+from nsdrill.variables import (
+    CHAOTIC,
+    DIVERGED,
+    EQUILIBRIUM,
+    OK,
+    PERIODIC,
+    QUASI_PERIODIC,
+    UNDETERMINED,
+    UNSETTLED,
+)
 from observe.flows import roessler_returns
 
 T = Motion()
@@ -35,21 +45,44 @@ def logistic(r: float, count: int) -> np.ndarray:
     return np.array(out)
 
 
-@pytest.mark.parametrize(("r", "expected"), [
-    # May 1976, Nature 261:459: doublings at 3, 3.449, 3.544, 3.5644, the window of period three from 3.8284.
-    (2.8, 1), (3.3, 2), (3.5, 4), (3.55, 8), (3.566, 16), (3.83, 3), (3.9, 0), (4.0, 0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("r", "expected"),
+    [
+        # May 1976, Nature 261:459: doublings at 3, 3.449, 3.544, 3.5644, the window of
+        # period three from 3.8284.
+        (2.8, 1),
+        (3.3, 2),
+        (3.5, 4),
+        (3.55, 8),
+        (3.566, 16),
+        (3.83, 3),
+        (3.9, 0),
+        (4.0, 0),
+    ],
+)
 def test_the_cascade_of_the_logistic_map(r: float, expected: int) -> None:
     fine = Motion(absolute=1e-6, relative=0.0)
     assert period(padded(logistic(r, 200)[:, None]), ONES, fine)[0] == expected
 
 
-@pytest.mark.parametrize(("c", "expected"), [
-    # Peitgen, Jurgens & Saupe, Chaos and Fractals (1992), 12.3: Roessler with a = b = 0.1.
-    (4.0, 1), (6.0, 2), (8.5, 4), (8.7, 8), (12.0, 3), (9.0, 0), (18.0, 0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("c", "expected"),
+    [
+        # Peitgen, Jurgens & Saupe, Chaos and Fractals (1992), 12.3: Roessler with a = b
+        # = 0.1.
+        (4.0, 1),
+        (6.0, 2),
+        (8.5, 4),
+        (8.7, 8),
+        (12.0, 3),
+        (9.0, 0),
+        (18.0, 0),
+    ],
+)
 def test_the_cascade_of_roessler(c: float, expected: int) -> None:
-    returns = roessler_returns(0.1, 0.1, c, Simulation(transient=20000.0, observe=1000.0, rtol=1e-10))
+    returns = roessler_returns(
+        0.1, 0.1, c, Simulation(transient=20000.0, observe=1000.0, rtol=1e-10)
+    )
     assert len(returns) > 100
     assert period(padded(returns), ONES, Motion(absolute=1e-3, relative=0.0))[0] == expected
 
@@ -70,14 +103,18 @@ def test_tolerances_are_absolute_and_relative() -> None:
     assert period(padded(noisy), ONES, Motion(absolute=0.01, relative=0.0))[0] == 0
     assert period(padded(noisy), ONES, Motion(absolute=0.2, relative=0.0))[0] == 2
     assert period(padded(noisy), ONES, Motion(absolute=0.01, relative=0.02))[0] == 2
-    assert period(padded(noisy), 20 * ONES, Motion(absolute=0.01, relative=0.0))[0] == 2, "in natural sizes"
+    assert period(padded(noisy), 20 * ONES, Motion(absolute=0.01, relative=0.0))[0] == 2, (
+        "in natural sizes"
+    )
 
 
 def test_a_slow_spiral_has_no_long_period() -> None:
-    """It comes near each of its returns again after one turn of the spiral, here eight returns: within the tolerance,
-    but not nearer than to others."""
+    """It comes near each of its returns again after one turn of the spiral, here eight
+    returns: within the tolerance, but not nearer than to others."""
     n = np.arange(120)
-    spiral = np.exp(-n / 100)[:, None] * np.stack([np.cos(2 * np.pi * n / 8), np.sin(2 * np.pi * n / 8)], axis=1)
+    spiral = np.exp(-n / 100)[:, None] * np.stack(
+        [np.cos(2 * np.pi * n / 8), np.sin(2 * np.pi * n / 8)], axis=1
+    )
     assert period(padded(spiral), ONES, Motion(absolute=1.0))[0] == 0
     angle = 2 * np.pi * n / 11
     resonant = 3.0 * np.exp(-n / 400)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
@@ -96,8 +133,9 @@ def test_any_cycle_is_found_with_its_least_period(n: int, seed: int) -> None:
 
 
 def test_the_zero_one_test_tells_regular_from_chaotic() -> None:
-    """Logistic map: K = 1 at r = 3.97, near 0 at r = 3.55 (Gottwald & Melbourne 2009, section 3); a circle map with
-    the golden mean is quasi-periodic. Too few returns: no answer."""
+    """Logistic map: K = 1 at r = 3.97, near 0 at r = 3.55 (Gottwald & Melbourne 2009,
+    section 3); a circle map with the golden mean is quasi-periodic. Too few returns: no
+    answer."""
     turn = 2 * np.pi * 0.6180339887498949 * np.arange(1000)
     returns = np.concatenate(
         [
@@ -133,7 +171,12 @@ def test_the_bit_frame_turns_velocities_along() -> None:
 
 
 def kind(
-    found: int = 0, settled: int = 1, status: int = OK, count: int = 1000, range_: float = 1.0, **features: float
+    found: int = 0,
+    settled: int = 1,
+    status: int = OK,
+    count: int = 1000,
+    range_: float = 1.0,
+    **features: float,
 ) -> int:
     made = {
         "axial_min": 0.0,
@@ -146,12 +189,16 @@ def kind(
     arrays["section_radius"] = np.where(np.arange(1001) < count, 1.0, np.nan)[None]
     count = np.count_nonzero(np.isfinite(arrays["section_radius"]), axis=-1)
     rests = still(arrays, ONES, T.absolute)
-    label = classify_motion(arrays, np.array([status]), np.array([settled]), np.array([found]), count, rests, T)
+    label = classify_motion(
+        arrays, np.array([status]), np.array([settled]), np.array([found]), count, rests, T
+    )
     return int(label[0])
 
 
 def test_the_kind_of_motion() -> None:
-    assert kind(found=3, zero_one=0.9) == PERIODIC, "a period is a period, whatever the 0-1 test says"
+    assert kind(found=3, zero_one=0.9) == PERIODIC, (
+        "a period is a period, whatever the 0-1 test says"
+    )
     assert kind(found=1, zero_one=0.9) == PERIODIC
     assert kind(found=1, range_=0.01, zero_one=np.nan) == EQUILIBRIUM
     assert kind(zero_one=0.95, settled=0) == CHAOTIC
@@ -162,19 +209,27 @@ def test_the_kind_of_motion() -> None:
     assert kind(found=3, count=2, zero_one=np.nan) == UNDETERMINED
     assert kind(found=3, status=DIVERGED, zero_one=np.nan) == UNDETERMINED
     for index in (0.05, 0.95):
-        assert kind(zero_one=index, count=999) == UNDETERMINED, "a file of an older version has it with fewer returns"
-    # With the exponent: its sign, with two errors, decides; the 0-1 test is there to be compared only.
+        assert kind(zero_one=index, count=999) == UNDETERMINED, (
+            "a file of an older version has it with fewer returns"
+        )
+    # With the exponent: its sign, with two errors, decides; the 0-1 test is there to be
+    # compared only.
     assert kind(zero_one=0.0, lyapunov_exponent=0.3, lyapunov_error=0.1) == CHAOTIC
     assert kind(zero_one=0.95, lyapunov_exponent=0.001, lyapunov_error=0.001) == QUASI_PERIODIC
     assert kind(zero_one=0.95, lyapunov_exponent=-0.3, lyapunov_error=0.1) == UNSETTLED
 
 
 def test_zero_is_said_of_an_exponent_only_where_it_is_known_to_be() -> None:
-    """Between an exponent that is zero, to some accuracy, and one that is not known there is a difference."""
-    assert kind(lyapunov_exponent=-0.0016, lyapunov_error=0.0001) == UNSETTLED, "a period-1 motion still on the way"
+    """Between an exponent that is zero, to some accuracy, and one that is not known
+    there is a difference."""
+    assert kind(lyapunov_exponent=-0.0016, lyapunov_error=0.0001) == UNSETTLED, (
+        "a period-1 motion still on the way"
+    )
     assert kind(lyapunov_exponent=-0.0016, lyapunov_error=0.0009) == QUASI_PERIODIC
     assert kind(lyapunov_exponent=0.001, lyapunov_error=0.1) == UNDETERMINED
     assert kind(lyapunov_exponent=0.001, lyapunov_error=0.1, settled=0) == UNSETTLED
-    assert kind(lyapunov_exponent=0.0015, lyapunov_error=0.0001) == UNDETERMINED, "above zero, but not by the threshold"
+    assert kind(lyapunov_exponent=0.0015, lyapunov_error=0.0001) == UNDETERMINED, (
+        "above zero, but not by the threshold"
+    )
     assert kind(lyapunov_exponent=np.nan, lyapunov_error=np.nan) == UNDETERMINED
     assert kind(found=1, lyapunov_exponent=0.001, lyapunov_error=0.1) == PERIODIC

@@ -1,4 +1,5 @@
-"""The Poincare section: located on the solution, once for each turn, the last ones kept."""
+"""The Poincare section: located on the solution, once for each turn, the last ones
+kept."""
 
 from __future__ import annotations
 
@@ -20,8 +21,12 @@ from nsdrill.sweep.work import Work
 TIGHT = Simulation(transient=3.0, observe=12.0, rtol=1e-10, max_steps=10**7)
 
 
-def with_section(case: Case, returns: int = 40, section: str = "revolution", simulation: Simulation = TIGHT) -> Work:
-    return replace(work_for(case, simulation), record=Record(peaks=2, poincare=returns, section=section))
+def with_section(
+    case: Case, returns: int = 40, section: str = "revolution", simulation: Simulation = TIGHT
+) -> Work:
+    return replace(
+        work_for(case, simulation), record=Record(peaks=2, poincare=returns, section=section)
+    )
 
 
 def crossings(work: Work, start: np.ndarray) -> dict[str, np.ndarray]:
@@ -35,7 +40,8 @@ def crossings(work: Work, start: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def exact(case: Case, start: np.ndarray, lobes: int) -> list[dict[str, float]]:
-    """The same from SciPy's solution of the reference equations at 1e-12, with its own event location."""
+    """The same from SciPy's solution of the reference equations at 1e-12, with its own
+    event location."""
     end = TIGHT.transient + TIGHT.observe
     solution = solve(case, start[:8], end, dense=True).sol
     spacing = 2 * np.pi / lobes
@@ -49,32 +55,51 @@ def exact(case: Case, start: np.ndarray, lobes: int) -> list[dict[str, float]]:
     found = []
     for level in np.arange(first, last + 1) * spacing:
         after = int(np.argmax(reached >= level))
-        t = brentq(lambda t, level=level: angle(t) - level, grid[after - 1], grid[after], xtol=1e-14)
+        t = brentq(
+            lambda t, level=level: angle(t) - level, grid[after - 1], grid[after], xtol=1e-14
+        )
         x, vx, y, vy, z, vz, twist, speed = solution(t)
         r = np.hypot(x, y)
-        found.append({
-            "section_radius": r, "section_whirl_angle": (np.arctan2(y, x) - level + np.pi) % (2 * np.pi) - np.pi,
-            "section_radial_velocity": (x * vx + y * vy) / r, "section_whirl_speed": (x * vy - y * vx) / r**2,
-            "section_axial": z, "section_axial_velocity": vz, "section_twist": twist, "section_bit_speed": speed,
-        })  # fmt: skip
+        found.append(
+            {
+                "section_radius": r,
+                "section_whirl_angle": (np.arctan2(y, x) - level + np.pi) % (2 * np.pi) - np.pi,
+                "section_radial_velocity": (x * vx + y * vy) / r,
+                "section_whirl_speed": (x * vy - y * vx) / r**2,
+                "section_axial": z,
+                "section_axial_velocity": vz,
+                "section_twist": twist,
+                "section_bit_speed": speed,
+            }
+        )
     return found
 
 
-@pytest.mark.parametrize(("case", "section", "within"), [
-    (SMOOTH, "revolution", 1e-6), (BOUNCING, "lobe", 1e-4), (RUBBING, "revolution", 1e-4)],
-    ids=["smooth", "bouncing", "rubbing"])  # fmt: skip
+@pytest.mark.parametrize(
+    ("case", "section", "within"),
+    [(SMOOTH, "revolution", 1e-6), (BOUNCING, "lobe", 1e-4), (RUBBING, "revolution", 1e-4)],
+    ids=["smooth", "bouncing", "rubbing"],
+)
 def test_returns_are_those_of_the_exact_solution(case: Case, section: str, within: float) -> None:
-    """Interpolation is of sixth order: at these steps below 1e-7 of the sizes. Every contact adds an error of the order
-    of the tolerance, 1e-10, and the next ones make it grow: some 1e-5 after forty bounces."""
+    """Interpolation is of sixth order: at these steps below 1e-7 of the sizes. Every
+    contact adds an error of the order of the tolerance, 1e-10, and the next ones make
+    it grow: some 1e-5 after forty bounces."""
     start = start_of(case)
     mine = crossings(with_section(case, section=section), start)
     expected = exact(case, start, case.lobes if section == "lobe" else 1)
     assert len(mine["section_radius"]) == len(expected)
-    sizes = {"section_radius": 0.01, "section_radial_velocity": 0.1, "section_whirl_speed": 5.0, "section_axial": 1e-3,
-             "section_axial_velocity": 0.02}  # fmt: skip
+    sizes = {
+        "section_radius": 0.01,
+        "section_radial_velocity": 0.1,
+        "section_whirl_speed": 5.0,
+        "section_axial": 1e-3,
+        "section_axial_velocity": 0.02,
+    }
     for name in SECTION:
         values = np.array([one[name] for one in expected])
-        assert mine[name] == pytest.approx(values, rel=within, abs=within * sizes.get(name, 1.0)), name
+        assert mine[name] == pytest.approx(values, rel=within, abs=within * sizes.get(name, 1.0)), (
+            name
+        )
 
 
 def test_the_last_ones_are_kept_oldest_first() -> None:
@@ -85,7 +110,8 @@ def test_the_last_ones_are_kept_oldest_first() -> None:
 
 
 def test_a_bit_that_swings_back_is_counted_once_a_turn() -> None:
-    """Off the rock the string unwinds from twenty radians of twist, and the bit swings back by whole turns."""
+    """Off the rock the string unwinds from twenty radians of twist, and the bit swings
+    back by whole turns."""
     case, end = Case(wob=0.0, speed=2.0, amplitude=0.0), 40.0
     start = np.array([1e-3, 0.0, 0.0, 0.0, 0.1, 0.0, 20.0, 2.0, 0.0])
     work = with_section(case, simulation=Simulation(0.0, end, rtol=1e-9))

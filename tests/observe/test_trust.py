@@ -28,7 +28,8 @@ from nsdrill.variables import BIT_BOUNCE, MODEL, OK, PENDING, STEP_LIMIT, STICK_
 
 
 def test_differences_are_measured_in_natural_sizes() -> None:
-    """The default gap is (15 in - 9 in) / 2, the lobe amplitude 1 mm, the drive speed as given."""
+    """The default gap is (15 in - 9 in) / 2, the lobe amplitude 1 mm, the drive speed
+    as given."""
     units = scales(pack(Parameters(), [2000.0] * 4, [2e4] * 4, [3.0] * 4))
     assert units["gap"] == pytest.approx([3 * 0.0254] * 4)
     one = {name: np.zeros(4) for name in COMPARED}
@@ -40,7 +41,12 @@ def test_differences_are_measured_in_natural_sizes() -> None:
     assert model_named(MODEL).difference(one, two, units) == pytest.approx([0.1, 0.2, 0.3, 0.4])
     assert model_named(MODEL).difference(two, one, units) == pytest.approx([0.1, 0.2, 0.3, 0.4])
     two["radius_mean"][3] = np.nan
-    assert np.isnan(model_named(MODEL).difference(one, two, units)).tolist() == [False, False, False, True]
+    assert np.isnan(model_named(MODEL).difference(one, two, units)).tolist() == [
+        False,
+        False,
+        False,
+        True,
+    ]
 
 
 def test_everything_compared_is_a_feature() -> None:
@@ -51,7 +57,8 @@ def test_a_surface_without_lobes_has_a_size_too() -> None:
     parameters = Parameters(Drillstring(), Mud(), Well(), replace(Bit(), surface_amplitude=0.0))
     table = pack(parameters, [2000.0], [2e4], [3.0])
     assert scales(table)["lobe"] == sizes(table)[:, 4]
-    assert scales(table)["lobe"][0] == pytest.approx(2e4 / 25e6, rel=0.2)  # W / k_c, the pipe being much softer
+    # W / k_c, the pipe being much softer
+    assert scales(table)["lobe"][0] == pytest.approx(2e4 / 25e6, rel=0.2)
 
 
 def found(**changes: list[float]) -> dict[str, np.ndarray]:
@@ -68,9 +75,15 @@ def found(**changes: list[float]) -> dict[str, np.ndarray]:
     return values | {name: np.array(value) for name, value in changes.items()}
 
 
-def judged(response: list[int], thresholds: Thresholds = Thresholds(), **changes: list[float]) -> dict[str, np.ndarray]:  # noqa: B008
+def judged(
+    response: list[int], thresholds: Thresholds = Thresholds(), **changes: list[float]
+) -> dict[str, np.ndarray]:
     values = found(**changes)
-    return {**values, "response": np.array(response), **trust_labels(values, np.array(response), thresholds, responses)}
+    return {
+        **values,
+        "response": np.array(response),
+        **trust_labels(values, np.array(response), thresholds, responses),
+    }
 
 
 def test_a_point_is_trusted_where_both_checks_agree() -> None:
@@ -97,7 +110,10 @@ def test_one_check_is_enough_to_doubt(check: str) -> None:
 
 
 def test_a_check_that_failed_or_is_missing_is_no_agreement() -> None:
-    nan = {f"tight_{name}": [np.nan, np.nan] for name in ("difference", "lift_off_fraction", "wall_contact_fraction")}
+    nan = {
+        f"tight_{name}": [np.nan, np.nan]
+        for name in ("difference", "lift_off_fraction", "wall_contact_fraction")
+    }
     values = judged([0, 0], tight_status=[STEP_LIMIT, PENDING], **nan)
     assert values["tight_response"].tolist() == [0, 0]
     assert values["trusted"].tolist() == [0, 0]
@@ -105,8 +121,13 @@ def test_a_check_that_failed_or_is_missing_is_no_agreement() -> None:
 
 
 def test_the_labels_follow_the_thresholds() -> None:
-    strict, loose = replace(Thresholds(), trust=Trust(0.005)), replace(Thresholds(), trust=Trust(0.02))
+    strict, loose = (
+        replace(Thresholds(), trust=Trust(0.005)),
+        replace(Thresholds(), trust=Trust(0.02)),
+    )
     assert judged([0, 0], strict)["trusted"].tolist() == [0, 0]
     assert judged([0, 0], loose)["trusted"].tolist() == [1, 1]
-    lower = replace(Thresholds(), stick_slip=replace(Thresholds().stick_slip, stick_slip_index=10.0))
+    lower = replace(
+        Thresholds(), stick_slip=replace(Thresholds().stick_slip, stick_slip_index=10.0)
+    )
     assert judged([0, STICK_SLIP], lower)["trusted"].tolist() == [0, 1]

@@ -47,8 +47,11 @@ def mathieu(t, y, p):
     return (-(a - 2.0 * cosine) * x,)
 
 
-def flow_of(slopes, states: int, *, forced: bool = False, singles: int = 0, rtol: float = 1e-13) -> Flow:
-    """The flow of a system with one parameter; ``forced``: it is the frequency of the forcing."""
+def flow_of(
+    slopes, states: int, *, forced: bool = False, singles: int = 0, rtol: float = 1e-13
+) -> Flow:
+    """The flow of a system with one parameter; ``forced``: it is the frequency of the
+    forcing."""
     rows = STEPPERS["tsitouras"].rows(Rows(2 * states, 0, 1, 0, states, singles, judged=True))
 
     def runs(values, initial):

@@ -1,4 +1,5 @@
-"""Curves of special points in two numbers against closed forms and against branches at other values, and thresholds."""
+"""Curves of special points in two numbers against closed forms and against branches at
+other values, and thresholds."""
 
 import numpy as np
 import pytest
@@ -12,15 +13,21 @@ STUDY = {
     "model": "torsion",
     "operation": {"depth": "5000 m", "wob": "22 kN"},
     "simulation": {"transient": "5 s", "observe": "5 s"},
-    "continue": {"along": "rotary_speed", "from": "1.8 rad/s", "to": "6 rad/s",
-                 "seeds": {"rotary_speed": ["5 rad/s"]}, "points": 400},
-}  # fmt: skip
+    "continue": {
+        "along": "rotary_speed",
+        "from": "1.8 rad/s",
+        "to": "6 rad/s",
+        "seeds": {"rotary_speed": ["5 rad/s"]},
+        "points": 400,
+    },
+}
 STICK_ONSET = 104
 
 
 @pytest.fixture(scope="module")
 def continued():
-    """Steady drilling and the cycles that spring from it, with the curves of Hopf points and folds of cycles."""
+    """Steady drilling and the cycles that spring from it, with the curves of Hopf
+    points and folds of cycles."""
     curves = {"over": "wob", "from": "21 kN", "to": "24 kN", "of": ["hopf", "fold"], "points": 40}
     study = nsdrill.load_study({**STUDY, "continue": {**STUDY["continue"], "curves": curves}})
     return study, nsdrill.continue_branches(study)
@@ -36,7 +43,8 @@ def curve(data, label):
 
 
 def test_curve_of_hopf_points(continued):
-    """Steady drilling is lost where the damping and the slope of the torque add up to nothing, at every weight."""
+    """Steady drilling is lost where the damping and the slope of the torque add up to
+    nothing, at every weight."""
     study, data = continued
     speeds, weights = curve(data, HOPF)
     assert (weights[0], weights[-1]) == pytest.approx((21e3, 24e3))
@@ -58,17 +66,22 @@ def test_curve_of_folds_of_cycles(continued):
     assert weights[-1] > 22.1e3
     near = int(np.argmin(np.abs(weights - 22.4e3)))
     wob = float(weights[near])
-    there = nsdrill.continue_branches({**STUDY, "operation": {"depth": "5000 m", "wob": f"{wob!r} N"}})
+    there = nsdrill.continue_branches(
+        {**STUDY, "operation": {"depth": "5000 m", "wob": f"{wob!r} N"}}
+    )
     (fold,) = there["rotary_speed"].values[there["label"].values == FOLD]
     assert speeds[near] == pytest.approx(fold, abs=1e-6)
 
 
 def test_onset_of_sticking(continued):
-    """Where the bit begins to stick, the least bit speed of the cycle is the threshold; stability does not change."""
+    """Where the bit begins to stick, the least bit speed of the cycle is the threshold;
+    stability does not change."""
     study, data = continued
     place = int(np.argmax(data["label"].values == STICK_ONSET))
     assert data["label"].values[place] == STICK_ONSET
-    assert data["bit_speed_min"].values[place] == pytest.approx(study.thresholds.stuck_below, abs=1e-6)
+    assert data["bit_speed_min"].values[place] == pytest.approx(
+        study.thresholds.stuck_below, abs=1e-6
+    )
     assert data["unstable"].values[place - 1] == data["unstable"].values[place + 1]
     sticks = data["touches"].sel(contact="bit").values
     slow = data["bit_speed_min"].values < study.thresholds.stuck_below

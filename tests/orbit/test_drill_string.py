@@ -1,4 +1,5 @@
-"""Branches of the drill string against closed forms, differences, Liouville, Lyapunov and the brute-force sweep."""
+"""Branches of the drill string against closed forms, differences, Liouville, Lyapunov
+and the brute-force sweep."""
 
 import math
 
@@ -36,24 +37,37 @@ def bit_torque(study, omega, force):
     k = derive(study.parameters, 5000.0, 22240.0, omega)
     bit = study.parameters.bit
     cutting = k.cutting_arm * 2 / math.pi * math.atan(bit.friction.smoothing * omega)
-    return force * (2 / 3 * study.parameters.well.diameter / 2 * friction(bit.friction, omega) + cutting)
+    return force * (
+        2 / 3 * study.parameters.well.diameter / 2 * friction(bit.friction, omega) + cutting
+    )
 
 
 def test_hopf_of_steady_drilling_and_the_fold_of_stick_slip():
-    """Without lobes and lateral motion steady drilling is lost where c_t + F dT/domega vanishes; the cycles that spring
-    there are unstable up to a fold: between the two speeds steady drilling and stick-slip coexist."""
-    study = nsdrill.load_study({
-        **SMOOTH, "modes": {"lateral": "frozen"}, "simulation": {"transient": "10 s", "observe": "10 s"},
-        "continue": {"along": "rotary_speed", "from": "1.8 rad/s", "to": "5 rad/s",
-                     "seeds": {"rotary_speed": ["3.5 rad/s"]}, "points": 500},
-    })  # fmt: skip
+    """Without lobes and lateral motion steady drilling is lost where c_t + F dT/domega
+    vanishes; the cycles that spring there are unstable up to a fold: between the two
+    speeds steady drilling and stick-slip coexist."""
+    study = nsdrill.load_study(
+        {
+            **SMOOTH,
+            "modes": {"lateral": "frozen"},
+            "simulation": {"transient": "10 s", "observe": "10 s"},
+            "continue": {
+                "along": "rotary_speed",
+                "from": "1.8 rad/s",
+                "to": "5 rad/s",
+                "seeds": {"rotary_speed": ["3.5 rad/s"]},
+                "points": 500,
+            },
+        }
+    )
     data = nsdrill.continue_branches(study)
     k = derive(study.parameters, 5000.0, 22240.0, 2.0)
     stiffness = study.parameters.bit.rock_stiffness
     force = 22240.0 * stiffness / (stiffness + k.k_a)
 
     def damping(omega):
-        # The cutting arm goes with the depth of cut of the set speed, which the bit's own speed does not change.
+        # The cutting arm goes with the depth of cut of the set speed, which the bit's
+        # own speed does not change.
         h = 1e-5
         arm = derive(study.parameters, 5000.0, 22240.0, omega).cutting_arm
         bit = study.parameters.bit
@@ -63,7 +77,9 @@ def test_hopf_of_steady_drilling_and_the_fold_of_stick_slip():
             cutting = arm * 2 / math.pi * math.atan(bit.friction.smoothing * speed)
             return force * (2 / 3 * radius * friction(bit.friction, speed) + cutting)
 
-        return study.parameters.drillstring.torsional_damping + (torque(omega + h) - torque(omega - h)) / (2 * h)
+        return study.parameters.drillstring.torsional_damping + (
+            torque(omega + h) - torque(omega - h)
+        ) / (2 * h)
 
     assert numbers_at(data, HOPF) == pytest.approx([brentq(damping, 1.5, 3.0)], abs=1e-6)
     (fold,) = numbers_at(data, FOLD)
@@ -72,24 +88,36 @@ def test_hopf_of_steady_drilling_and_the_fold_of_stick_slip():
     assert "Hopf" in str(data["end_reason"].values[1])
     cycles = data.isel(point=slice(sizes[0], None))
     at_fold = int(np.argmax(cycles["label"].values == FOLD))
-    # The side of the fold that shrinks to the Hopf point is unstable, the other is stick-slip.
+    # The side of the fold that shrinks to the Hopf point is unstable, the other is
+    # stick-slip.
     swing = cycles["bit_speed_max"].values - cycles["rotary_speed"].values
     sides = [slice(1, at_fold), slice(at_fold + 1, -1)]
     small, large = sorted(sides, key=lambda side: float(np.min(swing[side])))
     assert set(cycles["unstable"].values[small]) == {1}
     assert set(cycles["unstable"].values[large]) == {0}
-    # A run from a point of the stable side goes on as it is there; beyond the fold it ends in steady drilling.
+    # A run from a point of the stable side goes on as it is there; beyond the fold it
+    # ends in steady drilling.
     side = cycles.isel(point=large)
     one = side.isel(point=int(np.argmin(np.abs(side["rotary_speed"].values - (fold - 0.05)))))
-    state = dict(zip((str(name) for name in one["state_name"].values), one["state"].values, strict=True))
-    initial = {"z": f"{float(state['z'])!r} m", "twist": f"{float(state['twist'])!r} rad",
-               "bit_speed": f"{float(state['bit_speed'])!r} rad/s"}  # fmt: skip
+    state = dict(
+        zip((str(name) for name in one["state_name"].values), one["state"].values, strict=True)
+    )
+    initial = {
+        "z": f"{float(state['z'])!r} m",
+        "twist": f"{float(state['twist'])!r} rad",
+        "bit_speed": f"{float(state['bit_speed'])!r} rad/s",
+    }
     for speed, sticks in ((float(one["rotary_speed"]), True), (fold + 0.1, False)):
-        run = nsdrill.run({
-            **SMOOTH, "modes": {"lateral": "frozen"}, "initial": initial,
-            "simulation": {"transient": "600 s", "observe": "100 s", "rtol": 1e-9},
-            "sweep": {"rotary_speed": f"{float(speed)!r} rad/s"},
-        }, progress=False)  # fmt: skip
+        run = nsdrill.run(
+            {
+                **SMOOTH,
+                "modes": {"lateral": "frozen"},
+                "initial": initial,
+                "simulation": {"transient": "600 s", "observe": "100 s", "rtol": 1e-9},
+                "sweep": {"rotary_speed": f"{float(speed)!r} rad/s"},
+            },
+            progress=False,
+        )
         fastest = float(run["bit_speed_max"].squeeze())
         if sticks:
             assert fastest == pytest.approx(float(one["bit_speed_max"]), rel=1e-4)
@@ -98,15 +126,23 @@ def test_hopf_of_steady_drilling_and_the_fold_of_stick_slip():
 
 
 def test_fold_of_backward_rolling():
-    """Without lobes and eccentricity backward rolling is a balance of forces: it folds at the least speed at which the
-    friction of some slip can carry the drag."""
-    study = nsdrill.load_study({
-        **SMOOTH, "drillstring": {"eccentricity": "0 mm"},
-        "initial": {"x": "76.63 mm", "vy": "-0.686 m/s", "twist": "-5.8 rad"},
-        "simulation": {"transient": "20 s", "observe": "20 s"},
-        "continue": {"along": "rotary_speed", "from": "4.3 rad/s", "to": "6.5 rad/s",
-                     "seeds": {"rotary_speed": ["6 rad/s"]}, "points": 120},
-    })  # fmt: skip
+    """Without lobes and eccentricity backward rolling is a balance of forces: it folds
+    at the least speed at which the friction of some slip can carry the drag."""
+    study = nsdrill.load_study(
+        {
+            **SMOOTH,
+            "drillstring": {"eccentricity": "0 mm"},
+            "initial": {"x": "76.63 mm", "vy": "-0.686 m/s", "twist": "-5.8 rad"},
+            "simulation": {"transient": "20 s", "observe": "20 s"},
+            "continue": {
+                "along": "rotary_speed",
+                "from": "4.3 rad/s",
+                "to": "6.5 rad/s",
+                "seeds": {"rotary_speed": ["6 rad/s"]},
+                "points": 120,
+            },
+        }
+    )
     data = nsdrill.continue_branches(study)
     (fold,) = numbers_at(data, FOLD)
     parameters = study.parameters
@@ -135,7 +171,9 @@ def test_fold_of_backward_rolling():
 
         return brentq(excess, 3.9, 6.5)
 
-    least = minimize_scalar(speed_of, bounds=(1e-3, 0.2), method="bounded", options={"xatol": 1e-10})
+    least = minimize_scalar(
+        speed_of, bounds=(1e-3, 0.2), method="bounded", options={"xatol": 1e-10}
+    )
     assert fold == pytest.approx(least.fun, abs=1e-6)
     assert fold == pytest.approx(4.65372612, abs=1e-7)
     at = int(np.argmax(data["label"].values == FOLD))
@@ -145,11 +183,20 @@ def test_fold_of_backward_rolling():
 @pytest.fixture(scope="module")
 def bounce():
     """Bounces over one lobe of the main study, and their setting."""
-    study = nsdrill.load_study({
-        **AT, "simulation": {"transient": "400 s", "observe": "100 s"},
-        "continue": {"along": "rotary_speed", "from": "3.3 rad/s", "to": "4.6 rad/s", "lobes": 1,
-                     "seeds": {"rotary_speed": ["3.5 rad/s"]}, "points": 80},
-    })  # fmt: skip
+    study = nsdrill.load_study(
+        {
+            **AT,
+            "simulation": {"transient": "400 s", "observe": "100 s"},
+            "continue": {
+                "along": "rotary_speed",
+                "from": "3.3 rad/s",
+                "to": "4.6 rad/s",
+                "lobes": 1,
+                "seeds": {"rotary_speed": ["3.5 rad/s"]},
+                "points": 80,
+            },
+        }
+    )
     return study, nsdrill.continue_branches(study)
 
 
@@ -159,9 +206,10 @@ def orbit_at(data, number):
 
 
 def test_multipliers_across_contacts(bounce):
-    """The bit leaves the rock in every period. The monodromy is that of central differences; smaller tolerances change
-    it by 1e-8; the product of the multipliers is the integral of the divergence (Liouville); of three periods they are
-    the third powers."""
+    """The bit leaves the rock in every period. The monodromy is that of central
+    differences; smaller tolerances change it by 1e-8; the product of the multipliers is
+    the integral of the divergence (Liouville); of three periods they are the third
+    powers."""
     study, data = bounce
     setting = setting_of(study)
     one = orbit_at(data, 3.6)
@@ -176,7 +224,9 @@ def test_multipliers_across_contacts(bounce):
         return Flow(base.equations, rtol=rtol)
 
     def monodromy(rtol, periods=1):
-        legs = Legs(state[None], np.zeros(1), np.array([periods * fold / number]), values, np.ones(1, bool))
+        legs = Legs(
+            state[None], np.zeros(1), np.array([periods * fold / number]), values, np.ones(1, bool)
+        )
         ends = flow(rtol).run(legs)
         return turned(setting.symmetry, ends.monodromy[0].T, -periods * fold).T
 
@@ -189,14 +239,17 @@ def test_multipliers_across_contacts(bounce):
     fine, finer = (np.sort_complex(np.linalg.eigvals(one)) for one in scaled[1:])
     assert np.max(np.abs(own - finer)) < 2e-8
     assert np.max(np.abs(fine - finer)) < 1e-8
-    # Those of the file, at the default tolerance, against the finest; and all along the branch.
+    # Those of the file, at the default tolerance, against the finest; and all along the
+    # branch.
     assert np.max(np.abs(np.sort_complex(stored[place]) - finer)) < 1e-9
     states, speeds = data["state"].values, data["rotary_speed"].values
     n = len(states)
     legs = Legs(states, np.zeros(n), fold / speeds, speeds[:, None], np.ones(n, bool))
     worst = []
     for matrix, there in zip(flow(1e-14).run(legs).monodromy, stored, strict=True):
-        finest = np.linalg.eigvals(turned(setting.symmetry, matrix.T, -fold).T * sizes / sizes[:, None])
+        finest = np.linalg.eigvals(
+            turned(setting.symmetry, matrix.T, -fold).T * sizes / sizes[:, None]
+        )
         worst.append(max(np.min(np.abs(finest - one)) for one in there))
     assert max(worst) < 1e-8
     cubes = np.linalg.eigvals(monodromy(1e-11, 3))
@@ -206,19 +259,36 @@ def test_multipliers_across_contacts(bounce):
     for j in range(8):
         h = 1e-3 * sizes[j]
         sides = state + np.array([[h], [-h]]) * np.eye(8)[j]
-        legs = Legs(sides, np.zeros(2), np.full(2, fold / number), np.repeat(values, 2, axis=0), np.zeros(2, bool))
+        legs = Legs(
+            sides,
+            np.zeros(2),
+            np.full(2, fold / number),
+            np.repeat(values, 2, axis=0),
+            np.zeros(2, bool),
+        )
         ends = turned(setting.symmetry, flow(1e-13).run(legs).state, -fold)
         differences[:, j] = (ends[0] - ends[1]) / (2 * h)
     assert np.max(np.abs(differences * sizes / sizes[:, None] - scaled[0])) < 1e-4
 
 
 def test_divergence(bounce):
-    """Liouville, of steady drilling on a smooth rock: the sum of the exponents is the divergence, in closed form."""
-    study = nsdrill.load_study({
-        **SMOOTH, "modes": {"lateral": "frozen"}, "simulation": {"transient": "10 s", "observe": "10 s"},
-        "continue": {"along": "rotary_speed", "from": "4 rad/s", "to": "5 rad/s",
-                     "seeds": {"rotary_speed": ["4.5 rad/s"]}, "switch": False, "points": 20},
-    })  # fmt: skip
+    """Liouville, of steady drilling on a smooth rock: the sum of the exponents is the
+    divergence, in closed form."""
+    study = nsdrill.load_study(
+        {
+            **SMOOTH,
+            "modes": {"lateral": "frozen"},
+            "simulation": {"transient": "10 s", "observe": "10 s"},
+            "continue": {
+                "along": "rotary_speed",
+                "from": "4 rad/s",
+                "to": "5 rad/s",
+                "seeds": {"rotary_speed": ["4.5 rad/s"]},
+                "switch": False,
+                "points": 20,
+            },
+        }
+    )
     data = nsdrill.continue_branches(study)
     parameters = study.parameters
     for point in range(data.sizes["point"]):
@@ -233,35 +303,59 @@ def test_divergence(bounce):
             cutting = k.cutting_arm * 2 / math.pi * math.atan(bit.smoothing * speed)  # noqa: B023
             return force * (2 / 3 * radius * friction(bit, speed) + cutting)  # noqa: B023
 
-        damping = parameters.drillstring.torsional_damping + (torque(omega + h) - torque(omega - h)) / (2 * h)
+        damping = parameters.drillstring.torsional_damping + (
+            torque(omega + h) - torque(omega - h)
+        ) / (2 * h)
         divergence = -parameters.drillstring.axial_damping / k.m_a - damping / k.J
         multipliers = one["multiplier_real"].values + 1j * one["multiplier_imag"].values
-        found = np.log(np.abs(np.prod(multipliers[np.isfinite(multipliers)]))) / float(one["period"])
+        found = np.log(np.abs(np.prod(multipliers[np.isfinite(multipliers)]))) / float(
+            one["period"]
+        )
         assert found == pytest.approx(divergence, abs=1e-8)
 
 
 def test_exponent_of_a_settled_bounce(bounce):
-    """The largest Floquet exponent is the Lyapunov exponent of the same motion, within its error."""
+    """The largest Floquet exponent is the Lyapunov exponent of the same motion, within
+    its error."""
     _, data = bounce
     one = orbit_at(data, 3.8)
     largest = max(np.abs(one["multiplier_real"].values + 1j * one["multiplier_imag"].values))
     assert int(one["unstable"]) == 0
     state = {
-        str(name): float(value) for name, value in zip(data["state_name"].values, one["state"].values, strict=True)
+        str(name): float(value)
+        for name, value in zip(data["state_name"].values, one["state"].values, strict=True)
     }
-    units = {"x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s", "twist": "rad", "bit_speed": "rad/s"}
+    units = {
+        "x": "m",
+        "y": "m",
+        "z": "m",
+        "vx": "m/s",
+        "vy": "m/s",
+        "vz": "m/s",
+        "twist": "rad",
+        "bit_speed": "rad/s",
+    }
     initial = {name: f"{value!r} {units[name]}" for name, value in state.items()}
-    run = nsdrill.run({
-        **AT, "initial": initial, "sweep": {"rotary_speed": f"{float(one['rotary_speed'])!r} rad/s"},
-        "simulation": {"transient": "200 s", "observe": "400 s", "rtol": 1e-9}, "record": {"exponent": True},
-    }, progress=False)  # fmt: skip
+    run = nsdrill.run(
+        {
+            **AT,
+            "initial": initial,
+            "sweep": {"rotary_speed": f"{float(one['rotary_speed'])!r} rad/s"},
+            "simulation": {"transient": "200 s", "observe": "400 s", "rtol": 1e-9},
+            "record": {"exponent": True},
+        },
+        progress=False,
+    )
     found, error = float(run["lyapunov_exponent"].squeeze()), float(run["lyapunov_error"].squeeze())
-    assert found == pytest.approx(math.log(largest) / float(one["period"]), abs=max(3 * error, 2e-3))
+    assert found == pytest.approx(
+        math.log(largest) / float(one["period"]), abs=max(3 * error, 2e-3)
+    )
 
 
 def test_branches_against_the_sweep(bounce):
-    """Where the sweep settles on a motion over one lobe, its peaks are those of the branch; the torus bifurcations of
-    the branch bound the interval in which the sweep finds something else."""
+    """Where the sweep settles on a motion over one lobe, its peaks are those of the
+    branch; the torus bifurcations of the branch bound the interval in which the sweep
+    finds something else."""
     _, data = bounce
     starts = {name: data["state"].values[:, k] for k, name in enumerate(data["state_name"].values)}
     for number in (3.4, 4.5):
@@ -277,13 +371,20 @@ def test_branches_against_the_sweep(bounce):
             "bit_speed": "rad/s",
         }
         place = int(np.argmin(np.abs(data["rotary_speed"].values - number)))
-        initial = {str(name): f"{float(values[place])!r} {units[str(name)]}" for name, values in starts.items()}
+        initial = {
+            str(name): f"{float(values[place])!r} {units[str(name)]}"
+            for name, values in starts.items()
+        }
         speed = float(one["rotary_speed"])
         run = nsdrill.run(
-            {**AT, "initial": initial, "sweep": {"rotary_speed": f"{float(speed)!r} rad/s"},
-             "simulation": {"transient": "100 s", "observe": "50 s", "rtol": 1e-9}},
+            {
+                **AT,
+                "initial": initial,
+                "sweep": {"rotary_speed": f"{float(speed)!r} rad/s"},
+                "simulation": {"transient": "100 s", "observe": "50 s", "rtol": 1e-9},
+            },
             progress=False,
-        )  # fmt: skip
+        )
         for name in ("axial_max", "bit_speed_max", "radius_max", "bit_force_max"):
             assert float(run[name].squeeze()) == pytest.approx(float(one[name]), rel=1e-3)
     torus = numbers_at(data, 8)
@@ -292,37 +393,73 @@ def test_branches_against_the_sweep(bounce):
 
 
 def test_torus_bifurcation_against_the_sweep(bounce):
-    """A sweep that carries the bounce along finds that it no longer repeats from within one step of the torus
-    bifurcation on."""
+    """A sweep that carries the bounce along finds that it no longer repeats from within
+    one step of the torus bifurcation on."""
     _, data = bounce
     torus = numbers_at(data, 8)[-2]
     one = orbit_at(data, 4.2)
-    units = {"x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s", "twist": "rad", "bit_speed": "rad/s"}
+    units = {
+        "x": "m",
+        "y": "m",
+        "z": "m",
+        "vx": "m/s",
+        "vy": "m/s",
+        "vz": "m/s",
+        "twist": "rad",
+        "bit_speed": "rad/s",
+    }
     names = [str(name) for name in data["state_name"].values]
-    initial = {name: f"{float(value)!r} {units[name]}" for name, value in zip(names, one["state"].values, strict=True)}
+    initial = {
+        name: f"{float(value)!r} {units[name]}"
+        for name, value in zip(names, one["state"].values, strict=True)
+    }
     step, points = 0.02, 7
-    run = nsdrill.run({
-        **AT, "initial": initial, "simulation": {"transient": "400 s", "observe": "30 s"},
-        "sweep": {"procedure": "up", "rotary_speed": {
-            "from": "4.24 rad/s", "to": f"{4.24 + step * (points - 1)!r} rad/s", "points": points}},
-    }, progress=False)  # fmt: skip
+    run = nsdrill.run(
+        {
+            **AT,
+            "initial": initial,
+            "simulation": {"transient": "400 s", "observe": "30 s"},
+            "sweep": {
+                "procedure": "up",
+                "rotary_speed": {
+                    "from": "4.24 rad/s",
+                    "to": f"{4.24 + step * (points - 1)!r} rad/s",
+                    "points": points,
+                },
+            },
+        },
+        progress=False,
+    )
     speeds, peaks = run["rotary_speed"].values, run["axial_peaks"].squeeze().values
-    misses = [np.nanmax(np.abs(peaks[:, k:] - peaks[:, :-k]), axis=1) for k in (1, 2, 3)]  # peaks in a period
+    # peaks in a period
+    misses = [np.nanmax(np.abs(peaks[:, k:] - peaks[:, :-k]), axis=1) for k in (1, 2, 3)]
     repeats = np.min(misses, axis=0) < 1e-5
     lost = speeds[~repeats][0]
     assert repeats[speeds < lost].all()
     assert lost - step <= torus <= lost + step
 
 
-@pytest.mark.parametrize("extra", [{"stabilizer": {"clearance": "5 mm"}}, {"well": {"axial_friction": True}}])
+@pytest.mark.parametrize(
+    "extra", [{"stabilizer": {"clearance": "5 mm"}}, {"well": {"axial_friction": True}}]
+)
 def test_multipliers_where_equations_are_not_linearised(extra):
-    """With stabilisers, or friction along the hole, deviations are differences of the equations: the multipliers are
-    those of central differences of the flow."""
-    study = nsdrill.load_study({
-        **SMOOTH, **extra, "simulation": {"transient": "20 s", "observe": "5 s"},
-        "continue": {"along": "rotary_speed", "from": "3 rad/s", "to": "3.5 rad/s", "switch": False, "points": 4,
-                     "seeds": {"rotary_speed": ["3.2 rad/s"]}},
-    })  # fmt: skip
+    """With stabilisers, or friction along the hole, deviations are differences of the
+    equations: the multipliers are those of central differences of the flow."""
+    study = nsdrill.load_study(
+        {
+            **SMOOTH,
+            **extra,
+            "simulation": {"transient": "20 s", "observe": "5 s"},
+            "continue": {
+                "along": "rotary_speed",
+                "from": "3 rad/s",
+                "to": "3.5 rad/s",
+                "switch": False,
+                "points": 4,
+                "seeds": {"rotary_speed": ["3.2 rad/s"]},
+            },
+        }
+    )
     data = nsdrill.continue_branches(study)
     assert list(data["motion"].values) == ["equilibrium"]
     setting = setting_of(study)
@@ -333,7 +470,13 @@ def test_multipliers_where_equations_are_not_linearised(extra):
     h = 1e-4 * flow.sizes(values)[0]
     sides = np.concatenate([state + np.diag(h), state - np.diag(h)])
     many = 2 * states
-    legs = Legs(sides, np.zeros(many), np.full(many, period), np.repeat(values, many, axis=0), np.zeros(many, bool))
+    legs = Legs(
+        sides,
+        np.zeros(many),
+        np.full(many, period),
+        np.repeat(values, many, axis=0),
+        np.zeros(many, bool),
+    )
     ends = turned(setting.symmetry, flow.run(legs).state, -number * period)
     differences = ((ends[:states] - ends[states:]) / (2.0 * h[:, None])).T
     free = list(setting.symmetry.free)
@@ -343,23 +486,38 @@ def test_multipliers_where_equations_are_not_linearised(extra):
 
 
 def test_a_regulated_motor_against_shooting_by_scipy():
-    """A DC motor whose voltage follows the motion: a limit cycle closes on SciPy's DOP853 of circuit, springs and
-    friction, and its multipliers are those of differences of such runs."""
+    """A DC motor whose voltage follows the motion: a limit cycle closes on SciPy's
+    DOP853 of circuit, springs and friction, and its multipliers are those of
+    differences of such runs."""
     gains = (0.0272, 22.2, 1.138, -13.03, 15.6)
-    study = nsdrill.load_study({
-        "operation": {"depth": "5000 m", "wob": "66.72 kN"}, "bit": {"surface_amplitude": "0 mm"},
-        "modes": {"lateral": "frozen", "axial": "frozen"}, "drive": {"kind": "dc_motor", "gains": list(gains)},
-        "simulation": {"transient": "20 s", "observe": "10 s"},
-        "continue": {"along": "rotary_speed", "from": "1.5 rad/s", "to": "3 rad/s", "points": 40,
-                     "seeds": {"rotary_speed": ["2 rad/s"]}},
-    })  # fmt: skip
+    study = nsdrill.load_study(
+        {
+            "operation": {"depth": "5000 m", "wob": "66.72 kN"},
+            "bit": {"surface_amplitude": "0 mm"},
+            "modes": {"lateral": "frozen", "axial": "frozen"},
+            "drive": {"kind": "dc_motor", "gains": list(gains)},
+            "simulation": {"transient": "20 s", "observe": "10 s"},
+            "continue": {
+                "along": "rotary_speed",
+                "from": "1.5 rad/s",
+                "to": "3 rad/s",
+                "points": 40,
+                "seeds": {"rotary_speed": ["2 rad/s"]},
+            },
+        }
+    )
     data = nsdrill.continue_branches(study)
     cycle = list(data["motion"].values).index("limit_cycle")
     one = data.isel(point=int(np.flatnonzero(data["branch_of_point"].values == cycle)[10]))
     speed, period = float(one["rotary_speed"]), float(one["period"])
     names = [str(name) for name in data["state_name"].values]
     state = dict(zip(names, one["state"].values, strict=True))
-    k, p, n_k, wob = derive(study.parameters, 5000.0, 66720.0, speed), study.parameters, 7.2 * 6.0, 66720.0
+    k, p, n_k, wob = (
+        derive(study.parameters, 5000.0, 66720.0, speed),
+        study.parameters,
+        7.2 * 6.0,
+        66720.0,
+    )
     damping, force = p.drillstring.torsional_damping, -p.bit.rock_stiffness * float(state["z"])
 
     def torque(omega, load):
@@ -371,8 +529,18 @@ def test_a_regulated_motor_against_shooting_by_scipy():
     def slopes(t, y):
         lag, top_speed, twist, bit_speed, current = y
         pipe = k.k_t * (lag - twist)
-        deviations = (current - steady / n_k, lag, top_speed - speed, twist + steady / k.k_t, bit_speed - speed)
-        voltage = n_k * speed + 0.01 * steady / n_k - sum(K * off for K, off in zip(gains, deviations, strict=True))
+        deviations = (
+            current - steady / n_k,
+            lag,
+            top_speed - speed,
+            twist + steady / k.k_t,
+            bit_speed - speed,
+        )
+        voltage = (
+            n_k * speed
+            + 0.01 * steady / n_k
+            - sum(K * off for K, off in zip(gains, deviations, strict=True))
+        )
         return [
             top_speed - speed,
             (n_k * current - pipe) / 2122.32,
@@ -384,7 +552,12 @@ def test_a_regulated_motor_against_shooting_by_scipy():
     def end(start):
         return solve_ivp(slopes, (0.0, period), start, "DOP853", rtol=1e-11, atol=1e-11).y[:, -1]
 
-    start = np.array([float(state[name]) for name in ("lag", "drive_speed", "twist", "bit_speed", "motor_torque")])
+    start = np.array(
+        [
+            float(state[name])
+            for name in ("lag", "drive_speed", "twist", "bit_speed", "motor_torque")
+        ]
+    )
     start[-1] /= n_k
     swing = float(one["bit_speed_max"]) - float(one["bit_speed_min"])
     assert swing > 0.1

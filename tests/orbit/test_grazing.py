@@ -1,4 +1,5 @@
-"""Grazing: of an oscillator at a stop, in closed form; of the drill string's rock; and corners of branches there."""
+"""Grazing: of an oscillator at a stop, in closed form; of the drill string's rock; and
+corners of branches there."""
 
 from dataclasses import replace
 
@@ -46,8 +47,14 @@ def flow_at_a_stop() -> Flow:
 
     def runs(values, initial):
         n = len(values)
-        return Runs(np.asarray(values, dtype=float).reshape(n, 1), np.ones((n, 2)), np.zeros((n, rows.own_slopes)),
-                    np.asarray(values)[:, 0], np.full(n, 1e-4), initial)  # fmt: skip
+        return Runs(
+            np.asarray(values, dtype=float).reshape(n, 1),
+            np.ones((n, 2)),
+            np.zeros((n, rows.own_slopes)),
+            np.asarray(values)[:, 0],
+            np.full(n, 1e-4),
+            initial,
+        )
 
     def parts(lanes):
         touches, marker = make_touches(lanes, rows, 2 * RATES, 0, 1)
@@ -59,7 +66,11 @@ def flow_at_a_stop() -> Flow:
         def watch(b, store):
             now = first + RATES * W
             for i in range(W):
-                b[now + i], b[now + W + i], b[now + 2 * W + i] = b[x_ + i] - GAP, b[v_ + i], b[a_ + i]
+                b[now + i], b[now + W + i], b[now + 2 * W + i] = (
+                    b[x_ + i] - GAP,
+                    b[v_ + i],
+                    b[a_ + i],
+                )
             touches(b, store)
             for i in range(W):
                 if b[moves_ + i] != 0.0:
@@ -68,12 +79,17 @@ def flow_at_a_stop() -> Flow:
 
         return Compiled(in_lanes(stop, lanes, rows), watch, marker)
 
-    return Flow(Equations(rows, Symmetry(1, (0, 1)), (1.0,), runs, parts, contacts=("stop",)), rtol=1e-12)
+    return Flow(
+        Equations(rows, Symmetry(1, (0, 1)), (1.0,), runs, parts, contacts=("stop",)), rtol=1e-12
+    )
 
 
-@pytest.mark.parametrize(("start", "sense", "wanted"), [(0.5, 1, 0.7106873691), (1.5, -1, 1.2185743569)])
+@pytest.mark.parametrize(
+    ("start", "sense", "wanted"), [(0.5, 1, 0.7106873691), (1.5, -1, 1.2185743569)]
+)
 def test_oscillator_at_a_stop_grazes_where_its_amplitude_is_the_gap(start, sense, wanted):
-    """Without touching the amplitude is F / |1 - w^2 + 2 i zeta w|, which is the gap at these frequencies."""
+    """Without touching the amplitude is F / |1 - w^2 + 2 i zeta w|, which is the gap at
+    these frequencies."""
     amplitude = abs(FORCE / complex(1.0 - wanted**2, 2.0 * ZETA * wanted))
     assert amplitude == pytest.approx(GAP, abs=1e-9)
     flow = flow_at_a_stop()
@@ -83,8 +99,9 @@ def test_oscillator_at_a_stop_grazes_where_its_amplitude_is_the_gap(start, sense
     point = at(flow, problem, problem.unknowns(state, start))
     tests = labels_of({0: Graze(REACHED, None)}, equilibrium=False)
     half = advance(
-        flow, {0: follow(problem, point, sense, (0.4, 1.6), 40, tests, kinked=kinks_of(1), most=0.1)}
-    )[0]  # fmt: skip
+        flow,
+        {0: follow(problem, point, sense, (0.4, 1.6), 40, tests, kinked=kinks_of(1), most=0.1)},
+    )[0]
     labels = [one.label for one in half.points]
     first = labels.index(REACHED)
     assert not any(labels[:first])
@@ -94,24 +111,35 @@ def test_oscillator_at_a_stop_grazes_where_its_amplitude_is_the_gap(start, sense
 
 
 def test_lift_off_of_a_bit_that_turns_evenly():
-    """Without friction and damping in torsion the bit turns evenly, and leaves the rock where the law of linear contact
-    says."""
+    """Without friction and damping in torsion the bit turns evenly, and leaves the rock
+    where the law of linear contact says."""
     study = {
-        "operation": {"depth": "5000 m", "wob": "22.24 kN"}, "modes": {"lateral": "frozen"},
+        "operation": {"depth": "5000 m", "wob": "22.24 kN"},
+        "modes": {"lateral": "frozen"},
         "drillstring": {"torsional_damping": "0 N m s/rad"},
         "bit": {"friction": {"static": 0.0, "dynamic": 0.0}, "cutting": {"zeta": 0.0}},
         "simulation": {"transient": "0.1 s", "observe": "0.1 s"},
-        "continue": {"along": "rotary_speed", "from": "3.55 rad/s", "to": "3.7 rad/s", "lobes": 1, "switch": False,
-                     "motions": "periodic", "seeds": {"rotary_speed": ["3.58 rad/s"]}, "points": 90},
-    }  # fmt: skip
+        "continue": {
+            "along": "rotary_speed",
+            "from": "3.55 rad/s",
+            "to": "3.7 rad/s",
+            "lobes": 1,
+            "switch": False,
+            "motions": "periodic",
+            "seeds": {"rotary_speed": ["3.58 rad/s"]},
+            "points": 90,
+        },
+    }
     parameters = nsdrill.load_study(study).parameters
     k = derive(parameters, 5000.0, 22240.0, 3.58)
     rock, w, damping = parameters.bit.rock_stiffness, 3 * 3.58, parameters.drillstring.axial_damping
     both = k.k_a + rock
     swing = rock * parameters.bit.surface_amplitude / complex(both - k.m_a * w * w, damping * w)
     study["initial"] = {
-        "z": f"{float(-22240.0 / both + swing.imag)!r} m", "vz": f"{float(w * swing.real)!r} m/s", "twist": "0 rad",
-    }  # fmt: skip
+        "z": f"{float(-22240.0 / both + swing.imag)!r} m",
+        "vz": f"{float(w * swing.real)!r} m/s",
+        "twist": "0 rad",
+    }
     data = nsdrill.continue_branches(study)
     (found,) = data["rotary_speed"].values[data["label"].values == 101]
 
@@ -125,8 +153,8 @@ def test_lift_off_of_a_bit_that_turns_evenly():
 
 
 class Corner:
-    """The branch number = u - 1000 u^(3/2) for u > 0, u below: what a stiff contact makes of a branch that grazes. It
-    turns within 1e-6 of the origin, and goes back."""
+    """The branch number = u - 1000 u^(3/2) for u > 0, u below: what a stiff contact
+    makes of a branch that grazes. It turns within 1e-6 of the origin, and goes back."""
 
     slack = 1.0
 
@@ -135,7 +163,9 @@ class Corner:
         deep = max(u, 0.0)
         residual = number - u + 1000.0 * deep**1.5
         return Reading(
-            np.array([residual]), np.array([[-1.0 + 1500.0 * deep**0.5, 1.0]]), lambda: (float(u), float(number))
+            np.array([residual]),
+            np.array([[-1.0 + 1500.0 * deep**0.5, 1.0]]),
+            lambda: (float(u), float(number)),
         )
         yield
 
@@ -155,7 +185,10 @@ def test_a_branch_is_followed_around_a_corner():
     tangent = np.array([1.0, 1.0]) / 2**0.5
     start = Point(np.array([-0.5, -0.5]), tangent, (-0.5, -0.5), 1, 0.0)
     turn = float(np.linalg.slogdet(np.vstack([[-1.0, 1.0], tangent]))[0])
-    half = advance(None, {0: follow(Corner(), replace(start, turn=turn), 1, (-0.9, 1.0), 200, tests, kinked=kinked)})[0]
+    half = advance(
+        None,
+        {0: follow(Corner(), replace(start, turn=turn), 1, (-0.9, 1.0), 200, tests, kinked=kinked)},
+    )[0]
     assert half.ended == "from"
     (fold,) = (one.point for one in half.points if one.label)
     exact = (2.0 / 3000.0) ** 2  # u of the fold
@@ -168,7 +201,12 @@ def test_a_branch_is_followed_around_a_corner():
 def test_legs_of_an_impossible_angle_do_not_run():
     flow = flow_at_a_stop()
     legs = Legs(
-        np.zeros((2, 2)), np.zeros(2), np.full(2, 6.0), np.array([[0.0], [1.0]]), np.zeros(2, bool), angular=True
+        np.zeros((2, 2)),
+        np.zeros(2),
+        np.full(2, 6.0),
+        np.array([[0.0], [1.0]]),
+        np.zeros(2, bool),
+        angular=True,
     )
     ends = flow.run(legs)
     assert list(ends.ok) == [False, True]

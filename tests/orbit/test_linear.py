@@ -8,7 +8,8 @@ from nsdrill.orbit.periodic import ring
 
 
 def shooting(segments, seed):
-    """The matrix of a motion of so many segments with eight states, bordered by a dense row and column."""
+    """The matrix of a motion of so many segments with eight states, bordered by a dense
+    row and column."""
     rng = np.random.default_rng(seed)
     made = rng.normal(size=(8 * segments + 1, 8 * segments + 1))
     made[:-1, :-1] = ring(rng.normal(size=(segments, 8, 8)))
@@ -21,7 +22,9 @@ def test_solutions_and_signs(segments):
     for seed in range(12):
         matrix = shooting(segments, seed)
         wanted = np.random.default_rng(100 + seed).normal(size=len(matrix))
-        assert solve(matrix, matrix @ wanted) == pytest.approx(wanted, abs=1e-8 * np.linalg.cond(matrix))
+        assert solve(matrix, matrix @ wanted) == pytest.approx(
+            wanted, abs=1e-8 * np.linalg.cond(matrix)
+        )
         signs.add(sign_of_determinant(matrix))
         assert sign_of_determinant(matrix) == np.linalg.slogdet(matrix)[0]
     assert signs == {1.0, -1.0}

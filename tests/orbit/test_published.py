@@ -1,4 +1,5 @@
-"""Orbits and bifurcations that others have published, through the code that drill strings go through."""
+"""Orbits and bifurcations that others have published, through the code that drill
+strings go through."""
 
 import numpy as np
 import pytest
@@ -19,7 +20,11 @@ def cycle(flow, state, period, number, segments=6):
     starts = [np.array(state, dtype=float)]
     for _ in range(segments - 1):
         legs = Legs(
-            starts[-1][None], np.zeros(1), np.array([period / segments]), np.array([[number]]), np.zeros(1, bool)
+            starts[-1][None],
+            np.zeros(1),
+            np.array([period / segments]),
+            np.array([[number]]),
+            np.zeros(1, bool),
         )
         starts.append(flow.run(legs).state[0])
     return at(flow, problem, problem.unknowns(np.stack(starts), period, number)).found
@@ -38,7 +43,8 @@ def least_trivial(orbit):
     ],
 )
 def test_cycles_of_roessler(start, period, segments, wanted, multiplier):
-    """Cvitanovic et al., Chaos: Classical and Quantum (chaosbook.org), the shortest cycles."""
+    """Cvitanovic et al., Chaos: Classical and Quantum (chaosbook.org), the shortest
+    cycles."""
     found = cycle(flow_of(roessler, 3, singles=3), start, period, 5.7, segments)
     assert found.period == pytest.approx(wanted, rel=1e-9)
     assert least_trivial(found) == pytest.approx(multiplier, rel=2e-8)
@@ -49,7 +55,8 @@ def test_cycle_ab_of_lorenz():
     found = cycle(flow_of(lorenz, 3, singles=3), (-13.7636, -19.5788, 27.0), 1.5586, 28.0)
     assert found.period == pytest.approx(1.5586522107162, rel=1e-11)
     assert least_trivial(found) == pytest.approx(4.712947, rel=1e-6)
-    # Liouville: the product of all multipliers is that of the divergence, -(10 + 1 + 8/3).
+    # Liouville: the product of all multipliers is that of the divergence, -(10 + 1 +
+    # 8/3).
     assert np.prod(found.multipliers).real == pytest.approx(0.0, abs=1e-7)
     assert np.log(abs(least_trivial(found))) / found.period == pytest.approx(0.994647, rel=1e-5)
 
@@ -62,11 +69,13 @@ def test_van_der_pol():
 
 @pytest.mark.parametrize("order", [1, 2])
 def test_mathieu_characteristic_values(order):
-    """x'' + (a - 2 q cos 2t) x = 0 has a periodic solution where a is a characteristic value: a multiplier of the rest
-    of 1 or, over half of that period, of -1."""
+    """x'' + (a - 2 q cos 2t) x = 0 has a periodic solution where a is a characteristic
+    value: a multiplier of the rest of 1 or, over half of that period, of -1."""
     flow = flow_of(mathieu, 2, forced=True)
     number = float(mathieu_a(order, 1.0))
-    legs = Legs(np.zeros((1, 2)), np.zeros(1), np.array([np.pi]), np.array([[number]]), np.ones(1, bool))
+    legs = Legs(
+        np.zeros((1, 2)), np.zeros(1), np.array([np.pi]), np.array([[number]]), np.ones(1, bool)
+    )
     multipliers = np.linalg.eigvals(flow.run(legs).monodromy[0])
     wanted = -1.0 if order % 2 else 1.0
     assert np.trace(flow.run(legs).monodromy[0]) == pytest.approx(2.0 * wanted, abs=1e-8)
@@ -74,7 +83,8 @@ def test_mathieu_characteristic_values(order):
 
 
 def test_folds_of_duffing():
-    """d = 0.05, F = 0.1: harmonic balance with nine odd harmonics has the folds at these frequencies."""
+    """d = 0.05, F = 0.1: harmonic balance with nine odd harmonics has the folds at
+    these frequencies."""
     flow = flow_of(duffing, 2, forced=True)
     state, number = np.zeros((1, 2)), np.array([[0.6]])
     for _ in range(60):

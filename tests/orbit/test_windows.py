@@ -14,8 +14,8 @@ WIDE, DEEP = 0.02, 0.002
 
 @dataclass(frozen=True)
 class Tongue:
-    """The straight branch u = number with a margin that is lowest far from ``at`` and rises to ``top`` there, as that
-    of a resonance does."""
+    """The straight branch u = number with a margin that is lowest far from ``at`` and
+    rises to ``top`` there, as that of a resonance does."""
 
     at: float
     top: float
@@ -48,7 +48,9 @@ def followed(problem, *, looked):
 
     start = Point(np.array([0.0, 0.0]), np.array([1.0, 1.0]) / 2**0.5, 0.0, 1, 0.0)
     margins = (lambda found: np.array([-1.0, problem.margin(found)])) if looked else None
-    return advance(None, {0: follow(problem, start, 1, (-1.0, 3.0), 400, tests, margins=margins)})[0]
+    return advance(None, {0: follow(problem, start, 1, (-1.0, 3.0), 400, tests, margins=margins)})[
+        0
+    ]
 
 
 @pytest.mark.parametrize("at", [1.4, 1.45, 1.5, 1.55, 1.6])

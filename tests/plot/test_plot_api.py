@@ -20,7 +20,9 @@ from nsdrill.variables import DIVERGED, PENDING
 def test_default_kinds(speeds: Results, plane: Results, trace: Trace) -> None:
     assert plot.kinds_for(speeds)[:2] == ("bifurcation", "summary")
     assert plot.kinds_for(plane)[0] == "map"
-    assert {"stick_slip_index", "lift_off", "wall_contact", "whirl_ratio", "radius"} <= set(plot.kinds_for(plane))
+    assert {"stick_slip_index", "lift_off", "wall_contact", "whirl_ratio", "radius"} <= set(
+        plot.kinds_for(plane)
+    )
     assert "bit_force_max" in plot.kinds_for(plane)
     assert plot.kinds_for(trace) == ("trace", "histories", "orbit", "hole", "phase", "section")
     assert plot.kinds_for(make_results())[0] == "bifurcation"  # one point: its peaks
@@ -51,7 +53,9 @@ def test_unknown_kind_lists_the_kinds_with_a_line_each(speeds: Results) -> None:
 
 @pytest.mark.parametrize("kind", ["bifurcation", "summary", "orbit"])
 def test_kind_that_does_not_fit_says_what_would(plane: Results, kind: str) -> None:
-    with pytest.raises(InputError, match=r"does not fit a sweep over depth .* and rotary_speed") as caught:
+    with pytest.raises(
+        InputError, match=r"does not fit a sweep over depth .* and rotary_speed"
+    ) as caught:
         plot.draw(plane, kind)
     assert "stick_slip_index" in str(caught.value)
 
@@ -59,7 +63,9 @@ def test_kind_that_does_not_fit_says_what_would(plane: Results, kind: str) -> No
 def test_a_cut_of_a_map_is_a_bifurcation_diagram(plane: Results) -> None:
     figure = plot.draw(plane, "bifurcation", at={"depth": 500.0})
     assert "500 m" in figure.get_suptitle()
-    assert "500 m" in plot.draw(plane, "bifurcation", at={"depth": 510.0}).get_suptitle(), "the nearest one"
+    assert "500 m" in plot.draw(plane, "bifurcation", at={"depth": 510.0}).get_suptitle(), (
+        "the nearest one"
+    )
     with pytest.raises(InputError, match="as the sweep, of which the nearest value is drawn"):
         plot.draw(plane, "bifurcation", at={"depth": 20e3})
     with pytest.raises(InputError, match="allowed: depth, wob, rotary_speed"):
@@ -89,7 +95,9 @@ def test_bytes_as_procedure_names_and_a_title_with_dollars(speeds: Results) -> N
 
 
 @pytest.mark.parametrize("suffix", [".png", ".pdf", ".svg"])
-def test_same_bytes_every_time(speeds: Results, plane: Results, tmp_path: Path, suffix: str) -> None:
+def test_same_bytes_every_time(
+    speeds: Results, plane: Results, tmp_path: Path, suffix: str
+) -> None:
     data = plane if suffix == ".svg" else speeds
     first, second, third = (tmp_path / f"{name}{suffix}" for name in "abc")
     figure = plot.draw(data)
@@ -104,7 +112,8 @@ def test_same_bytes_in_another_process(tmp_path: Path) -> None:
     script = (
         "import sys; sys.path[:0] = [sys.argv[1], sys.argv[1] + '/..']\n"
         "from made_up import make_trace; from nsdrill import plot;"
-        "plot.save(plot.draw(make_trace(5.0), 'phase'), sys.argv[2]); print('matplotlib.pyplot' in sys.modules)"
+        "plot.save(plot.draw(make_trace(5.0), 'phase'), sys.argv[2]); print('matplotlib.pyplot' "
+        "in sys.modules)"
     )
     for number in range(2):
         path = tmp_path / f"{number}.svg"
@@ -113,7 +122,11 @@ def test_same_bytes_in_another_process(tmp_path: Path) -> None:
             check=True,
             capture_output=True,
             text=True,
-            env={"PYTHONHASHSEED": str(number), "PATH": "", "PYTHONPATH": os.environ.get("PYTHONPATH", "")},
+            env={
+                "PYTHONHASHSEED": str(number),
+                "PATH": "",
+                "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
+            },
         )
         assert out.stdout.strip() == "False", "pyplot was imported"
     assert (tmp_path / "0.svg").read_bytes() == (tmp_path / "1.svg").read_bytes()
@@ -129,7 +142,8 @@ def test_text_stays_text(speeds: Results, tmp_path: Path) -> None:
     plot.save(figure, tmp_path / "a.svg")
     plot.save(figure, tmp_path / "a.pdf")
     assert "Rotary speed [rad/s]" in (tmp_path / "a.svg").read_text(encoding="utf-8")
-    assert b"/CIDFontType2" in (tmp_path / "a.pdf").read_bytes()  # TrueType, not the outlines of Type 3
+    # TrueType, not the outlines of Type 3
+    assert b"/CIDFontType2" in (tmp_path / "a.pdf").read_bytes()
     assert b"CreationDate" not in (tmp_path / "a.pdf").read_bytes()
 
 

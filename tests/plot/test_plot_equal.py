@@ -1,4 +1,5 @@
-"""Lines of equal rate of penetration: where the rate has the value that stands beside them."""
+"""Lines of equal rate of penetration: where the rate has the value that stands beside
+them."""
 
 from __future__ import annotations
 
@@ -18,7 +19,9 @@ SPEEDS, WEIGHTS = np.linspace(1.0, 6.0, 11), np.linspace(10e3, 60e3, 9)
 def results() -> Results:
     """The rate [m/h] is the speed times the weight in 10 kN."""
     made = make_results(wob=WEIGHTS, rotary_speed=SPEEDS, procedures=("up", "down"))
-    made.variables["rate_of_penetration"] = np.broadcast_to(np.outer(WEIGHTS / 1e4, SPEEDS) / 3600.0, made.shape).copy()
+    made.variables["rate_of_penetration"] = np.broadcast_to(
+        np.outer(WEIGHTS / 1e4, SPEEDS) / 3600.0, made.shape
+    ).copy()
     return made
 
 
@@ -34,7 +37,8 @@ def test_the_rate_is_equal_along_a_line(results, kind, panels):
     for line in found:
         for level, path in zip(line.levels, line.get_paths(), strict=True):
             x, y = path.vertices.T  # rad/s, kN
-            np.testing.assert_allclose(x * y / 10, level, rtol=0.02)  # straight between points of the map
+            # straight between points of the map
+            np.testing.assert_allclose(x * y / 10, level, rtol=0.02)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "Rate of penetration [m/h]" in legend
 
@@ -57,7 +61,11 @@ def test_points_that_were_not_run_are_passed_over(results):
 
 
 def test_no_lines_where_nothing_varies_or_none_is_known(results):
-    for values in (np.full(results.shape, 1e-3), np.full(results.shape, np.nan), np.zeros(results.shape)):
+    for values in (
+        np.full(results.shape, 1e-3),
+        np.full(results.shape, np.nan),
+        np.zeros(results.shape),
+    ):
         results.variables["rate_of_penetration"] = values
         assert not lines(plot.draw(results, "map"))
 

@@ -15,7 +15,8 @@ SPEEDS = np.linspace(1.0, 8.0, 8)
 
 @pytest.fixture
 def motions() -> Results:
-    """Eight points, six of period two and two chaotic, with the 0-1 test for these and without Lyapunov exponents."""
+    """Eight points, six of period two and two chaotic, with the 0-1 test for these and
+    without Lyapunov exponents."""
     made = make_results(rotary_speed=SPEEDS)
     shape = made["status"].shape
     motion, period, zero_one = np.full(shape, PERIODIC), np.full(shape, 2), np.full(shape, np.nan)
@@ -41,7 +42,9 @@ def test_no_panel_without_values(motions: Results) -> None:
 
 def test_only_periods_of_periodic_motions_are_drawn(motions: Results) -> None:
     motions.variables["period"][..., 4] = 7
-    [line] = [line for line in draw(motions, "motion").axes[3].get_lines() if line.get_marker() == "o"]
+    [line] = [
+        line for line in draw(motions, "motion").axes[3].get_lines() if line.get_marker() == "o"
+    ]
     drawn = np.asarray(line.get_ydata(), dtype=float)
     assert np.array_equal(np.isfinite(drawn), motions["motion"].ravel() == PERIODIC)
     assert np.nanmax(drawn) == 2

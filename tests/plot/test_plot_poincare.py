@@ -21,7 +21,8 @@ SPEEDS = np.linspace(2.0, 8.0, 7)
 
 @pytest.fixture
 def sweep() -> Results:
-    """Periodic up to 5 rad/s, with period two; chaotic above; on the way down chaotic throughout."""
+    """Periodic up to 5 rad/s, with period two; chaotic above; on the way down chaotic
+    throughout."""
     results = make_results(rotary_speed=SPEEDS, procedures=("up", "down"))
     shape = results["status"].shape
     for variable in (v for v in VARIABLES if v.only in ("returns", "exponent")):
@@ -42,7 +43,9 @@ def sweep() -> Results:
 
 def test_every_return_is_drawn_in_the_colour_of_its_motion(sweep: Results) -> None:
     figure = plot.draw(sweep, "poincare")
-    lines = {line.get_gid(): line for axes in figure.axes for line in axes.get_lines() if line.get_gid()}
+    lines = {
+        line.get_gid(): line for axes in figure.axes for line in axes.get_lines() if line.get_gid()
+    }
     up = lines[f"section_radius:up:{PERIODIC}"]
     assert to_hex(up.get_color()) == MOTIONS[PERIODIC].colour.lower()
     assert sorted(set(np.round(up.get_ydata(), 6))) == [10.0, 20.0], "in mm"
@@ -84,20 +87,31 @@ def test_what_was_not_recorded_is_not_offered() -> None:
 
 
 def test_the_section_of_a_trace_is_found_between_samples() -> None:
-    """A motion known in closed form, sampled every 0.05 s: the cubic is good to the fourth power of that."""
+    """A motion known in closed form, sampled every 0.05 s: the cubic is good to the
+    fourth power of that."""
     time = np.arange(0.0, 60.0, 0.05)
     speed, swing = 3.0, 0.4
     twist, rate = 0.5 * np.sin(swing * time), 0.5 * swing * np.cos(swing * time)
     values = {
-        "x": 0.03 * np.cos(2.0 * time), "vx": -0.06 * np.sin(2.0 * time),
-        "y": 0.03 * np.sin(2.0 * time), "vy": 0.06 * np.cos(2.0 * time), "z": np.sin(time), "vz": np.cos(time),
-        "twist": twist, "bit_speed": speed + rate, "drive_angle": speed * time,
-    }  # fmt: skip
+        "x": 0.03 * np.cos(2.0 * time),
+        "vx": -0.06 * np.sin(2.0 * time),
+        "y": 0.03 * np.sin(2.0 * time),
+        "vy": 0.06 * np.cos(2.0 * time),
+        "z": np.sin(time),
+        "vz": np.cos(time),
+        "twist": twist,
+        "bit_speed": speed + rate,
+        "drive_angle": speed * time,
+    }
     trace = Trace(time, values, {"rotary_speed": speed})
     found = section_of(trace)
     assert len(found["section_radius"]) == int((speed * time[-1] + twist[-1]) // (2 * np.pi))
-    assert found["section_radius"] == pytest.approx(np.full(len(found["section_radius"]), 0.03), rel=1e-5)
-    moments = (np.arange(1, len(found["section_twist"]) + 1) * 2 * np.pi - found["section_twist"]) / speed
+    assert found["section_radius"] == pytest.approx(
+        np.full(len(found["section_radius"]), 0.03), rel=1e-5
+    )
+    moments = (
+        np.arange(1, len(found["section_twist"]) + 1) * 2 * np.pi - found["section_twist"]
+    ) / speed
     assert found["section_axial"] == pytest.approx(np.sin(moments), abs=1e-5)
     assert found["section_twist"] == pytest.approx(0.5 * np.sin(swing * moments), abs=1e-4)
     assert found["section_whirl_angle"] == pytest.approx(np.angle(np.exp(2j * moments)), abs=1e-4)
@@ -105,7 +119,9 @@ def test_the_section_of_a_trace_is_found_between_samples() -> None:
 
 def test_a_trace_without_a_turn_has_no_section() -> None:
     time = np.linspace(0.0, 1.0, 50)
-    values = {name: np.zeros(50) for name in ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")}
+    values = {
+        name: np.zeros(50) for name in ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
+    }
     with pytest.raises(InputError, match="less than one revolution"):
         section_of(Trace(time, {**values, "drive_angle": 2.0 * time}, {"rotary_speed": 2.0}))
     values["twist"][7] = np.nan

@@ -16,7 +16,8 @@ SPEEDS, WEIGHTS = np.linspace(1.0, 8.0, 9), np.linspace(1e4, 1e5, 5)
 
 @pytest.fixture
 def refined() -> Results:
-    """Five weights by nine speeds, of which every other was run; all points bounce and whirl forward."""
+    """Five weights by nine speeds, of which every other was run; all points bounce and
+    whirl forward."""
     coords = {
         "procedure": np.array(["same"]),
         "depth": np.array([5000.0]),
@@ -50,12 +51,18 @@ def test_a_map_shows_inferred_responses_and_says_so(refined: Results) -> None:
     dots = [c for c in figure.axes[0].collections if c.get_gid() == "inferred"]
     inferred = refined["status"][0, 0] == INFERRED
     assert inferred.sum() == 30
-    np.testing.assert_array_equal(covered(dots[0], refined["rotary_speed"], refined["wob"] / 1e3), inferred)
+    np.testing.assert_array_equal(
+        covered(dots[0], refined["rotary_speed"], refined["wob"] / 1e3), inferred
+    )
     assert "dotted: inferred (30 of 45)" in words(figure)
 
 
-@pytest.mark.parametrize(("kind", "word"), [("whirl_kind", "inferred"), ("stick_slip_index", "interpolated")])
-def test_other_maps_fill_them_from_the_points_around_and_say_so(refined: Results, kind: str, word: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "word"), [("whirl_kind", "inferred"), ("stick_slip_index", "interpolated")]
+)
+def test_other_maps_fill_them_from_the_points_around_and_say_so(
+    refined: Results, kind: str, word: str
+) -> None:
     figure = draw(refined, kind)
     cells = next(c for c in figure.axes[0].collections if c.get_gid() == "cells")
     assert np.all(np.asarray(cells.get_array()) == (1 if kind == "whirl_kind" else 30.0))
@@ -64,17 +71,22 @@ def test_other_maps_fill_them_from_the_points_around_and_say_so(refined: Results
 
 
 def test_between_points_values_are_linear(refined: Results) -> None:
-    """A plane through the points that were run is met at all others, wherever they lie between."""
+    """A plane through the points that were run is met at all others, wherever they lie
+    between."""
     x, y = np.meshgrid(refined["rotary_speed"], refined["wob"])
     plane = 2.0 * x + 3e-3 * y
     ran = refined["status"][0, 0] == OK
     refined.variables["stick_slip_index"][0, 0] = np.where(ran, plane, np.nan)
-    cells = next(c for c in draw(refined, "stick_slip_index").axes[0].collections if c.get_gid() == "cells")
+    cells = next(
+        c for c in draw(refined, "stick_slip_index").axes[0].collections if c.get_gid() == "cells"
+    )
     assert np.asarray(cells.get_array()) == pytest.approx(plane)
 
 
 @pytest.mark.parametrize("kind", ["summary", "bifurcation"])
-def test_along_one_axis_the_strip_is_whole_and_curves_pass_over_them(refined: Results, kind: str) -> None:
+def test_along_one_axis_the_strip_is_whole_and_curves_pass_over_them(
+    refined: Results, kind: str
+) -> None:
     figure = draw(refined, kind, at={"wob": WEIGHTS[0]})
     strip = next(c for c in figure.axes[0].collections if c.get_gid() == "strip")
     assert np.ma.count(np.ma.asarray(strip.get_array())) == 9

@@ -27,13 +27,20 @@ def axes_of(trace: Trace, kind: str):
 def test_the_page_holds_everything(trace: Trace) -> None:
     labels = [(axes.get_xlabel(), axes.get_ylabel()) for axes in axes_of(trace, "trace")]
     assert [y for _, y in labels[:6]] == [
-        "$z$ [mm]", "Bit speed [rad/s]", "$r$ [mm]", "Bit force [kN]", "Bit torque [kN m]", "Wall force [kN]",
-    ]  # fmt: skip
+        "$z$ [mm]",
+        "Bit speed [rad/s]",
+        "$r$ [mm]",
+        "Bit force [kN]",
+        "Bit torque [kN m]",
+        "Wall force [kN]",
+    ]
     assert labels[5][0] == "Time [s]"
     assert labels[6:] == [
-        ("$x$ [mm]", "$y$ [mm]"), ("$z$ [mm]", "$\\dot z$ [m/s]"), ("Twist [rad]", "Bit speed [rad/s]"),
+        ("$x$ [mm]", "$y$ [mm]"),
+        ("$z$ [mm]", "$\\dot z$ [m/s]"),
+        ("Twist [rad]", "Bit speed [rad/s]"),
         ("$r$ [mm]", "$\\dot r$ [m/s]"),
-    ]  # fmt: skip
+    ]
 
 
 def test_title_tells_the_operating_point(trace: Trace) -> None:
@@ -59,7 +66,11 @@ def test_histories_keep_every_extreme(name: str) -> None:
 def test_a_long_trace_is_a_band_that_holds_every_sample(name: str, width: float) -> None:
     trace = make_trace(duration=600.0, sample=0.01)
     figure = plot.draw(trace, "histories", look=plot.look_of(width=f"{width}in"))
-    axes = next(one for one in figure.axes if any(c.get_gid() == f"history:{name}:band" for c in one.collections))
+    axes = next(
+        one
+        for one in figure.axes
+        if any(c.get_gid() == f"history:{name}:band" for c in one.collections)
+    )
     values = trace[name] / SCALES[name]
     corners = axes.collections[0].get_paths()[0].vertices
     assert corners[:, 1].max() == pytest.approx(values.max(), rel=1e-12)
@@ -72,7 +83,10 @@ def test_a_long_trace_is_a_band_that_holds_every_sample(name: str, width: float)
     inner = slice(len(values) // stretches * 2, -len(values) // stretches * 2)
     assert np.mean(mean.get_ydata()[2:-2]) == pytest.approx(values[inner].mean(), rel=0.02)
     said = figure.axes[0].get_title(loc="left")
-    assert said.replace("\n", " ") == f"bands: least to greatest in each {600 / stretches:.2g} s; lines: the mean"
+    assert (
+        said.replace("\n", " ")
+        == f"bands: least to greatest in each {600 / stretches:.2g} s; lines: the mean"
+    )
     figure.draw_without_rendering()
     for axes in figure.axes:  # the words stay on the page
         assert axes.get_tightbbox().x1 <= figure.bbox.width + 1
@@ -82,7 +96,8 @@ def test_slow_motion_stays_a_line_however_long_it_takes() -> None:
     time = np.linspace(0.0, 600.0, 60_001)
     rippled = np.sin(2 * np.pi * time / 20.0) + 0.01 * np.sin(2 * np.pi * 5 * time)
     assert swings(rippled) < 60  # of 3000 ripples
-    assert swings(np.sin(2 * np.pi * 2 * time) + 0.03 * time) == pytest.approx(1200, abs=STRETCHES)  # nor is the level
+    # nor is the level
+    assert swings(np.sin(2 * np.pi * 2 * time) + 0.03 * time) == pytest.approx(1200, abs=STRETCHES)
     assert swings(np.full(1000, np.nan)) == swings(np.zeros(5000)) == 0
 
 
@@ -142,7 +157,8 @@ def test_a_million_samples_take_seconds_at_most() -> None:
 
 def test_envelope() -> None:
     t = np.arange(10.0)
-    assert envelope(t, t, 5) == (t, t) or np.array_equal(envelope(t, t, 5)[1], t)  # short enough already
+    # short enough already
+    assert envelope(t, t, 5) == (t, t) or np.array_equal(envelope(t, t, 5)[1], t)
     kept_t, kept = envelope(t, np.array([0, 9, 1, 2, 3, 3, -5, 4, 4, 4.0]), 2)
     assert list(kept_t) == [0, 1, 6, 7]
     assert list(kept) == [0, 9, -5, 4]
@@ -151,15 +167,25 @@ def test_envelope() -> None:
 
 def test_what_stays_at_one_value_is_told_not_drawn() -> None:
     trace = make_trace(duration=20.0)
-    steady = {**trace.variables, "wall_force": np.zeros(len(trace.time)), "z": np.full(len(trace.time), 2e-3)}
+    steady = {
+        **trace.variables,
+        "wall_force": np.zeros(len(trace.time)),
+        "z": np.full(len(trace.time), 2e-3),
+    }
     steady["vz"] = np.zeros(len(trace.time))
     resting = Trace(trace.time, steady, trace.attrs)
     figure = plot.draw(resting, "histories")
     assert [axes.get_ylabel() for axes in figure.axes] == [
-        "Bit speed [rad/s]", "$r$ [mm]", "Bit force [kN]", "Bit torque [kN m]",
-    ]  # fmt: skip
+        "Bit speed [rad/s]",
+        "$r$ [mm]",
+        "Bit force [kN]",
+        "Bit torque [kN m]",
+    ]
     assert figure.axes[0].get_title(loc="left") == "constant: $z$ 2 mm, wall force 0 kN"
-    assert [axes.get_xlabel() for axes in plot.draw(resting, "phase").axes] == ["Twist [rad]", "$r$ [mm]"]
+    assert [axes.get_xlabel() for axes in plot.draw(resting, "phase").axes] == [
+        "Twist [rad]",
+        "$r$ [mm]",
+    ]
     still = Trace(trace.time, {name: np.ones(len(trace.time)) for name in steady}, trace.attrs)
     assert len(plot.draw(still, "histories").axes) == 6  # of a string at rest all is to be seen
     assert len(plot.draw(still, "phase").axes) == 3

@@ -23,9 +23,11 @@ def results() -> Results:
     response = np.where(np.arange(4) < SAFE[..., None], 0, 2).reshape(shape).astype(np.int8)
     rate = np.broadcast_to((np.outer(WEIGHTS / 1e4, SPEEDS) / 3600.0)[None, None, ..., None], shape)
     variables = {
-        "status": np.ones(shape, np.int8), "response": response, "rate_of_penetration": rate.copy(),
+        "status": np.ones(shape, np.int8),
+        "response": response,
+        "rate_of_penetration": rate.copy(),
         "mechanical_specific_energy": 1e8 / np.maximum(rate, 1e-9),
-    }  # fmt: skip
+    }
     return Results(coords, variables, made.attrs)
 
 
@@ -33,10 +35,12 @@ def test_the_front_is_what_nothing_beats():
     rng = np.random.default_rng(2)
     rate, probability = rng.integers(0, 8, (2, 60)).astype(float)
     beaten = [
-        any((r >= rate[i]) & (p >= probability[i]) & ((r > rate[i]) | (p > probability[i]))
-            for r, p in zip(rate, probability, strict=True))
+        any(
+            (r >= rate[i]) & (p >= probability[i]) & ((r > rate[i]) | (p > probability[i]))
+            for r, p in zip(rate, probability, strict=True)
+        )
         for i in range(60)
-    ]  # fmt: skip
+    ]
     expected = {(rate[i], probability[i]) for i in range(60) if not beaten[i]}
     found = front(rate, probability)
     assert {(rate[i], probability[i]) for i in found} == expected
@@ -49,9 +53,12 @@ def test_the_points_are_rate_and_probability(results):
     [points] = [one for one in axes.collections if one.get_gid() == "points"]
     expected = np.column_stack([(25.0 * SAFE).ravel(), np.outer(WEIGHTS / 1e4, SPEEDS).ravel()])
     np.testing.assert_allclose(points.get_offsets(), expected)
-    # 12 m/h is never safe, 8 in half of the samples, 6 in one: beaten; 4 in three, 2 in all.
+    # 12 m/h is never safe, 8 in half of the samples, 6 in one: beaten; 4 in three, 2 in
+    # all.
     [line] = [one for one in axes.lines if one.get_gid() == "front"]
-    np.testing.assert_allclose(np.column_stack(line.get_data()), [[0, 12], [50, 8], [75, 4], [100, 2]])
+    np.testing.assert_allclose(
+        np.column_stack(line.get_data()), [[0, 12], [50, 8], [75, 4], [100, 2]]
+    )
     texts = [text.get_text() for text in axes.texts]
     assert "20 kN, 6 rad/s" in texts
     assert axes.get_ylabel() == "Rate of penetration [m/h]"

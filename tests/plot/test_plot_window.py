@@ -1,4 +1,5 @@
-"""The picture of the safe window: right areas, the point with its bars, panels for depths, readable without colour."""
+"""The picture of the safe window: right areas, the point with its bars, panels for
+depths, readable without colour."""
 
 from __future__ import annotations
 
@@ -18,7 +19,11 @@ from nsdrill.variables import WHIRL
 
 @pytest.fixture
 def both() -> Results:
-    return make_results(wob=np.linspace(10e3, 50e3, 7), rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
+    return make_results(
+        wob=np.linspace(10e3, 50e3, 7),
+        rotary_speed=np.linspace(1, 8, 15),
+        procedures=("up", "down"),
+    )
 
 
 def panels(figure: Figure) -> list[Axes]:
@@ -34,21 +39,32 @@ def test_areas_are_those_of_the_note(both: Results) -> None:
     [axes] = panels(figure)
     cells = next(c for c in axes.collections if c.get_gid() == "cells").get_array()
     good = both["response"][:, 0] == 0
-    np.testing.assert_array_equal(cells, np.where(good.all(axis=0), 2, np.where(good.any(axis=0), 1, 0)))
+    np.testing.assert_array_equal(
+        cells, np.where(good.all(axis=0), 2, np.where(good.any(axis=0), 1, 0))
+    )
     note = find_window(both)
     hatched = next(c for c in axes.collections if c.get_gid() == "rim")
     assert covered(hatched, both["rotary_speed"], both["wob"] / 1e3).sum() == note["rim"] > 0
     assert f"rim: depends on the history ({100 * note['share']['rim']:.1f} %)" in words(figure)
 
 
-@pytest.mark.parametrize(("units", "speed", "weight"), [("si", 1.0, 1e3), ("field", np.pi / 30, 4448.2216152605)])
-def test_the_recommended_point_and_its_bars(both: Results, units: str, speed: float, weight: float) -> None:
+@pytest.mark.parametrize(
+    ("units", "speed", "weight"), [("si", 1.0, 1e3), ("field", np.pi / 30, 4448.2216152605)]
+)
+def test_the_recommended_point_and_its_bars(
+    both: Results, units: str, speed: float, weight: float
+) -> None:
     [axes] = panels(plot.draw(both, "window", units=units))
     best = find_window(both)["maps"][0]["recommended"]
     [point] = [line for line in axes.get_lines() if line.get_gid() == "recommended"]
-    np.testing.assert_allclose(point.get_xydata(), [[best["rotary_speed"] / speed, best["wob"] / weight]])
+    np.testing.assert_allclose(
+        point.get_xydata(), [[best["rotary_speed"] / speed, best["wob"] / weight]]
+    )
     bars = [path for box in axes.containers[-1].lines[2] for path in box.get_segments()]
-    ends = {axis: [sides["less"]["safe_to"], sides["more"]["safe_to"]] for axis, sides in best["margins"].items()}
+    ends = {
+        axis: [sides["less"]["safe_to"], sides["more"]["safe_to"]]
+        for axis, sides in best["margins"].items()
+    }
     np.testing.assert_allclose(bars[0][:, 0] * speed, ends["rotary_speed"])
     np.testing.assert_allclose(bars[1][:, 1] * weight, ends["wob"])
 
@@ -106,20 +122,30 @@ def test_by_severity(both: Results) -> None:
 
 
 def test_the_areas_differ_in_grey() -> None:
-    """Relative luminance (Rec. 709, linear): each at least a factor 1.5 from the next; the rim is hatched besides."""
+    """Relative luminance (Rec. 709, linear): each at least a factor 1.5 from the next;
+    the rim is hatched besides."""
 
     def luminance(colour: str) -> float:
-        linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
+        linear = [
+            c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)
+        ]
         return float(np.dot((0.2126, 0.7152, 0.0722), linear))
 
-    dark, middle, light = (luminance(colour) for colour in (CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR))
+    dark, middle, light = (
+        luminance(colour) for colour in (CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR)
+    )
     assert 1.5 * dark < middle
     assert 1.5 * middle < light
 
 
 def test_a_point_without_room_is_a_hint(both: Results) -> None:
-    """One safe cell alone: its marker is open and the legend says why; with room it is filled."""
-    firm = next(line for line in panels(plot.draw(both, "window"))[0].lines if line.get_gid() == "recommended")
+    """One safe cell alone: its marker is open and the legend says why; with room it is
+    filled."""
+    firm = next(
+        line
+        for line in panels(plot.draw(both, "window"))[0].lines
+        if line.get_gid() == "recommended"
+    )
     assert firm.get_markerfacecolor() == "#000000"
     both["response"][:] = WHIRL
     both["response"][:, 0, 2, 7] = 0

@@ -1,4 +1,5 @@
-"""The compiled right-hand side of the string of segments at single states, and runs of it, for the tests."""
+"""The compiled right-hand side of the string of segments at single states, and runs of
+it, for the tests."""
 
 from __future__ import annotations
 
@@ -22,20 +23,31 @@ DEPTH, WOB, SPEED = 2200.0, 100e3, 13.0
 
 def string(**values: Any) -> Parameters:
     """Parameters with some ``values``, by dotted keys with two underscores for a dot."""
-    return with_values(Parameters(), {key.replace("__", "."): value for key, value in values.items()})
+    return with_values(
+        Parameters(), {key.replace("__", "."): value for key, value in values.items()}
+    )
 
 
 QUIET = {"bit__surface_amplitude": 0.0, "segments__hydraulics__pulsation": 0.0}
-RINGING = {**QUIET, "segments__hydraulics__flow": 0.0, "mud__viscosity": 0.0, "mud__density": 0.0,
-           "bit__friction__level": 0.0,
-           "bit__cutting__zeta": 0.0, "segments__material_damping__axial": 0.0,
-           "segments__material_damping__torsional": 0.0}  # fmt: skip
+RINGING = {
+    **QUIET,
+    "segments__hydraulics__flow": 0.0,
+    "mud__viscosity": 0.0,
+    "mud__density": 0.0,
+    "bit__friction__level": 0.0,
+    "bit__cutting__zeta": 0.0,
+    "segments__material_damping__axial": 0.0,
+    "segments__material_damping__torsional": 0.0,
+}
 
 
 class Slopes:
-    """``slopes(t, states)`` of the compiled right-hand side, states and result (n, columns) in the model's order."""
+    """``slopes(t, states)`` of the compiled right-hand side, states and result (n,
+    columns) in the model's order."""
 
-    def __init__(self, parameters: Parameters, wob: float = WOB, speed: float = SPEED, depth: float = DEPTH) -> None:
+    def __init__(
+        self, parameters: Parameters, wob: float = WOB, speed: float = SPEED, depth: float = DEPTH
+    ) -> None:
         self.points = Values(parameters, Initial(), (depth, wob, speed))
         self.variant = MODEL.variant(parameters)
         self.rows = MODEL.rows(self.variant)
@@ -50,7 +62,9 @@ class Slopes:
         for first in range(0, len(states), 8):
             some = states[first : first + 8]
             buffer = np.zeros((self.rows.total, 8))
-            buffer[self.rows.parameter : self.rows.parameter + self.rows.parameters] = self.table[:, None]
+            buffer[self.rows.parameter : self.rows.parameter + self.rows.parameters] = self.table[
+                :, None
+            ]
             buffer[self.rows.stage_time], buffer[self.rows.phase] = t, phase
             buffer[: self.rows.states, : len(some)] = some.T
             self.function(buffer.ravel())
@@ -63,7 +77,8 @@ class Slopes:
         return MODEL.starts(self.points, 0)[0, :-1]
 
     def jacobian(self, at: Any, size: float = 1.0) -> Any:
-        """d(rate of state)/d(state), by central differences of ``size``: exact where the rates are linear."""
+        """d(rate of state)/d(state), by central differences of ``size``: exact where
+        the rates are linear."""
         n = len(at)
         up, down = (self(0.0, at[None] + sign * size * np.eye(n)) for sign in (1, -1))
         slopes = ((up - down) / (2 * size)).T
@@ -93,11 +108,15 @@ def run(
     simulation: Simulation,
     initial: Initial = Initial(),  # noqa: B008  (frozen)
     depth: float = DEPTH,
-    record: Record = Record(peaks=0),  # noqa: B008  (frozen)
+    record: Record = Record(peaks=0),
     **axes: Any,
 ) -> dict[str, Any]:
     """The columns of a sweep over ``wob`` or ``rotary_speed``."""
     values = {"depth": depth, "wob": WOB, "rotary_speed": SPEED} | axes
-    plan = Plan({name: np.atleast_1d(np.asarray(value, dtype=float)) for name, value in values.items()}, "same", None)
+    plan = Plan(
+        {name: np.atleast_1d(np.asarray(value, dtype=float)) for name, value in values.items()},
+        "same",
+        None,
+    )
     thresholds = replace(Thresholds())
     return run_work(Work(plan, parameters, initial, simulation, thresholds, record, "segments"))

@@ -1,4 +1,5 @@
-"""Drives by torque at the top of the string of segments: the law of the main model on a string with many modes."""
+"""Drives by torque at the top of the string of segments: the law of the main model on a
+string with many modes."""
 
 from __future__ import annotations
 
@@ -15,7 +16,12 @@ import nsdrill
 from nsdrill.app.check import check
 from nsdrill.errors import InputError, StudyError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.segments.linear import fall_of_torque, growth_at_rest, slope_held, torsional_matrix
+from nsdrill.models.segments.linear import (
+    fall_of_torque,
+    growth_at_rest,
+    slope_held,
+    torsional_matrix,
+)
 from nsdrill.models.segments.parameters import Initial
 from nsdrill.models.segments.string import steady_of, string_of
 from nsdrill.study.load import parse_study
@@ -28,8 +34,9 @@ FEW = {"segments__pipe": 3, "segments__collar": 2}
 
 @dataclass
 class Driven(Plain):
-    """A string whose top is turned by T = -K_i lag - K_p (w_0 - Omega) - G_t (twist - lag) - G_w (w_n - Omega), with
-    numbers that follow from the ``kind`` as other programs have them; ``motor`` and ``table`` are the machine's."""
+    """A string whose top is turned by T = -K_i lag - K_p (w_0 - Omega) - G_t (twist -
+    lag) - G_w (w_n - Omega), with numbers that follow from the ``kind`` as other
+    programs have them; ``motor`` and ``table`` are the machine's."""
 
     kind: str = "stiff"
     limit: float = math.inf
@@ -51,9 +58,21 @@ class Driven(Plain):
         get = self.numbers.get
         self.law = {
             "stiff": (J, 5 * J, 50 * zeta, 0.0, 0.0),
-            "soft_torque": (J - get("taken", 0.0), w**2 * (J - get("taken", 0.0)), get("b", 4.0) * zeta, 0.0, 0.0),
+            "soft_torque": (
+                J - get("taken", 0.0),
+                w**2 * (J - get("taken", 0.0)),
+                get("b", 4.0) * zeta,
+                0.0,
+                0.0,
+            ),
             "equal_damping": (J, w**2 * J, 2 * math.sqrt(k_t * J), 0.0, 0.0),
-            "z_torque": (J / 13.5, 50 * zeta / 13.5 / (20 / (2 * math.pi)), 50 * zeta / 13.5, 0.0, 0.0),
+            "z_torque": (
+                J / 13.5,
+                50 * zeta / 13.5 / (20 / (2 * math.pi)),
+                50 * zeta / 13.5,
+                0.0,
+                0.0,
+            ),
             "pi": (J, 14500.0, 14853.0, get("G_t", 0.0), get("G_w", 0.0)),
         }[self.kind]
         self.J[0] = self.law[0] + half
@@ -61,7 +80,12 @@ class Driven(Plain):
     def torque(self, state: Any) -> float:
         _, _, th, w, _ = self.parts(state)
         _, K_i, K_p, G_t, G_w = self.law
-        asked = -(K_i * th[0] + K_p * (w[0] - self.speed) + G_t * (th[-1] - th[0]) + G_w * (w[-1] - self.speed))
+        asked = -(
+            K_i * th[0]
+            + K_p * (w[0] - self.speed)
+            + G_t * (th[-1] - th[0])
+            + G_w * (w[-1] - self.speed)
+        )
         return min(max(asked, 0.0), self.limit) if math.isfinite(self.limit) else asked
 
     def rates(self, t: float, state: Any) -> Any:
@@ -76,20 +100,28 @@ class Driven(Plain):
 
 CASES = [
     *((kind, {}, {}) for kind in KINDS),
-    ("soft_torque", {"drive__matching": 1.5, "drive__compensated_inertia": 800.0}, {"b": 1.5, "taken": 800.0}),
+    (
+        "soft_torque",
+        {"drive__matching": 1.5, "drive__compensated_inertia": 800.0},
+        {"b": 1.5, "taken": 800.0},
+    ),
     ("pi", {"drive__twist_gain": -300.0, "drive__speed_gain": 60.0}, {"G_t": -300.0, "G_w": 60.0}),
 ]
 
 
 @pytest.mark.parametrize(("kind", "keys", "numbers"), CASES)
 def test_the_lanes_have_the_rates_of_the_law(kind: str, keys: dict, numbers: dict) -> None:
-    """At random states, before and after the drive is switched on, with a limit and without. The gains from LAPACK are
-    rounded to nine digits."""
+    """At random states, before and after the drive is switched on, with a limit and
+    without. The gains from LAPACK are rounded to nine digits."""
     limits = (None, 3000.0) if kind != "z_torque" and "taken" not in numbers else (None,)
     for limit in limits:
-        parameters = string(**FEW, drive__kind=kind, drive__torque_limit=limit, drive__on_at=2.0, **keys)
+        parameters = string(
+            **FEW, drive__kind=kind, drive__torque_limit=limit, drive__on_at=2.0, **keys
+        )
         slopes = Slopes(parameters)
-        plain = Driven(pipes=3, collars=2, kind=kind, numbers=numbers, limit=limit or math.inf, on_at=2.0)
+        plain = Driven(
+            pipes=3, collars=2, kind=kind, numbers=numbers, limit=limit or math.inf, on_at=2.0
+        )
         n, generator = plain.n, np.random.default_rng(2)
         sizes = np.repeat([1e-3, 0.05, 2.0, 3.0, 0.0], [n + 1] * 4 + [1])
         clipped = 0
@@ -99,12 +131,16 @@ def test_the_lanes_have_the_rates_of_the_law(kind: str, keys: dict, numbers: dic
             found = slopes(t, np.array([ours(state, n) for state in states]))
             for state, mine in zip(states, found, strict=True):
                 rates = plain.rates(t, state)
-                exact = np.concatenate([rates[n + 1 : 2 * n + 2], rates[3 * n + 3 : 4 * n + 4], rates[-1:]])
+                exact = np.concatenate(
+                    [rates[n + 1 : 2 * n + 2], rates[3 * n + 3 : 4 * n + 4], rates[-1:]]
+                )
                 u, v, th, w, _ = plain.parts(state)
                 moved = np.max(plain.k) * np.ptp(u) + plain.k_c * abs(u).max() * (
                     1 + plain.c_c / plain.wob * abs(v).max()
                 )
-                asked = np.abs(plain.law[1:]) @ np.abs([th[0], w[0] - 13, th[-1] - th[0], w[-1] - 13])
+                asked = np.abs(plain.law[1:]) @ np.abs(
+                    [th[0], w[0] - 13, th[-1] - th[0], w[-1] - 13]
+                )
                 turned = np.max(plain.kt) * np.ptp(th) + plain.k_c * abs(u).max() + asked
                 bound = np.concatenate([moved / plain.m, turned / plain.J, [1.0]])
                 assert np.max(np.abs(mine - exact) / bound) < 2e-9
@@ -113,30 +149,40 @@ def test_the_lanes_have_the_rates_of_the_law(kind: str, keys: dict, numbers: dic
 
 
 @pytest.mark.parametrize(
-    ("kind", "method", "within"), [("soft_torque", "explicit", 1e-7), ("equal_damping", "implicit", 1e-6)]
+    ("kind", "method", "within"),
+    [("soft_torque", "explicit", 1e-7), ("equal_damping", "implicit", 1e-6)],
 )
 def test_a_run_ends_where_scipy_does(kind: str, method: str, within: float) -> None:
-    """0.4 s from a bit that turns too slowly, beside DOP853 on the plain equations. With a tolerance of 1e-12 the error
-    of SciPy is 1e-9 of the natural sizes, that of the explicit pair 7e-9, of the implicit one 2.4e-7."""
+    """0.4 s from a bit that turns too slowly, beside DOP853 on the plain equations.
+    With a tolerance of 1e-12 the error of SciPy is 1e-9 of the natural sizes, that of
+    the explicit pair 7e-9, of the implicit one 2.4e-7."""
     parameters = string(**FEW, drive__kind=kind)
     done = run(parameters, Simulation(0.0, 0.4, rtol=1e-12, method=method), Initial(bit_speed=6.0))  # type: ignore[arg-type]
     plain = Driven(pipes=3, collars=2, kind=kind)
     n = plain.n
     start = plain_of(done["initial_state"][0, :-1], n)
     absolute = 1e-12 * np.repeat([1e-4, 1e-2, 0.1, 1.0, 1.0], [n + 1] * 4 + [1])
-    end = solve_ivp(plain.rates, (0.0, 0.4), start, method="DOP853", rtol=1e-12, atol=absolute).y[:, -1]
+    end = solve_ivp(plain.rates, (0.0, 0.4), start, method="DOP853", rtol=1e-12, atol=absolute).y[
+        :, -1
+    ]
     size = plain_of(MODEL.sizes(Slopes(parameters).table[None], MODEL.variant(parameters))[0], n)
-    assert np.max(np.abs(plain_of(done["final_state"][0, :-1], n) - end) / (size + np.abs(end))) < within
+    assert (
+        np.max(np.abs(plain_of(done["final_state"][0, :-1], n) - end) / (size + np.abs(end)))
+        < within
+    )
     assert abs(end[2 * (n + 1)] - start[2 * (n + 1)]) > 1e-3  # the top has moved
 
 
 @pytest.mark.parametrize("kind", ["ideal", "soft_torque"])
 def test_energy(kind: str) -> None:
-    """The energy of springs and inertias changes with the power of drive, rock, mud and dampers, at random states: of
-    the ideal drive that of the torque that keeps the top at the set speed."""
+    """The energy of springs and inertias changes with the power of drive, rock, mud and
+    dampers, at random states: of the ideal drive that of the torque that keeps the top
+    at the set speed."""
     parameters = string(**FEW, drive__kind=kind)
     slopes = Slopes(parameters)
-    plain: Plain = Driven(pipes=3, collars=2, kind=kind) if kind != "ideal" else Plain(pipes=3, collars=2)
+    plain: Plain = (
+        Driven(pipes=3, collars=2, kind=kind) if kind != "ideal" else Plain(pipes=3, collars=2)
+    )
     n, generator = plain.n, np.random.default_rng(3)
     sizes = np.repeat([1e-3, 0.05, 2.0, 3.0, 0.0], [n + 1] * 4 + [1])
     for _ in range(6):
@@ -149,23 +195,30 @@ def test_energy(kind: str) -> None:
         acceleration, turn = made[: n + 1], made[n + 1 : 2 * n + 2]
         change = plain.m * v @ acceleration + plain.J[1:] * w[1:] @ turn[1:] + plain.wob * v[-1]
         change += (
-            plain.k @ (np.diff(u) * np.diff(v)) + plain.kt @ (np.diff(th) * np.diff(w)) + plain.k_top * u[0] * v[0]
+            plain.k @ (np.diff(u) * np.diff(v))
+            + plain.kt @ (np.diff(th) * np.diff(w))
+            + plain.k_top * u[0] * v[0]
         )
         given = plain.power(0.7, state)
         if isinstance(plain, Driven):
             change += plain.J[0] * w[0] * turn[0]
             given += plain.torque(state) * w[0]
         else:  # drag of the top and torque of the first segment
-            wound = plain.kt[0] * (th[0] - th[1] + plain.beta_t * (w[0] - w[1])) + plain.cw[0] * w[0]
+            wound = (
+                plain.kt[0] * (th[0] - th[1] + plain.beta_t * (w[0] - w[1])) + plain.cw[0] * w[0]
+            )
             given += wound * w[0]
-        scale = np.abs(plain.kt * np.diff(th) * np.diff(w)).sum() + np.abs(plain.k * np.diff(u) * np.diff(v)).sum()
+        scale = (
+            np.abs(plain.kt * np.diff(th) * np.diff(w)).sum()
+            + np.abs(plain.k * np.diff(u) * np.diff(v)).sum()
+        )
         assert change == pytest.approx(given, abs=1e-8 * scale + 1e-8 * abs(given))
 
 
 @pytest.mark.parametrize("kind", ["ideal", *KINDS, "dc_motor", "lqr"])
 def test_linear_theory_is_the_derivative_of_the_lanes(kind: str) -> None:
-    """The eigenvalues of the compiled right-hand side about steady drilling, with the fall of the bit's torque, beside
-    those of the matrix that `check` has."""
+    """The eigenvalues of the compiled right-hand side about steady drilling, with the
+    fall of the bit's torque, beside those of the matrix that `check` has."""
     parameters = string(**QUIET, drive__kind=kind)
     slopes, made = Slopes(parameters), string_of(parameters, DEPTH)
     steady = slopes.steady()
@@ -181,12 +234,17 @@ def test_linear_theory_is_the_derivative_of_the_lanes(kind: str) -> None:
 
 
 def test_equal_damping_has_two_equal_modes_on_a_lumped_string() -> None:
-    """J_d J s^4 + ... = J J_d (s^2 + 2 z w s + w^2)^2 with z = sqrt(J/J_d)/2 of one spring and one inertia, which the
-    first mode of a string with a heavy bit is, to some percent: without damping of material and mud."""
+    """J_d J s^4 + ... = J J_d (s^2 + 2 z w s + w^2)^2 with z = sqrt(J/J_d)/2 of one
+    spring and one inertia, which the first mode of a string with a heavy bit is, to
+    some percent: without damping of material and mud."""
     parameters = string(
-        segments__pipe=2, segments__collar=1, drive__kind="equal_damping", mud__viscosity=0.0, bit__mass=400_000.0,
+        segments__pipe=2,
+        segments__collar=1,
+        drive__kind="equal_damping",
+        mud__viscosity=0.0,
+        bit__mass=400_000.0,
         segments__material_damping__torsional=0.0,
-    )  # fmt: skip
+    )
     made = string_of(parameters, DEPTH)
     w = math.sqrt(made.torsional / (400_000.0 * 0.1**2 / 2))  # the bit's inertia alone
     roots = np.linalg.eigvals(torsional_matrix(parameters, made))
@@ -198,9 +256,10 @@ def test_equal_damping_has_two_equal_modes_on_a_lumped_string() -> None:
 
 @pytest.mark.parametrize("kind", ["ideal", "soft_torque", "z_torque"])
 def test_stick_slip_begins_where_the_linear_loop_says(kind: str) -> None:
-    """Without lobes and pulsation a bit that is 0.01 rad/s slow comes back to steady drilling above the onset of
-    `check`, and swings more and more below it: 15 percent on either side, a minute. Soft torque moves the onset from
-    32.8 to 14.3 rad/s, which is what it is for."""
+    """Without lobes and pulsation a bit that is 0.01 rad/s slow comes back to steady
+    drilling above the onset of `check`, and swings more and more below it: 15 percent
+    on either side, a minute. Soft torque moves the onset from 32.8 to 14.3 rad/s, which
+    is what it is for."""
     study = f"model: segments\ndrive: {{kind: {kind}}}\nsegments: {{pipe: 3, collar: 2}}\n"
     onset = check(parse_study(study)).figures["stick_slip_onset"].value
     assert onset is not None
@@ -208,8 +267,12 @@ def test_stick_slip_begins_where_the_linear_loop_says(kind: str) -> None:
     for speed in (0.85 * onset, 1.15 * onset):
         swings = []
         for transient in (5.0, 65.0):
-            done = run(string(**FEW, **QUIET, drive__kind=kind), Simulation(transient, 10.0, rtol=1e-8),
-                       Initial(bit_speed=speed - 0.01), rotary_speed=speed)  # fmt: skip
+            done = run(
+                string(**FEW, **QUIET, drive__kind=kind),
+                Simulation(transient, 10.0, rtol=1e-8),
+                Initial(bit_speed=speed - 0.01),
+                rotary_speed=speed,
+            )
             swings.append(float(done["bit_speed_max"][0] - done["bit_speed_min"][0]))
         growth.append(swings[1] / swings[0])
     assert growth[0] > 1.05
@@ -228,20 +291,28 @@ def test_torque_drives_hold_more_than_an_ideal_one() -> None:
 
 
 def test_gains_that_swing_the_string_are_told() -> None:
-    """The loop of a drive that pushes with the bit's speed; and no word of one that does not."""
-    bad = "drive: {kind: pi, damping: 10 N*m*s/rad, stiffness: 3000 N*m/rad, speed_gain: 500 N*m*s/rad}"
+    """The loop of a drive that pushes with the bit's speed; and no word of one that
+    does not."""
+    bad = (
+        "drive: {kind: pi, damping: 10 N*m*s/rad, stiffness: 3000 N*m/rad, speed_gain: 500 "
+        "N*m*s/rad}"
+    )
     text = "model: segments\nsegments: {{pipe: 3, collar: 2}}\n{}\nsimulation: {{observe: 100 s}}\n"
     warnings = " ".join(check(parse_study(text.format(bad))).warnings)
     assert "Unstable" in warnings
-    root = growth_at_rest(parse_study(text.format(bad)).parameters, string_of(parse_study(text.format(bad)).parameters,
-                                                                             DEPTH))  # fmt: skip
+    root = growth_at_rest(
+        parse_study(text.format(bad)).parameters,
+        string_of(parse_study(text.format(bad)).parameters, DEPTH),
+    )
     assert root is not None
     assert f"{root.real:.4g}" in warnings
     assert "Unstable" not in " ".join(check(parse_study(text.format("drive: {kind: pi}"))).warnings)
     limited = "drive: {kind: stiff, torque_limit: 1 kN*m}"
     report = check(parse_study(text.format(limited)))
     assert "Overloaded" in " ".join(report.warnings)
-    assert report.figures["torque_reserve"].value == pytest.approx(1000.0 - report.figures["mean_torque"].value)
+    assert report.figures["torque_reserve"].value == pytest.approx(
+        1000.0 - report.figures["mean_torque"].value
+    )
 
 
 SWEEP = """\
@@ -260,19 +331,30 @@ def test_a_carried_sweep_replays_to_the_bit_and_measures_what_a_trace_shows(tmp_
     path = tmp_path / "driven.h5"
     nsdrill.run(SWEEP, path, progress=False)
     data = nsdrill.open_results(path)
-    states = {name: data[f"{name}_state"].sel(state="lag").to_numpy().ravel() for name in ("initial", "final")}
+    states = {
+        name: data[f"{name}_state"].sel(state="lag").to_numpy().ravel()
+        for name in ("initial", "final")
+    }
     np.testing.assert_array_equal(states["initial"][1:], states["final"][:-1])
     trace = nsdrill.replay(path, rotary_speed="14 rad/s", sample="1 ms")
     here = data.sel(rotary_speed=14.0)
-    np.testing.assert_array_equal(trace.attrs["final_state"], here["final_state"].to_numpy().ravel())
+    np.testing.assert_array_equal(
+        trace.attrs["final_state"], here["final_state"].to_numpy().ravel()
+    )
     assert "current_max" not in data
     plain = Driven(pipes=2, collars=2, kind="soft_torque", speed=14.0, limit=4000.0)
-    seen = {name: trace[name].to_numpy()[6000:] for name in ("lag", "drive_speed", "bit_speed", "twist")}
+    seen = {
+        name: trace[name].to_numpy()[6000:] for name in ("lag", "drive_speed", "bit_speed", "twist")
+    }
     asked = -(plain.law[1] * seen["lag"] + plain.law[2] * (seen["drive_speed"] - 14.0))
     torque = np.clip(asked, 0.0, 4000.0)
     for end, value in (("min", torque.min()), ("max", torque.max())):
-        assert float(here[f"drive_torque_{end}"].item()) == pytest.approx(value, abs=2e-3 * np.ptp(torque))
-    assert float(here["drive_speed_max"].item()) == pytest.approx(seen["drive_speed"].max(), abs=1e-4)
+        assert float(here[f"drive_torque_{end}"].item()) == pytest.approx(
+            value, abs=2e-3 * np.ptp(torque)
+        )
+    assert float(here["drive_speed_max"].item()) == pytest.approx(
+        seen["drive_speed"].max(), abs=1e-4
+    )
 
 
 def test_a_drive_by_torque_along_a_ramp_that_is_switched_on() -> None:
@@ -293,7 +375,9 @@ simulation: {rtol: 1.0e-9}
 
     def rates(t: float, y: np.ndarray) -> np.ndarray:
         speed, load = 13.0 + 4.0 * t, 100e3 - 20e3 / 1.5 * t
-        moment = Driven(pipes=2, collars=2, speed=speed, wob=load, kind="soft_torque", limit=6000.0, on_at=0.7)
+        moment = Driven(
+            pipes=2, collars=2, speed=speed, wob=load, kind="soft_torque", limit=6000.0, on_at=0.7
+        )
         moment.turned = lambda t: 13.0 * t + 2.0 * t * t  # type: ignore[method-assign]
         made = np.array(moment.rates(t, y))
         if t < 0.7:
@@ -304,8 +388,16 @@ simulation: {rtol: 1.0e-9}
     at, pieces, y = found.time.values, [start[:, None]], start
     for first, last in ((0.0, 0.7), (0.7, 1.5)):
         times = np.minimum(at[(at > first + 1e-9) & (at <= last + 1e-9)], last)
-        one = solve_ivp(rates, (first, last - 1e-12), y, "DOP853", rtol=1e-9, atol=1e-9,
-                        t_eval=np.minimum(times, last - 1e-12), max_step=0.01)  # fmt: skip
+        one = solve_ivp(
+            rates,
+            (first, last - 1e-12),
+            y,
+            "DOP853",
+            rtol=1e-9,
+            atol=1e-9,
+            t_eval=np.minimum(times, last - 1e-12),
+            max_step=0.01,
+        )
         pieces, y = [*pieces, one.y], one.y[:, -1]
     exact = np.concatenate(pieces, axis=1)
     for name, row, within in (
@@ -331,30 +423,44 @@ def test_kinds_along_an_axis_are_the_runs_of_each() -> None:
 
 
 def test_exponents_ensembles_and_unknowns_run() -> None:
-    """The exponent leaves the bits alone; starts differ; samples are of the drive's own numbers."""
+    """The exponent leaves the bits alone; starts differ; samples are of the drive's own
+    numbers."""
     head = SWEEP.partition("sweep:")[0] + "simulation: {transient: 1 s, observe: 2 s}\n"
-    plain, told = (nsdrill.run(head, set={"record.exponent": on}, progress=False) for on in (False, True))
+    plain, told = (
+        nsdrill.run(head, set={"record.exponent": on}, progress=False) for on in (False, True)
+    )
     assert plain["bit_speed_max"].item() == told["bit_speed_max"].item()
     assert np.isfinite(told["lyapunov_exponent"].item())
-    several = nsdrill.run(head, set={"initial.ensemble": 4}, progress=False)["bit_speed_max"].to_numpy()
-    assert len(np.unique(several)) == 4
-    drawn = nsdrill.run(f"{head}uncertain: {{drive.matching: {{uniform: [1, 6]}}, samples: 4}}\n", progress=False)[
-        "drive_speed_max"
+    several = nsdrill.run(head, set={"initial.ensemble": 4}, progress=False)[
+        "bit_speed_max"
     ].to_numpy()
+    assert len(np.unique(several)) == 4
+    drawn = nsdrill.run(
+        f"{head}uncertain: {{drive.matching: {{uniform: [1, 6]}}, samples: 4}}\n", progress=False
+    )["drive_speed_max"].to_numpy()
     assert len(np.unique(drawn)) == 4
 
 
 @pytest.mark.parametrize(
     ("drive", "words"),
     [
-        ("{kind: soft_torque, table_damping: 3 N*m*s/rad}", "which the drive soft_torque does not read"),
+        (
+            "{kind: soft_torque, table_damping: 3 N*m*s/rad}",
+            "which the drive soft_torque does not read",
+        ),
         ("{kind: stiff, gear: 7}", "which the drive stiff does not read"),
         ("{kind: ideal, inertia: 3000 kg*m^2}", "what a drive of the kind ideal reads: nothing"),
         ("{kind: z_torque, torque_limit: 60 kN*m}", "which the drive z_torque does not read"),
-        ("{kind: soft_torque, torque_limit: 60 kN*m, compensated_inertia: 9 kg*m^2}", "none with drive.compensated"),
+        (
+            "{kind: soft_torque, torque_limit: 60 kN*m, compensated_inertia: 9 kg*m^2}",
+            "none with drive.compensated",
+        ),
         ("{kind: soft_torque, compensated_inertia: 3000 kg*m^2}", "below drive.inertia"),
         ("{kind: softtorque}", "soft_torque"),
-        ("{kind: soft_torque, on_at: 5 s}\nsweep: {wob: [50 kN, 60 kN], procedure: up}", "carries the state"),
+        (
+            "{kind: soft_torque, on_at: 5 s}\nsweep: {wob: [50 kN, 60 kN], procedure: up}",
+            "carries the state",
+        ),
     ],
 )
 def test_what_cannot_be_is_refused_by_its_key(drive: str, words: str) -> None:
@@ -363,11 +469,16 @@ def test_what_cannot_be_is_refused_by_its_key(drive: str, words: str) -> None:
 
 
 def test_charts_of_the_model() -> None:
-    """A card of all drives, with that of a wave that a matched one swallows; other charts are of other models."""
+    """A card of all drives, with that of a wave that a matched one swallows; other
+    charts are of other models."""
     from nsdrill.app.charts import chart_of
 
-    card = chart_of(parse_study("model: segments\ndrive: {kind: soft_torque, matching: 1}\n"), "drive-card")
-    assert {"ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "dc_motor", "lqr"} == {*card.held}  # type: ignore[union-attr]
+    card = chart_of(
+        parse_study("model: segments\ndrive: {kind: soft_torque, matching: 1}\n"), "drive-card"
+    )
+    assert {"ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "dc_motor", "lqr"} == {
+        *card.held
+    }  # type: ignore[union-attr]
     assert card.reflected["soft_torque"].min() < 0.1  # type: ignore[union-attr]
     with pytest.raises(InputError, match="drive-card"):
         chart_of(parse_study("model: segments\n"), "drive-tuning")

@@ -23,10 +23,13 @@ print("".join(function.inspect_asm().values()))
 
 @needs_wide_registers
 @pytest.mark.parametrize(("part", "share"), [("rates", 0.9), ("creep", 0.9), ("step", 0.4)])
-def test_many_states_compile_to_packed_instructions(part: str, share: float, tmp_path: Path) -> None:
-    """A loop over lanes whose number the compiler does not know has one body in packed instructions and one for what is
-    left, lane by lane: fewer single instructions than packed ones, where a loop that fell back has none packed. The
-    step has in addition the controller. Compiled afresh, as code from the cache shows no assembly."""
+def test_many_states_compile_to_packed_instructions(
+    part: str, share: float, tmp_path: Path
+) -> None:
+    """A loop over lanes whose number the compiler does not know has one body in packed
+    instructions and one for what is left, lane by lane: fewer single instructions than
+    packed ones, where a loop that fell back has none packed. The step has in addition
+    the controller. Compiled afresh, as code from the cache shows no assembly."""
     packed, single = packed_and_single(printed(ASSEMBLY, tmp_path, part))
     assert packed > 200
     assert single < share * packed

@@ -1,4 +1,5 @@
-"""The lanes of the string of segments against its equations in plain numpy, and against closed forms."""
+"""The lanes of the string of segments against its equations in plain numpy, and against
+closed forms."""
 
 from __future__ import annotations
 
@@ -20,23 +21,57 @@ GAINS = (0.029333, 41.716072, 2.158996, -32.539385, 13.552175)  # of another pro
 CASES = [
     ({}, {}),
     ({"segments__pipe": 1, "segments__collar": 1}, {"pipes": 1, "collars": 1}),
-    ({"segments__pipe": 5, "segments__collar": 2, "drive__kind": "ideal"},
-     {"pipes": 5, "collars": 2, "stiff": True}),
-    ({"segments__pipe": 2, "segments__collar": 3, "drive__kind": "lqr",
-      "drive__on_at": 2.0, "drive__table_damping": 70.0, "segments__top__damping": 9e3, "bit__lobes": 3},
-     {"pipes": 2, "collars": 3, "on_at": 2.0, "c_rt": 70.0, "c_top": 9e3, "lobes": 3}),
-    ({"segments__pipe": 2, "segments__collar": 1, "drive__gains": (0.3, 40.0, 2.0, -30.0, 13.0), "drive__on_at": 2.0,
-      "segments__hydraulics__annulus_factor": 0.0, "segments__hydraulics__bore_factor": 0.0},
-     {"pipes": 2, "collars": 1, "gains": (0.3, 40.0, 2.0, -30.0, 13.0), "on_at": 2.0, "f_out": 0.0, "f_in": 0.0}),
-    ({"segments__pipe": 2, "segments__collar": 3, "bit__cutting__speed": "mean",
-      "segments__rock_damping": 0.0}, {"pipes": 2, "collars": 3, "live": False, "c_c": 0.0}),
-]  # fmt: skip
+    (
+        {"segments__pipe": 5, "segments__collar": 2, "drive__kind": "ideal"},
+        {"pipes": 5, "collars": 2, "stiff": True},
+    ),
+    (
+        {
+            "segments__pipe": 2,
+            "segments__collar": 3,
+            "drive__kind": "lqr",
+            "drive__on_at": 2.0,
+            "drive__table_damping": 70.0,
+            "segments__top__damping": 9e3,
+            "bit__lobes": 3,
+        },
+        {"pipes": 2, "collars": 3, "on_at": 2.0, "c_rt": 70.0, "c_top": 9e3, "lobes": 3},
+    ),
+    (
+        {
+            "segments__pipe": 2,
+            "segments__collar": 1,
+            "drive__gains": (0.3, 40.0, 2.0, -30.0, 13.0),
+            "drive__on_at": 2.0,
+            "segments__hydraulics__annulus_factor": 0.0,
+            "segments__hydraulics__bore_factor": 0.0,
+        },
+        {
+            "pipes": 2,
+            "collars": 1,
+            "gains": (0.3, 40.0, 2.0, -30.0, 13.0),
+            "on_at": 2.0,
+            "f_out": 0.0,
+            "f_in": 0.0,
+        },
+    ),
+    (
+        {
+            "segments__pipe": 2,
+            "segments__collar": 3,
+            "bit__cutting__speed": "mean",
+            "segments__rock_damping": 0.0,
+        },
+        {"pipes": 2, "collars": 3, "live": False, "c_c": 0.0},
+    ),
+]
 
 
 @pytest.mark.parametrize(("keys", "fields"), CASES)
 def test_the_lanes_have_the_rates_of_the_equations(keys: dict, fields: dict) -> None:
-    """Random states, on the rock and off it, stuck and turning backward; before and after the control begins. The lanes
-    sum in another order and have an exponential good to 1e-9: equal to 1e-8 of the largest force on the node."""
+    """Random states, on the rock and off it, stuck and turning backward; before and
+    after the control begins. The lanes sum in another order and have an exponential
+    good to 1e-9: equal to 1e-8 of the largest force on the node."""
     parameters = string(**keys)
     slopes, plain = Slopes(parameters), Plain(**fields)
     if keys.get("drive__kind") == "lqr":
@@ -50,22 +85,31 @@ def test_the_lanes_have_the_rates_of_the_equations(keys: dict, fields: dict) -> 
         found = slopes(t, np.array([ours(state, n) for state in states]))
         for state, mine in zip(states, found, strict=True):
             rates = plain.rates(t, state)
-            exact = np.concatenate([rates[n + 1 : 2 * n + 2], rates[3 * n + 3 : 4 * n + 4], rates[-1:]])
+            exact = np.concatenate(
+                [rates[n + 1 : 2 * n + 2], rates[3 * n + 3 : 4 * n + 4], rates[-1:]]
+            )
             u, v, th, _, _ = plain.parts(state)
-            moved = np.max(plain.k) * np.ptp(u) + plain.k_c * abs(u).max() * (1 + plain.c_c / plain.wob * abs(v).max())
+            moved = np.max(plain.k) * np.ptp(u) + plain.k_c * abs(u).max() * (
+                1 + plain.c_c / plain.wob * abs(v).max()
+            )
             turned = np.max(plain.kt) * np.ptp(th) + plain.nK * 300 + plain.k_c * abs(u).max()
             bound = np.concatenate([moved / plain.m, turned / plain.J, [max(abs(exact[-1]), 1.0)]])
             assert np.max(np.abs(mine - exact) / bound) < 1e-9
 
 
 def test_a_uniform_string_has_the_frequencies_of_equal_lumps() -> None:
-    """(2c/h) sin((2j - 1) pi / 4n) of n equal lumps below a held end, exact; n = 10, 2000 m."""
+    """(2c/h) sin((2j - 1) pi / 4n) of n equal lumps below a held end, exact; n = 10,
+    2000 m."""
     same = {"outer_diameter": 0.101, "inner_diameter": 0.0848}
     parameters = string(
-        **RINGING, drive__kind="ideal", segments__pipe=5, segments__collar=5,
-        drillstring__collar__length=1000.0, bit__mass=0.0,
+        **RINGING,
+        drive__kind="ideal",
+        segments__pipe=5,
+        segments__collar=5,
+        drillstring__collar__length=1000.0,
+        bit__mass=0.0,
         **{f"drillstring__collar__{name}": value for name, value in same.items()},
-    )  # fmt: skip
+    )
     slopes = Slopes(parameters, depth=2000.0)
     matrix = slopes.torsional(slopes.jacobian(slopes.steady()))
     c, h = math.sqrt(79.6e9 / 7850), 200.0
@@ -74,16 +118,26 @@ def test_a_uniform_string_has_the_frequencies_of_equal_lumps() -> None:
     np.testing.assert_allclose(frequencies(matrix), exact, rtol=1e-9)
 
 
-@pytest.mark.parametrize(("segments", "errors"), [(5, (-1.53e-3, -0.24)), (10, (-3.84e-4, -0.065)),
-                                                  (20, (-9.60e-5, -0.016))])  # fmt: skip
-def test_pipe_and_collars_come_nearer_to_the_continuous_string(segments: int, errors: tuple[float, float]) -> None:
-    """tan(w L_p/c) tan(w L_c/c) = Ip_p/Ip_c of two uniform rods below a held end: 1.13697632 rad/s and, the fifth,
-    20.03975275. The error falls with the square of the segment's length."""
+@pytest.mark.parametrize(
+    ("segments", "errors"),
+    [(5, (-1.53e-3, -0.24)), (10, (-3.84e-4, -0.065)), (20, (-9.60e-5, -0.016))],
+)
+def test_pipe_and_collars_come_nearer_to_the_continuous_string(
+    segments: int, errors: tuple[float, float]
+) -> None:
+    """tan(w L_p/c) tan(w L_c/c) = Ip_p/Ip_c of two uniform rods below a held end:
+    1.13697632 rad/s and, the fifth, 20.03975275. The error falls with the square of the
+    segment's length."""
     c, ratio = math.sqrt(79.6e9 / 7850), (0.101**4 - 0.0848**4) / (0.171**4 - 0.0571**4)
     for w in (1.13697632, 20.03975275):
         assert math.tan(w * 2000 / c) * math.tan(w * 200 / c) == pytest.approx(ratio, rel=1e-6)
-    parameters = string(**RINGING, drive__kind="ideal", bit__mass=0.0, segments__pipe=segments,
-                        segments__collar=segments)  # fmt: skip
+    parameters = string(
+        **RINGING,
+        drive__kind="ideal",
+        bit__mass=0.0,
+        segments__pipe=segments,
+        segments__collar=segments,
+    )
     slopes = Slopes(parameters)
     found = frequencies(slopes.torsional(slopes.jacobian(slopes.steady())))
     assert found[0] / 1.13697632 - 1 == pytest.approx(errors[0], rel=5e-3)
@@ -91,15 +145,19 @@ def test_pipe_and_collars_come_nearer_to_the_continuous_string(segments: int, er
 
 
 def test_axial_frequencies_with_the_bit_free_and_held() -> None:
-    """Of another program, 10 + 10 segments; the continuous string (transfer matrices) has 2.30074107, 8.67773072 and
-    7.79335656, 15.26854860 rad/s."""
+    """Of another program, 10 + 10 segments; the continuous string (transfer matrices)
+    has 2.30074107, 8.67773072 and 7.79335656, 15.26854860 rad/s."""
     slopes = Slopes(string(**RINGING))
     lifted = slopes.steady()
     lifted[2 * slopes.nodes - 2] = 1.0  # the bit, a metre above the rock
     matrix = slopes.axial(slopes.jacobian(lifted, 0.5))
-    np.testing.assert_allclose(frequencies(matrix)[:3], [2.2995176, 8.6359015, 15.6158300], rtol=1e-7)
+    np.testing.assert_allclose(
+        frequencies(matrix)[:3], [2.2995176, 8.6359015, 15.6158300], rtol=1e-7
+    )
     held = matrix[:-2, :-2]
-    np.testing.assert_allclose(frequencies(held)[:3], [7.7688304, 15.1094544, 20.6420172], rtol=1e-7)
+    np.testing.assert_allclose(
+        frequencies(held)[:3], [7.7688304, 15.1094544, 20.6420172], rtol=1e-7
+    )
 
 
 def test_steady_drilling() -> None:
@@ -133,7 +191,8 @@ def test_the_mud_damps_axial_motion_as_the_derivative_of_its_drag() -> None:
 
 
 def test_the_motor_has_its_two_poles() -> None:
-    """L J s^2 + R J s + nK^2 = 0 with J = 2364.334969 kg m^2: -1 +- 12.524614i. The string has hardly any stiffness."""
+    """L J s^2 + R J s + nK^2 = 0 with J = 2364.334969 kg m^2: -1 +- 12.524614i. The
+    string has hardly any stiffness."""
     slopes = Slopes(string(**RINGING, drillstring__material__shear_modulus=1e6))
     matrix = slopes.torsional(slopes.jacobian(slopes.steady()))
     drive = matrix[np.ix_([1, -1], [1, -1])]
@@ -148,14 +207,22 @@ def test_gains_of_the_regulator() -> None:
     np.testing.assert_allclose(regulator(string(), made)[0], GAINS, rtol=2e-5)
     strong = string(drive__control_weight=1.0)
     found = regulator(strong, made)[0]
-    np.testing.assert_allclose(found, [1.017862, 911.214943, 308.681585, -628.370463, 823.064767], rtol=1e-6)
+    np.testing.assert_allclose(
+        found, [1.017862, 911.214943, 308.681585, -628.370463, 823.064767], rtol=1e-6
+    )
 
 
 @pytest.mark.parametrize(("damping", "real"), [(0.2e-3, 0.0254), (10e-3, -0.103)])
 def test_the_regulator_needs_a_string_with_damping(damping: float, real: float) -> None:
-    """The worst pole of the whole string without friction at the bit, of another program: at 5.15 rad/s."""
-    parameters = string(drive__kind="lqr", segments__material_damping__torsional=damping, bit__friction__level=0.0,
-                        bit__cutting__zeta=0.0, **QUIET)  # fmt: skip
+    """The worst pole of the whole string without friction at the bit, of another
+    program: at 5.15 rad/s."""
+    parameters = string(
+        drive__kind="lqr",
+        segments__material_damping__torsional=damping,
+        bit__friction__level=0.0,
+        bit__cutting__zeta=0.0,
+        **QUIET,
+    )
     slopes = Slopes(parameters)
     poles = np.linalg.eigvals(slopes.torsional(slopes.jacobian(slopes.steady())))
     worst = poles[np.argmax(poles.real)]
@@ -163,10 +230,12 @@ def test_the_regulator_needs_a_string_with_damping(damping: float, real: float) 
     assert abs(worst.imag) == pytest.approx(5.15, abs=0.01)
 
 
-@pytest.mark.parametrize(("wob", "onset"), [(50e3, 19.46), (75e3, 26.40), (100e3, 32.30), (150e3, 42.02)])
+@pytest.mark.parametrize(
+    ("wob", "onset"), [(50e3, 19.46), (75e3, 26.40), (100e3, 32.30), (150e3, 42.02)]
+)
 def test_steady_drilling_is_unstable_below_a_speed(wob: float, onset: float) -> None:
-    """The speed at which the torsional motion about steady drilling loses stability at constant voltage, of another
-    program to four digits."""
+    """The speed at which the torsional motion about steady drilling loses stability at
+    constant voltage, of another program to four digits."""
     growth = []
     for speed in (onset - 0.02, onset + 0.02):
         slopes = Slopes(string(**QUIET), wob=wob, speed=speed)
@@ -177,21 +246,27 @@ def test_steady_drilling_is_unstable_below_a_speed(wob: float, onset: float) -> 
     assert growth[0] > 0.0 > growth[1]
 
 
-def _along(plain: Plain, start: np.ndarray, until: float, rtol: float = 1e-10) -> tuple[np.ndarray, float]:
+def _along(
+    plain: Plain, start: np.ndarray, until: float, rtol: float = 1e-10
+) -> tuple[np.ndarray, float]:
     """SciPy's state at the end, and the energy that came in."""
 
     def rates(t: float, y: np.ndarray) -> np.ndarray:
         return np.append(plain.rates(t, y[:-1]), plain.power(t, y[:-1]))
 
-    absolute = np.append(rtol * np.repeat([1e-4, 1e-2, 0.1, 1.0, 10.0], [plain.n + 1] * 4 + [1]), 1e-4)
-    found = solve_ivp(rates, (0.0, until), np.append(start, 0.0), method="DOP853", rtol=rtol, atol=absolute)
+    absolute = np.append(
+        rtol * np.repeat([1e-4, 1e-2, 0.1, 1.0, 10.0], [plain.n + 1] * 4 + [1]), 1e-4
+    )
+    found = solve_ivp(
+        rates, (0.0, until), np.append(start, 0.0), method="DOP853", rtol=rtol, atol=absolute
+    )
     return found.y[:-1, -1], float(found.y[-1, -1])
 
 
 def test_a_run_ends_where_scipy_does_and_energy_balances() -> None:
-    """Half a second from a bit that turns too slowly, on its lobes; DOP853 on the plain equations at 1e-10. Both of our
-    tolerances of 1e-10 leave errors of about 1e-8 of the natural sizes. Energy: 200 kJ in all, to the integral's
-    tolerance."""
+    """Half a second from a bit that turns too slowly, on its lobes; DOP853 on the plain
+    equations at 1e-10. Both of our tolerances of 1e-10 leave errors of about 1e-8 of
+    the natural sizes. Energy: 200 kJ in all, to the integral's tolerance."""
     parameters = string(segments__pipe=4, segments__collar=4)
     plain, initial = Plain(pipes=4, collars=4), Initial(bit_speed=6.0)
     slopes = Slopes(parameters)
@@ -201,17 +276,24 @@ def test_a_run_ends_where_scipy_does_and_energy_balances() -> None:
     size = plain_of(MODEL.sizes(slopes.table[None], slopes.variant)[0], 8)
     difference = np.abs(plain_of(done["final_state"][0, :-1], 8) - end) / (size + np.abs(end))
     assert difference.max() < 1e-6
-    assert plain.energy(end) - plain.energy(start) == pytest.approx(gained, abs=1e-6 * plain.energy(start))
+    assert plain.energy(end) - plain.energy(start) == pytest.approx(
+        gained, abs=1e-6 * plain.energy(start)
+    )
     assert abs(gained) > 10.0
 
 
 @pytest.mark.parametrize(("speed", "load"), [(5.0, 1037.2), (13.0, 6971.3), (20.0, 20072.4)])
 def test_the_bit_lifts_off_below_a_load(speed: float, load: float) -> None:
-    """Without friction and rock damping the motion is linear until contact is lost: below W_c = s0 |k_c / (1 + k_c H)|
-    (1 + k_a / k_c), where H is the string's receptance at the bit at the frequency of the lobes; loads of another
-    program."""
-    quiet = {**RINGING, "bit__surface_amplitude": 1e-3, "segments__rock_damping": 0.0, "drive__kind": "ideal",
-             "segments__material_damping__axial": 5e-3}  # fmt: skip
+    """Without friction and rock damping the motion is linear until contact is lost:
+    below W_c = s0 |k_c / (1 + k_c H)| (1 + k_a / k_c), where H is the string's
+    receptance at the bit at the frequency of the lobes; loads of another program."""
+    quiet = {
+        **RINGING,
+        "bit__surface_amplitude": 1e-3,
+        "segments__rock_damping": 0.0,
+        "drive__kind": "ideal",
+        "segments__material_damping__axial": 5e-3,
+    }
     plain = Plain(beta_a=5e-3, flow=0.0, pulsation=0.0)
     n = plain.n
     D = np.diff(np.eye(n + 1), axis=0)
@@ -222,6 +304,8 @@ def test_the_bit_lifts_off_below_a_load(speed: float, load: float) -> None:
     critical = 1e-3 * abs(plain.k_c / (1 + plain.k_c * receptance)) * (1 + plain.k_a / plain.k_c)
     assert critical == pytest.approx(load, rel=1e-4)
     # 800 s take the first mode, which decays with 0.013 /s, below a thousandth.
-    done = run(string(**quiet), Simulation(800.0, 20.0), wob=[0.98 * load, 1.02 * load], rotary_speed=speed)
+    done = run(
+        string(**quiet), Simulation(800.0, 20.0), wob=[0.98 * load, 1.02 * load], rotary_speed=speed
+    )
     assert done["lift_off_fraction"][0] > 0.0
     assert done["lift_off_fraction"][1] == 0.0

@@ -1,4 +1,5 @@
-"""Made-up points for the tests of the store: every bit pattern that a sweep could leave, no physics."""
+"""Made-up points for the tests of the store: every bit pattern that a sweep could
+leave, no physics."""
 
 from __future__ import annotations
 
@@ -20,7 +21,8 @@ DRAG = Axis("mud.drag", "", "drag coefficient of the mud (mud.drag)")
 
 
 def made(count, peaks, seed=0):
-    """``count`` finished records with random numbers, some NaN, and every status but pending."""
+    """``count`` finished records with random numbers, some NaN, and every status but
+    pending."""
     return made_of(count, Kept(peaks), seed)
 
 
@@ -32,7 +34,9 @@ def made_of(count, kept, seed=0):
         kind = records.dtype[name]
         shape = (count, *kind.shape)
         if kind.base.kind == "f":
-            records[name] = np.where(random.random(shape) < 0.1, np.nan, random.standard_normal(shape) * 1e3)
+            records[name] = np.where(
+                random.random(shape) < 0.1, np.nan, random.standard_normal(shape) * 1e3
+            )
         else:
             records[name] = random.integers(0, 2, shape)
     records["status"] = random.integers(1, 5, count)
@@ -41,7 +45,8 @@ def made_of(count, kept, seed=0):
 
 
 def header(shape=SHAPE, **attrs):
-    """A header for a grid of ``shape``; the axes are numbers that have no short decimal form."""
+    """A header for a grid of ``shape``; the axes are numbers that have no short decimal
+    form."""
     p, d, w, s = shape
     return {
         "coords": {
@@ -64,13 +69,18 @@ def make_results(path, shape=SHAPE, peaks=3, seed=0, **attrs):
 
 
 def make_log(lengths, named=(), peaks=2, seed=0, returns=0, verify=False):
-    """A log of random points of a grid with these ``lengths`` of its dimensions, in their order in memory: procedure,
-    depth, wob, rotary_speed, then bit_rock_stiffness, mud_drag and start where they are given. The study names its
-    axes in the order ``named``."""
+    """A log of random points of a grid with these ``lengths`` of its dimensions, in
+    their order in memory: procedure, depth, wob, rotary_speed, then bit_rock_stiffness,
+    mud_drag and start where they are given. The study names its axes in the order
+    ``named``."""
     axes = tuple(axis for axis in (ROCK, DRAG) if axis.name in lengths)
     kept = Kept(peaks, returns, starts=lengths.get("start", 0), verify=verify, axes=axes)
     shape = tuple(lengths[name] for name in kept.grid)
-    study = {} if not named else {"study_resolved": json.dumps({"sweep": {key: [1.0] for key in named}})}
+    study = (
+        {}
+        if not named
+        else {"study_resolved": json.dumps({"sweep": {key: [1.0] for key in named}})}
+    )
     about = header(shape[:4], **study)
     about["coords"] |= {axis.name: np.linspace(1.0, 2.0, lengths[axis.name]) / 7.0 for axis in axes}
     about["coords"] |= {"start": list(range(lengths["start"]))} if "start" in lengths else {}

@@ -104,7 +104,8 @@ def test_impossible_names_are_refused_in_words(check, name, words, tmp_path, mon
 
 
 def test_a_folder_that_may_not_be_written(path, monkeypatch):
-    monkeypatch.setattr(os, "access", lambda *args: False)  # root may write everywhere, so the system is not asked
+    # root may write everywhere, so the system is not asked
+    monkeypatch.setattr(os, "access", lambda *args: False)
     with pytest.raises(FileError, match="may not be written"):
         claim(path)
 

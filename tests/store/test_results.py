@@ -1,4 +1,5 @@
-"""The results file: bit for bit, as the contract names it, as xarray sees it, small, and in bounded memory."""
+"""The results file: bit for bit, as the contract names it, as xarray sees it, small,
+and in bounded memory."""
 
 from __future__ import annotations
 
@@ -81,7 +82,10 @@ def test_xarray_opens_it_as_it_is(path):
         for name in ("depth", "wob", "rotary_speed"):
             assert data[name].attrs["units"] == COORDINATES[name][0]
         up = data.sel(procedure="up", state="bit_speed").isel(depth=1, wob=2, rotary_speed=3)
-        assert float(up.final_state) == read_results(path)["final_state"][1, 1, 2, 3, STATE_NAMES.index("bit_speed")]
+        assert (
+            float(up.final_state)
+            == read_results(path)["final_state"][1, 1, 2, 3, STATE_NAMES.index("bit_speed")]
+        )
         assert data.attrs["Conventions"] == "nsdrill-2"
     with open_results(path) as data:
         assert isinstance(data, xr.Dataset)
@@ -120,7 +124,8 @@ def test_text_that_hdf5_does_not_take_costs_no_points(path):
 
 
 def test_the_file_is_hardly_larger_than_its_numbers(path):
-    """The limits are the design's: 1.2 times the numbers, and no megabytes for a handful of points."""
+    """The limits are the design's: 1.2 times the numbers, and no megabytes for a
+    handful of points."""
     records = make_results(path, (1, 300, 1, 1), 32)
     assert os.path.getsize(path) < 1.2 * records.nbytes
     make_results(path, (1, 4, 1, 1), 32)
@@ -169,9 +174,12 @@ def test_new_labels_leave_everything_else_alone(path):
     records = make_results(path, (1, 2000, 1, 1), 2, history="made")
     os.chmod(path, 0o640)
     with h5py.File(path, "r+") as file:
-        file["mine"] = [1, 2]  # a variable of the user's own; and the seal of the file goes with the edit
+        # a variable of the user's own; and the seal of the file goes with the edit
+        file["mine"] = [1, 2]
     new = np.arange(2000).reshape(1, 2000, 1, 1) % 5
-    rewrite_labels(path, {"whirl_kind": new, "settled": new % 2}, "classified again", {"study_resolved": "{}"})
+    rewrite_labels(
+        path, {"whirl_kind": new, "settled": new % 2}, "classified again", {"study_resolved": "{}"}
+    )
     results = read_results(path)
     np.testing.assert_array_equal(results["whirl_kind"], new)
     for name in records.dtype.names:
@@ -202,7 +210,9 @@ def test_a_failure_leaves_the_old_file_and_no_rubbish(path):
         def read(self, start, stop):
             raise OSError(28, "No space left on device")
 
-    with pytest.raises(NsdrillError, match=r"no space left on device. Nothing was changed") as caught:
+    with pytest.raises(
+        NsdrillError, match=r"no space left on device. Nothing was changed"
+    ) as caught:
         write_results(path, Broken(header(), POINTS, Kept()))
     assert caught.value.exit_code == 1
     assert path.read_bytes() == before
@@ -210,7 +220,8 @@ def test_a_failure_leaves_the_old_file_and_no_rubbish(path):
 
 
 def test_a_full_disk_while_the_results_are_made(path):
-    """A limit on the size of files stands for the full disk; HDF5 meets it anywhere, also while it closes."""
+    """A limit on the size of files stands for the full disk; HDF5 meets it anywhere,
+    also while it closes."""
     code = """
 import resource, signal, sys
 sys.path.insert(0, sys.argv[2])
@@ -226,7 +237,9 @@ for limit in (100, 5_000, 30_000, 100_000, 200_000):
         print("refused")
 """
     tests = Path(__file__).parents[1]
-    child = subprocess.run([sys.executable, "-c", code, path, tests], capture_output=True, text=True, check=False)
+    child = subprocess.run(
+        [sys.executable, "-c", code, path, tests], capture_output=True, text=True, check=False
+    )
     assert child.stdout.split() == ["refused"] * 5, child.stderr
     assert child.returncode == 0, child.stderr
     assert os.listdir(path.parent) == []
@@ -240,7 +253,9 @@ def test_a_link_stays_a_link(path, tmp_path):
     assert read_results(path).shape == SHAPE
 
 
-@pytest.mark.parametrize("shape", [(1, 1, 1, 1), (3, 7, 5, 11), (1, 10_000, 1, 1), (2, 1, 900, 13), (1, 3, 2, 9000)])
+@pytest.mark.parametrize(
+    "shape", [(1, 1, 1, 1), (3, 7, 5, 11), (1, 10_000, 1, 1), (2, 1, 900, 13), (1, 3, 2, 9000)]
+)
 @pytest.mark.parametrize("points", [1, 10, 4096])
 def test_blocks_are_ranges_of_point_numbers(shape, points):
     block = block_shape(shape, points)
@@ -257,7 +272,8 @@ def test_blocks_are_ranges_of_point_numbers(shape, points):
 
 
 def test_a_million_points_need_little_memory(tmp_path):
-    """Log and results of 10^6 points; the bound is far below the 300 MB that the points fill."""
+    """Log and results of 10^6 points; the bound is far below the 300 MB that the points
+    fill."""
     code = """
 import resource, sys
 import h5py, numpy as np
@@ -297,7 +313,8 @@ def test_collecting_a_log_and_reading_its_file_agree(path):
 
 
 def test_files_from_before_the_severities_are_read(path):
-    """These labels may be missing also where another program has edited the file; any other variable is damage then."""
+    """These labels may be missing also where another program has edited the file; any
+    other variable is damage then."""
     import h5py
 
     from nsdrill.store import hdf5, variables_in

@@ -10,7 +10,15 @@ from model_tables import VARIABLES
 
 from nsdrill.models.christoforou_yigit.variables import DRIVEN_STATE_NAMES
 from nsdrill.models.kept import Kept
-from nsdrill.store import MemoryLog, RunLog, collect, columns, pending_records, record_dtype, recorded
+from nsdrill.store import (
+    MemoryLog,
+    RunLog,
+    collect,
+    columns,
+    pending_records,
+    record_dtype,
+    recorded,
+)
 from nsdrill.variables import PENDING, POINT
 
 from .samples import POINTS, SHAPE, header, made
@@ -137,7 +145,8 @@ def test_a_header_must_span_the_points(tmp_path):
 
 
 def test_columns_take_the_memory_of_their_own(tmp_path):
-    """Not that of the records: with 10 000 returns one has 640 kB, and a sweep has thousands."""
+    """Not that of the records: with 10 000 returns one has 640 kB, and a sweep has
+    thousands."""
     kept = Kept(3, returns=10_000)
     with RunLog.create(tmp_path / "out.h5.part", header((1, 1, 30, 20)), 600, kept) as log:
         records = pending_records(1, kept)

@@ -57,7 +57,8 @@ def test_numbers_beyond_all_measure_are_refused(path):
 
 
 def test_a_trace_of_an_earlier_version_has_its_operating_point(path, monkeypatch):
-    """It held no operating values over time, as they were constant: they are its attributes."""
+    """It held no operating values over time, as they were constant: they are its
+    attributes."""
     wanted = trace(20)
     wanted.attrs |= {"depth": 5000.0, "wob": 22240.0, "rotary_speed": 3.0}
     before = tuple(v for v in TRACE_VARIABLES if v.name not in ("depth", "wob", "drive_speed"))
@@ -95,15 +96,23 @@ def test_csv_gives_back_every_bit_and_the_flags_in_words(tmp_path):
         rows = list(csv.DictReader(file))
     assert len(rows) == POINTS
     assert list(rows[0])[:7] == [
-        "procedure", "depth [m]", "wob [N]", "rotary_speed [rad s-1]", "status", "status_words", "response"
-    ]  # fmt: skip
+        "procedure",
+        "depth [m]",
+        "wob [N]",
+        "rotary_speed [rad s-1]",
+        "status",
+        "status_words",
+        "response",
+    ]
     words = {1: "ok", 2: "diverged", 3: "step_limit", 4: "step_underflow"}
     for place, row in zip(np.ndindex(*SHAPE), rows, strict=True):
         assert row["procedure"] == results.coords["procedure"][place[0]]
         assert float(row["depth [m]"]) == results.coords["depth"][place[1]]
         np.testing.assert_equal(float(row["axial_max [m]"]), results["axial_max"][place])
         np.testing.assert_equal(float(row["axial_peaks_1 [m]"]), results["axial_peaks"][place][1])
-        np.testing.assert_equal(float(row["final_state_bit_speed [rad s-1]"]), results["final_state"][place][7])
+        np.testing.assert_equal(
+            float(row["final_state_bit_speed [rad s-1]"]), results["final_state"][place][7]
+        )
         assert int(row["steps"]) == results["steps"][place]
         assert row["status_words"] == words[int(row["status"])]
         known = {0: "none", 1: "bit_bounce"}[int(row["response"])]

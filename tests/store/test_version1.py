@@ -1,5 +1,5 @@
-"""Files of format version 1 stay readable by everything, with their bits. expected.json holds the digests of what the
-last reader that knew version 1 only gave."""
+"""Files of format version 1 stay readable by everything, with their bits. expected.json
+holds the digests of what the last reader that knew version 1 only gave."""
 
 from __future__ import annotations
 
@@ -35,7 +35,8 @@ from nsdrill.store import (
 
 FOLDER = Path(__file__).parent / "version1"
 EXPECTED = json.loads((FOLDER / "expected.json").read_text(encoding="utf-8"))
-# The dimensions in memory, and those of version 2. The studies of version 1 had one order of axes.
+# The dimensions in memory, and those of version 2. The studies of version 1 had one
+# order of axes.
 NAMES = {
     "up_down": ((2, 1, 1, 4), ("procedure", "rotary_speed")),
     "rock_map": ((1, 1, 2, 2, 3), ("wob", "rotary_speed", "bit_rock_stiffness")),
@@ -146,15 +147,20 @@ def test_new_labels_in_place(name, tmp_path):
     reclassify(path, ["classify.stick_slip.stick_slip_index=1"])
     after = read_results(path)
     ok = before["status"] == 1
-    np.testing.assert_array_equal((after["response"] & 2) > 0, ok & (before["stick_slip_index"] > 1.0))
+    np.testing.assert_array_equal(
+        (after["response"] & 2) > 0, ok & (before["stick_slip_index"] > 1.0)
+    )
     assert after.attrs["format_version"] == 1
     reclassify(path, [])
     assert of(read_results(path))["response"] == EXPECTED[name]["response"]
 
 
 def test_a_replay_finds_its_point():
-    """Its numbers are those of the present model, which may have changed since; that is said."""
-    made = nsdrill.replay(FOLDER / "rock_map.h5", wob=60e3, rotary_speed=6.28, at={"bit.rock_stiffness": 1e8})
+    """Its numbers are those of the present model, which may have changed since; that is
+    said."""
+    made = nsdrill.replay(
+        FOLDER / "rock_map.h5", wob=60e3, rotary_speed=6.28, at={"bit.rock_stiffness": 1e8}
+    )
     point = read_point(FOLDER / "rock_map.h5", 0, 0, 1, 1, 2)
     assert made.attrs["wob"] == point["wob"]
     assert made.attrs["rotary_speed"] == point["rotary_speed"]
@@ -163,11 +169,14 @@ def test_a_replay_finds_its_point():
 
 @pytest.fixture
 def present(tmp_path):
-    """A copy of the map that says that the present versions made it, of which some points failed."""
+    """A copy of the map that says that the present versions made it, of which some
+    points failed."""
     path = tmp_path / "out.h5"
     shutil.copyfile(FOLDER / "rock_map.h5", path)
     with h5py.File(path, "r+") as file:
-        file.attrs.update({**versions(), "python_version": versions()["python"], "processor": processor()})
+        file.attrs.update(
+            {**versions(), "python_version": versions()["python"], "processor": processor()}
+        )
     return path
 
 

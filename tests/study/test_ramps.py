@@ -1,4 +1,5 @@
-"""Operating values that follow time: read, refused with a place, kept in the resolved study."""
+"""Operating values that follow time: read, refused with a place, kept in the resolved
+study."""
 
 from __future__ import annotations
 
@@ -32,9 +33,14 @@ def test_a_ramp_is_read_into_si() -> None:
 
 
 def test_all_three_may_ramp_and_overrides_give_ramps() -> None:
-    study = parse_study(SWEEP, overrides=[
-        "operation.depth={ramp: [[0 s, 1 km], [1 h, 1.1 km]]}", "operation.rotary_speed={ramp: [[0 s, 1 rad/s], [1 s, "
-        "2 rad/s]]}", "operation.wob={ramp: [[0 s, 0 N], [1 s, 5 klbf]]}"])  # fmt: skip
+    study = parse_study(
+        SWEEP,
+        overrides=[
+            "operation.depth={ramp: [[0 s, 1 km], [1 h, 1.1 km]]}",
+            "operation.rotary_speed={ramp: [[0 s, 1 rad/s], [1 s, 2 rad/s]]}",
+            "operation.wob={ramp: [[0 s, 0 N], [1 s, 5 klbf]]}",
+        ],
+    )
     assert set(study.ramps) == {"depth", "wob", "rotary_speed"}
     assert study.ramped == ("depth", "rotary_speed")  # the sweep replaces that of wob
     assert study.ramps["depth"] == Ramp((0.0, 3600.0), (1000.0, 1100.0))
@@ -71,7 +77,11 @@ def test_one_fault_of_a_ramp(ramp: str, key: str, found: str, allowed: str) -> N
         ("{}", "operation.wob.ramp", "{ramp: [[0 s, VALUE]"),
         ("{ramp: [[0 s, 1 N], [1 s, 2 N]], rate: 3}", "operation.wob.rate", "ramp"),
         ("[1 N, 2 N]", "operation.wob", "a number with its unit"),
-        ("[[0 s, 1 N], [1 s, 2 N]]", "operation.wob", "a ramp, for nsdrill simulate, is {ramp: [[0 s, VALUE]"),
+        (
+            "[[0 s, 1 N], [1 s, 2 N]]",
+            "operation.wob",
+            "a ramp, for nsdrill simulate, is {ramp: [[0 s, VALUE]",
+        ),
     ],
 )
 def test_something_else_than_a_ramp(value: str, key: str, says: str) -> None:
@@ -103,7 +113,8 @@ def test_the_resolved_study_holds_the_ramps() -> None:
 
 
 def test_digests_know_only_the_ramps_that_count() -> None:
-    """A study without ramps has the digest that it always had; a ramp that a sweep replaces does not matter."""
+    """A study without ramps has the digest that it always had; a ramp that a sweep
+    replaces does not matter."""
     assert "ramps" not in parse_study(SWEEP).resolved
     replaced = parse_study(SWEEP + "operation: {wob: {ramp: [[0 s, 1 N], [1 s, 2 N]]}}")
     assert replaced.sha256 == parse_study(SWEEP).sha256
@@ -119,9 +130,15 @@ def test_damaged_ramps_are_a_file_error() -> None:
 def test_the_schema_for_editors_takes_both_forms() -> None:
     jsonschema = pytest.importorskip("jsonschema")
     schema = json_schema()
-    good = ({"operation": {"wob": "3 kN"}}, {"operation": {"wob": {"ramp": [["0 s", "3 kN"], ["1 s", "4 kN"]]}}})
+    good = (
+        {"operation": {"wob": "3 kN"}},
+        {"operation": {"wob": {"ramp": [["0 s", "3 kN"], ["1 s", "4 kN"]]}}},
+    )
     for data in good:
         jsonschema.validate(data, schema)
-    for data in ({"operation": {"wob": {"ramp": [["0 s", "3 kN", "1 N"]]}}}, {"operation": {"wob": {}}}):
+    for data in (
+        {"operation": {"wob": {"ramp": [["0 s", "3 kN", "1 N"]]}}},
+        {"operation": {"wob": {}}},
+    ):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(data, schema)

@@ -1,4 +1,5 @@
-"""Every number of a study has a finite range, which stands once and holds wherever the number comes from."""
+"""Every number of a study has a finite range, which stands once and holds wherever the
+number comes from."""
 
 from __future__ import annotations
 
@@ -19,7 +20,11 @@ from nsdrill.study.schema import POINTS, REFINE
 from nsdrill.units import QuantityError
 
 SWEEP = "sweep: {rotary_speed: [3 rad/s]}\n"
-NUMBERS = {key: leaf for key, leaf in keys_of().leaves.items() if leaf.kind in ("quantity", "number", "whole")}
+NUMBERS = {
+    key: leaf
+    for key, leaf in keys_of().leaves.items()
+    if leaf.kind in ("quantity", "number", "whole")
+}
 
 
 def raw(leaf: Leaf, value: float) -> object:
@@ -48,22 +53,31 @@ def test_what_is_usual_in_the_field_is_told_of_all_that_is_measured_there() -> N
 @pytest.mark.parametrize(
     ("key", "value"),
     [
-        ("initial.x", "1e308 m"), ("drillstring.collar.span", "1e-110 m"), ("drillstring.eccentricity", "1e200 m"),
-        ("drillstring.material.young_modulus", "1e300 Pa"), ("operation.wob", "1e252 kN"),
-        ("operation.depth", "1e308 m"), ("bit.cutting.c1", "1e300"), ("well.stiffness", "1e100 N/m"),
+        ("initial.x", "1e308 m"),
+        ("drillstring.collar.span", "1e-110 m"),
+        ("drillstring.eccentricity", "1e200 m"),
+        ("drillstring.material.young_modulus", "1e300 Pa"),
+        ("operation.wob", "1e252 kN"),
+        ("operation.depth", "1e308 m"),
+        ("bit.cutting.c1", "1e300"),
+        ("well.stiffness", "1e100 N/m"),
         ("simulation.observe", "1e300 s"),
         ("operation.rotary_speed.ramp", "[[0 s, 3 rad/s], [9 s, 1e9 rad/s]]"),
         ("operation.rotary_speed.ramp", "[[0 s, 3 rad/s], [1e99 s, 4 rad/s]]"),
-        ("sweep.wob", "{from: 1 kN, to: 1e250 kN, points: 3}"), ("sweep.depth", "[1 km, 1e300 km]"),
+        ("sweep.wob", "{from: 1 kN, to: 1e250 kN, points: 3}"),
+        ("sweep.depth", "[1 km, 1e300 km]"),
         ("initial.slice.vx", "{from: 0 m/s, to: 1e99 m/s, points: 3}"),
     ],
-)  # fmt: skip
+)
 def test_a_number_beyond_its_range_is_named_wherever_it_stands(key: str, value: str) -> None:
     found = []
     nested = value
     for part in reversed(key.split(".")):
         nested = f"{{{part}: {nested}}}"
-    for text, overrides in ((f"{SWEEP if 'sweep' not in key else ''}{nested[1:-1]}", ()), (SWEEP, (f"{key}={value}",))):
+    for text, overrides in (
+        (f"{SWEEP if 'sweep' not in key else ''}{nested[1:-1]}", ()),
+        (SWEEP, (f"{key}={value}",)),
+    ):
         with pytest.raises(StudyError) as caught:
             parse_study(text, "s", overrides)
         found.append([fault for fault in caught.value.faults if fault.key.startswith(key)])
@@ -74,11 +88,14 @@ def test_a_number_beyond_its_range_is_named_wherever_it_stands(key: str, value: 
 @pytest.mark.parametrize(
     ("make", "name"),
     [
-        (lambda: Operation(depth=1e308), "depth"), (lambda: Collar(span=1e-110), "span"),
-        (lambda: replace(Operation(), wob="5"), "wob"), (lambda: replace(Operation(), wob=10**400), "wob"),
-        (lambda: Whirl(direction=math.nan), "direction"), (lambda: replace(Operation(), wob=True), "wob"),
+        (lambda: Operation(depth=1e308), "depth"),
+        (lambda: Collar(span=1e-110), "span"),
+        (lambda: replace(Operation(), wob="5"), "wob"),
+        (lambda: replace(Operation(), wob=10**400), "wob"),
+        (lambda: Whirl(direction=math.nan), "direction"),
+        (lambda: replace(Operation(), wob=True), "wob"),
     ],
-)  # fmt: skip
+)
 def test_the_dataclasses_have_the_same_ranges(make, name: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(ValueError, match=f"{name}: found .*, allowed: at least .* and at most "):
         make()
@@ -95,10 +112,13 @@ def test_the_schema_has_the_ranges() -> None:
 
 
 def test_a_bore_leaves_a_wall() -> None:
-    """With almost no wall the string weighs nothing and bears nothing, and quotients of both have no meaning."""
+    """With almost no wall the string weighs nothing and bears nothing, and quotients of
+    both have no meaning."""
     for part in ("collar", "pipe"):
         thin = f"drillstring: {{{part}: {{outer_diameter: 100 mm, inner_diameter: 99.95 mm}}}}"
-        with pytest.raises(StudyError, match=r"inner_diameter: found '99.95 mm'; allowed: at most 0.999 times"):
+        with pytest.raises(
+            StudyError, match=r"inner_diameter: found '99.95 mm'; allowed: at most 0.999 times"
+        ):
             parse_study(SWEEP + thin)
     json_text(check(parse_study(SWEEP + thin.replace("99.95", "99.9"))).as_json())
 
@@ -113,7 +133,7 @@ def test_a_bore_leaves_a_wall() -> None:
         ('mud:\n  "dr\\0ag": 1', 3, "mud", "\\x00"),
         ('"\\udfff": 1', 2, "", "\\udfff"),
     ],
-)  # fmt: skip
+)
 def test_text_that_cannot_be_printed(text: str, line: int, key: str, found: str) -> None:
     with pytest.raises(StudyError) as caught:
         parse_study(SWEEP + text)

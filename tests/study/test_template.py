@@ -16,7 +16,9 @@ from nsdrill.study.keys import SLICE, keys_of
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.uncertain import HOW
 
-SWEEP_KEYS = {f"sweep.{name}" for name in ("depth", "wob", "rotary_speed", "procedure", "along", "refine")}
+SWEEP_KEYS = {
+    f"sweep.{name}" for name in ("depth", "wob", "rotary_speed", "procedure", "along", "refine")
+}
 
 
 def test_the_template_is_the_defaults() -> None:
@@ -27,7 +29,9 @@ def test_the_template_is_the_defaults() -> None:
     assert study.simulation == Simulation()
     assert study.thresholds == Thresholds()
     assert study.record == Record()
-    assert study.sha256 == parse_study("sweep: {depth: {from: 500 m, to: 9000 m, points: 86}}").sha256
+    assert (
+        study.sha256 == parse_study("sweep: {depth: {from: 500 m, to: 9000 m, points: 86}}").sha256
+    )
 
 
 def test_the_template_has_every_key_with_its_meaning() -> None:
@@ -47,12 +51,14 @@ def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:
     sections = set(keys_of().sections)
     unknowns = {"uncertain", *(f"uncertain.{name}" for name in HOW)}
     own = {key for key in MEANINGS if key.partition(".")[0] == "continue"}
-    assert own == {"continue", *(f"continue.{key}" for key in KEYS), *(f"continue.curves.{key}" for key in CURVE_KEYS)}
-    assert set(MEANINGS) - own == set(keys_of().leaves) | groups | sections | SWEEP_KEYS | unknowns | {
-        "title",
-        "sweep",
-        SLICE,
+    assert own == {
+        "continue",
+        *(f"continue.{key}" for key in KEYS),
+        *(f"continue.curves.{key}" for key in CURVE_KEYS),
     }
+    assert set(MEANINGS) - own == set(
+        keys_of().leaves
+    ) | groups | sections | SWEEP_KEYS | unknowns | {"title", "sweep", SLICE}
 
 
 def test_defaults_as_text_read_back_exactly() -> None:
@@ -69,7 +75,14 @@ def test_the_json_schema() -> None:
     schema = json.loads(json.dumps(json_schema(), allow_nan=False))
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert "required" not in schema  # without a sweep a study is one operating point
-    assert set(schema["properties"]) == {"title", "model", "sweep", "uncertain", "continue", *keys_of().sections}
+    assert set(schema["properties"]) == {
+        "title",
+        "model",
+        "sweep",
+        "uncertain",
+        "continue",
+        *keys_of().sections,
+    }
     for part in objects(schema):
         assert part["additionalProperties"] is False
         assert all("description" in value for value in part["properties"].values())

@@ -24,7 +24,10 @@ MEANS = {
     "uniform": ({"uniform": [0.3, 0.6]}, 0.45),
     "triangular": ({"triangular": [0.1, 0.2, 0.9]}, 0.4),
     "normal": ({"normal": {"mean": 0.7, "deviation": 0.1}}, 0.7),
-    "lognormal": ({"lognormal": {"median": 2.0, "factor": 1.5}}, 2.0 * math.exp(math.log(1.5) ** 2 / 2)),
+    "lognormal": (
+        {"lognormal": {"median": 2.0, "factor": 1.5}},
+        2.0 * math.exp(math.log(1.5) ** 2 / 2),
+    ),
     "values": ({"values": [1.0, 2.0, 6.0, 3.0]}, 3.0),
     # A normal cut off at its mean is a half-normal one.
     "cut": ({"normal": {"mean": 0.0, "deviation": 1.0, "low": 0.0}}, math.sqrt(2 / math.pi)),
@@ -43,7 +46,8 @@ def test_samples_follow_their_distribution(name: str) -> None:
 def test_each_part_of_the_distribution_has_its_share(name: str) -> None:
     numbers, _ = MEANS[name]
     drawn = draw(Uncertain({"a": numbers}, samples=1024))["a"]
-    assert stats.kstest(drawn, distribution(numbers).cdf).statistic < 2e-3  # 0.04 of independent draws
+    # 0.04 of independent draws
+    assert stats.kstest(drawn, distribution(numbers).cdf).statistic < 2e-3
 
 
 def test_factor_is_one_deviation_of_the_logarithm() -> None:
@@ -59,13 +63,16 @@ def test_rank_correlation_is_the_one_asked_for() -> None:
         wanted = {"ab": 0.6, "bc": -0.5, "ac": 0.0}[one + two]
         assert stats.spearmanr(found[one], found[two]).statistic == pytest.approx(wanted, abs=0.02)
     alone = draw(Uncertain(shapes, samples=4096))
-    assert np.mean(found["a"]) == pytest.approx(np.mean(alone["a"]), rel=0.01)  # its own distribution is as before
+    # its own distribution is as before
+    assert np.mean(found["a"]) == pytest.approx(np.mean(alone["a"]), rel=0.01)
 
 
 def test_saltelli_exchanges_one_column_at_a_time() -> None:
     shapes = {"a": MEANS["uniform"][0], "b": MEANS["uniform"][0]}
     found = draw(Uncertain(shapes, samples=8, design="saltelli"))
-    a, b, first, second = (np.column_stack([found["a"], found["b"]])[8 * i : 8 * i + 8] for i in range(4))
+    a, b, first, second = (
+        np.column_stack([found["a"], found["b"]])[8 * i : 8 * i + 8] for i in range(4)
+    )
     assert np.array_equal(first, np.column_stack([b[:, 0], a[:, 1]]))
     assert np.array_equal(second, np.column_stack([a[:, 0], b[:, 1]]))
     assert len(np.unique(a)) == 16
@@ -94,12 +101,20 @@ def test_same_study_gives_the_same_samples_and_another_seed_others() -> None:
         assert np.array_equal(values, two.drawn[key])
     assert not np.array_equal(one.drawn[ROCK], other.drawn[ROCK])
     assert one.sha256 != other.sha256
-    assert {axis.key for axis in one.unknowns} == {"operation.rotary_speed", "drillstring.eccentricity", ROCK, KEY}
+    assert {axis.key for axis in one.unknowns} == {
+        "operation.rotary_speed",
+        "drillstring.eccentricity",
+        ROCK,
+        KEY,
+    }
 
 
 def test_resolved_study_and_its_text_give_the_same_samples() -> None:
     one = study(FULL)
-    again, written = study_from_resolved(one.resolved), parse_study(study_text(one.resolved), "again")
+    again, written = (
+        study_from_resolved(one.resolved),
+        parse_study(study_text(one.resolved), "again"),
+    )
     assert one.sha256 == again.sha256 == written.sha256
     for key, values in one.drawn.items():
         assert np.array_equal(values, again.drawn[key])
@@ -107,7 +122,10 @@ def test_resolved_study_and_its_text_give_the_same_samples() -> None:
 
 
 def test_table_is_taken_row_by_row() -> None:
-    found = study("{table: {bit.friction.static: [0.3, 0.4, 0.35], bit.rock_stiffness: [10 MN/m, 30 MN/m, 20 MN/m]}}")
+    found = study(
+        "{table: {bit.friction.static: [0.3, 0.4, 0.35], bit.rock_stiffness: [10 MN/m, "
+        "30 MN/m, 20 MN/m]}}"
+    )
     assert found.samples == 3
     assert found.drawn[KEY].tolist() == [0.3, 0.4, 0.35]
     assert found.drawn[ROCK].tolist() == [10e6, 30e6, 20e6]
@@ -118,13 +136,17 @@ def test_joint_rows_may_overlap_where_each_row_is_in_order() -> None:
     rows = "{{table: {{bit.friction.static: [0.3, 0.4], bit.friction.dynamic: [0.25, {}]}}}}"
     assert study(rows.format(0.35)).samples == 2
     with pytest.raises(
-        StudyError, match=r"line 2: uncertain\.table\.bit\.friction\.dynamic: found 0\.45 at the greatest"
+        StudyError,
+        match=r"line 2: uncertain\.table\.bit\.friction\.dynamic: found 0\.45 at the greatest",
     ):
         study(rows.format(0.45))
 
 
 def test_differences_name_the_unknown() -> None:
-    one, two = study(FULL), study(FULL.replace("factor: 2", "factor: 3").replace("samples: 100", "samples: 64"))
+    one, two = (
+        study(FULL),
+        study(FULL.replace("factor: 2", "factor: 3").replace("samples: 100", "samples: 64")),
+    )
     told = {key: (a, b) for key, a, b in changes(one.resolved, two.resolved)}
     assert told["uncertain.samples"] == ("100", "64")
     before, after = told[f"uncertain.{ROCK}"]
@@ -134,7 +156,9 @@ def test_differences_name_the_unknown() -> None:
 
 
 def test_overrides_reach_the_section() -> None:
-    found = parse_study("{}", "s.yaml", [f"uncertain.{KEY}.uniform=[0.3, 0.4]", "uncertain.samples=16"])
+    found = parse_study(
+        "{}", "s.yaml", [f"uncertain.{KEY}.uniform=[0.3, 0.4]", "uncertain.samples=16"]
+    )
     assert found.samples == 16
     assert 0.3 <= found.drawn[KEY].min() < found.drawn[KEY].max() <= 0.4
     by_dict = nsdrill.load_study({"uncertain": {KEY: {"uniform": [0.3, 0.4]}, "samples": 16}})
@@ -144,36 +168,87 @@ def test_overrides_reach_the_section() -> None:
 @pytest.mark.parametrize(
     ("section", "message"),
     [
-        ("{bit.friction.static: {normal: {mean: 0.3, deviation: 0.3}}}",
-         r"line 2: uncertain\.bit\.friction\.static\.normal: found a distribution of which 16 % lie below"),
-        ("{bit.friction.static: {uniform: [0.3, 20]}}", r"uniform\[1\]: found the number 20; allowed: .* at most 10"),
-        ("{bit.friction.static: {uniform: [0.1, 0.6]}}", r"allowed: at least bit\.friction\.dynamic, which is 0\.2"),
-        ("{bit.rock_stiffness: {uniform: [1, 2]}}", r"uniform\[0\]: found the number 1 without a unit"),
+        (
+            "{bit.friction.static: {normal: {mean: 0.3, deviation: 0.3}}}",
+            r"line 2: uncertain\.bit\.friction\.static\.normal: found a distribution of which 16 % lie below",
+        ),
+        (
+            "{bit.friction.static: {uniform: [0.3, 20]}}",
+            r"uniform\[1\]: found the number 20; allowed: .* at most 10",
+        ),
+        (
+            "{bit.friction.static: {uniform: [0.1, 0.6]}}",
+            r"allowed: at least bit\.friction\.dynamic, which is 0\.2",
+        ),
+        (
+            "{bit.rock_stiffness: {uniform: [1, 2]}}",
+            r"uniform\[0\]: found the number 1 without a unit",
+        ),
         ("{bit.rock_stifness: {uniform: [1 MN/m, 2 MN/m]}}", r"Did you mean bit\.rock_stiffness"),
-        ("{bit.rock_stiffness: {unifrm: [1 MN/m, 2 MN/m]}}", r"Did you mean uncertain\.bit\.rock_stiffness\.uniform"),
+        (
+            "{bit.rock_stiffness: {unifrm: [1 MN/m, 2 MN/m]}}",
+            r"Did you mean uncertain\.bit\.rock_stiffness\.uniform",
+        ),
         ("{bit.lobes: {values: [1, 3]}}", r"bit\.lobes, which is compiled in; .* Sweep it"),
-        ("{bit.friction.law: {values: [linear]}}", r"bit\.friction\.law, which is a choice; .* Sweep it: sweep"),
+        (
+            "{bit.friction.law: {values: [linear]}}",
+            r"bit\.friction\.law, which is a choice; .* Sweep it: sweep",
+        ),
         ("{wob: {uniform: [1 kN, 2 kN]}}", r"found wob, which the sweep varies"),
         ("{operation.wob: {uniform: [1 kN, 2 kN]}}", r"Write wob\."),
         ("{bit.friction.static: {uniform: [0.6, 0.3]}}", r"values that do not ascend"),
-        ("{bit.friction.static: {uniform: [0.3, 0.6], values: [0.3]}}", r"found uniform and values; allowed: one of"),
-        ("{bit.friction.static: {lognormal: {median: 0.3}}}", r"found nothing; allowed: all of median and factor"),
+        (
+            "{bit.friction.static: {uniform: [0.3, 0.6], values: [0.3]}}",
+            r"found uniform and values; allowed: one of",
+        ),
+        (
+            "{bit.friction.static: {lognormal: {median: 0.3}}}",
+            r"found nothing; allowed: all of median and factor",
+        ),
         ("{samples: 4}", r"found no unknown"),
-        ("{bit.friction.static: {uniform: [0.3, 0.6]}, samples: 1}", r"samples: found the number 1"),
-        ("{drive.a: {uniform: [0.3, 0.6]}}", r"found the uncertain drive\.a, which the drive ideal does not read"),
-        ("{table: {bit.friction.static: [0.3, 0.4], bit.rock_stiffness: [1 MN/m]}}", r"as many values as of"),
-        ("{table: {bit.friction.static: [0.3, 0.4]}, samples: 8}", r"found 8 beside a table of 2 rows"),
-        ("{bit.friction.static: {uniform: [0.3, 0.6]}, correlations: [[bit.friction.static, wob, 0.5]]}",
-         r"correlations\[0\]: found wob; allowed: keys with a distribution"),
-        ("{bit.friction.static: {uniform: [0.3, 0.6]}, correlations: [[bit.friction.static, 0.5]]}",
-         r"correlations\[0\]: found a list; allowed: two keys"),
-        ("{bit.friction.static: {uniform: [0.3, 0.6]}, bit.rock_stiffness: {uniform: [1 MN/m, 2 MN/m]}, "
-         "correlations: [[bit.friction.static, bit.rock_stiffness, 0.5]], design: saltelli}", r"saltelli with correl"),
-        ("{bit.friction.static: {uniform: [0.3, 0.6]}, samples: 100000, design: saltelli}\n"
-         "record: {peaks: 0}\noperation: {wob: 3}", r"operation\.wob"),
+        (
+            "{bit.friction.static: {uniform: [0.3, 0.6]}, samples: 1}",
+            r"samples: found the number 1",
+        ),
+        (
+            "{drive.a: {uniform: [0.3, 0.6]}}",
+            r"found the uncertain drive\.a, which the drive ideal does not read",
+        ),
+        (
+            "{table: {bit.friction.static: [0.3, 0.4], bit.rock_stiffness: [1 MN/m]}}",
+            r"as many values as of",
+        ),
+        (
+            "{table: {bit.friction.static: [0.3, 0.4]}, samples: 8}",
+            r"found 8 beside a table of 2 rows",
+        ),
+        (
+            "{bit.friction.static: {uniform: [0.3, 0.6]}, correlations: [[bit.friction.static, "
+            "wob, "
+            "0.5]]}",
+            r"correlations\[0\]: found wob; allowed: keys with a distribution",
+        ),
+        (
+            "{bit.friction.static: {uniform: [0.3, 0.6]}, correlations: [[bit.friction.static, "
+            "0.5]]}",
+            r"correlations\[0\]: found a list; allowed: two keys",
+        ),
+        (
+            "{bit.friction.static: {uniform: [0.3, 0.6]}, bit.rock_stiffness: {uniform: [1 MN/m, 2 "
+            "MN/m]}, "
+            "correlations: [[bit.friction.static, bit.rock_stiffness, 0.5]], design: saltelli}",
+            r"saltelli with correl",
+        ),
+        (
+            "{bit.friction.static: {uniform: [0.3, 0.6]}, samples: 100000, design: saltelli}\n"
+            "record: {peaks: 0}\noperation: {wob: 3}",
+            r"operation\.wob",
+        ),
     ],
-)  # fmt: skip
-def test_what_is_wrong_is_told_with_line_key_and_what_is_allowed(section: str, message: str) -> None:
+)
+def test_what_is_wrong_is_told_with_line_key_and_what_is_allowed(
+    section: str, message: str
+) -> None:
     with pytest.raises(StudyError, match=message):
         study(section)
 
@@ -181,14 +256,18 @@ def test_what_is_wrong_is_told_with_line_key_and_what_is_allowed(section: str, m
 def test_samples_beside_several_starts_are_refused() -> None:
     friction = "bit.friction.static: {uniform: [0.3, 0.6]}"
     with pytest.raises(
-        StudyError, match=r"initial\.ensemble: found with .*uncertain\.initial\.x: each .*sweep\.initial\.x:"
+        StudyError,
+        match=r"initial\.ensemble: found with .*uncertain\.initial\.x: each .*sweep\.initial\.x:",
     ):
         study(f"{{{friction}}}\ninitial: {{ensemble: 8}}")
-    both = study(f"{{{friction}, initial.x: {{uniform: [-9 mm, 9 mm]}}, samples: 4}}")  # what the sentence advises
+    # what the sentence advises
+    both = study(f"{{{friction}, initial.x: {{uniform: [-9 mm, 9 mm]}}, samples: 4}}")
     assert len(set(both.drawn["initial.x"].tolist())) == 4
 
 
 def test_too_many_points_with_samples() -> None:
     with pytest.raises(StudyError, match="over all axes and samples"):
-        study("{bit.friction.static: {uniform: [0.3, 0.6]}, samples: 100000}",
-              "sweep: {wob: {from: 1 kN, to: 90 kN, points: 2000}}")  # fmt: skip
+        study(
+            "{bit.friction.static: {uniform: [0.3, 0.6]}, samples: 100000}",
+            "sweep: {wob: {from: 1 kN, to: 90 kN, points: 2000}}",
+        )

@@ -14,15 +14,19 @@ STUDIES = {
     "deep collars": "sweep: {depth: [7 km, 8000.1 m]}\ndrillstring: {collar: {length: 6 km}}",
     "ramp": "operation: {rotary_speed: {ramp: [[0 s, 3 rad/s], [10 s, 77 rpm]]}}",
     "ramp beside a sweep": "operation: {depth: {ramp: [[0 s, 3000 m], [10 s, 12000 ft]]}}\n"
-                           "sweep: {rotary_speed: {from: 60 rpm, to: 97 rpm, points: 7}, procedure: up-down}",
+    "sweep: {rotary_speed: {from: 60 rpm, to: 97 rpm, points: 7}, "
+    "procedure: up-down}",
     "hertz": "well: {law: hertz, stiffness: 0.7 GN/m^1.5}\nsweep: {depth: 2 km, wob: 3.3 klbf}",
     "slice": "sweep: {depth: 2 km}\n"
-             "initial: {slice: {x: {from: -1 in, to: 1 in, points: 3}, vx: {from: 0 ft/s, to: 7 m/s, points: 3}}}",
+    "initial: {slice: {x: {from: -1 in, to: 1 in, points: 3}, vx: {from: 0 ft/s, to: 7 "
+    "m/s, points: 3}}}",
     "ensemble": "sweep: {depth: 2 km}\ninitial: {ensemble: 5, seed: 3, spread: 0.1}",
-    "refined": "sweep: {depth: {from: 1 km, to: 2 km, points: 4}, wob: [10 klbf, 30 kN], refine: 2}",
+    "refined": "sweep: {depth: {from: 1 km, to: 2 km, points: 4}, wob: [10 klbf, 30 kN], refine: "
+    "2}",
     "digits": "sweep: {depth: 2 km}\nbit: {cutting: {c1: 3.3333333333333333e-8, c2: -1e-300}}\n"
-              "mud: {density: 1234.5678901234567 kg/m^3}\nclassify: {whirl: {direction: 0.3333333333333333}}",
-}  # fmt: skip
+    "mud: {density: 1234.5678901234567 kg/m^3}\nclassify: {whirl: {direction: "
+    "0.3333333333333333}}",
+}
 
 
 @pytest.mark.parametrize(
@@ -37,7 +41,9 @@ def test_it_reads_back_the_same(text: str) -> None:
     assert again.sha256 == study.sha256
 
 
-@pytest.mark.parametrize("title", ["", "a: b # c", "- a", "null", '"q" \\ \'', "x\ny\t\u2028", "é 漢 \U0001f600"])
+@pytest.mark.parametrize(
+    "title", ["", "a: b # c", "- a", "null", '"q" \\ \'', "x\ny\t\u2028", "é 漢 \U0001f600"]
+)
 def test_any_title(title: str) -> None:
     resolved = {**parse_study("sweep: {depth: 2 km}").resolved, "title": title}
     assert parse_study(study_text(resolved)).title == title
@@ -58,8 +64,14 @@ def test_a_key_that_an_older_version_did_not_have_is_left_out() -> None:
 
 def test_changes_name_keys_and_units_as_a_study_has_them() -> None:
     a = load_study(CONFIGS[0]).resolved
-    b = load_study(CONFIGS[0], ["operation.wob=5 klbf", "bit.lobes=1", "sweep.rotary_speed=[60 rpm, 6 rad/s]"]).resolved
+    b = load_study(
+        CONFIGS[0], ["operation.wob=5 klbf", "bit.lobes=1", "sweep.rotary_speed=[60 rpm, 6 rad/s]"]
+    ).resolved
     found = dict((key, new) for key, _, new in changes(a, b))
-    assert found == {"bit.lobes": "1", "operation.wob": "5 klbf", "sweep.rotary_speed": "[6 rad/s, 60 rpm]"}
+    assert found == {
+        "bit.lobes": "1",
+        "operation.wob": "5 klbf",
+        "sweep.rotary_speed": "[6 rad/s, 60 rpm]",
+    }
     assert value_text(a, "well.stiffness") == "25 MN/m"
     assert value_text(a, "sweep.wob") is None

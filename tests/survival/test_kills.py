@@ -1,6 +1,8 @@
-"""Kill a sweep at random moments, resume it, and demand the very file of an undisturbed run.
+"""Kill a sweep at random moments, resume it, and demand the very file of an undisturbed
+run.
 
-``NSDRILL_KILLS`` sets how many kills each sweep takes (default 6), ``NSDRILL_SEED`` the moments.
+``NSDRILL_KILLS`` sets how many kills each sweep takes (default 6), ``NSDRILL_SEED`` the
+moments.
 """
 
 from __future__ import annotations
@@ -83,7 +85,8 @@ def points_in(log_path: Path) -> int:
 
 
 def await_points(process: subprocess.Popen[bytes], out: Path, count: int) -> None:
-    """Wait until the run has more than ``count`` points or has ended, however long the machine takes."""
+    """Wait until the run has more than ``count`` points or has ended, however long the
+    machine takes."""
     while process.poll() is None and points_in(part_path(out)) <= count:
         time.sleep(0.01)
 
@@ -111,7 +114,9 @@ def same(one: Path, two: Path) -> list[str]:
             CHAINS,
             ("--engine", "dask"),
             id="chains-dask",
-            marks=pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed"),
+            marks=pytest.mark.skipif(
+                importlib.util.find_spec("distributed") is None, reason="needs distributed"
+            ),
         ),
     ],
 )
@@ -189,7 +194,9 @@ def test_a_second_process_on_the_same_output_is_refused(tmp_path: Path) -> None:
     kill_all(first)
 
 
-def test_the_bits_are_the_same_with_any_engine(tmp_path: Path, undisturbed: Callable[[str], Path]) -> None:
+def test_the_bits_are_the_same_with_any_engine(
+    tmp_path: Path, undisturbed: Callable[[str], Path]
+) -> None:
     """One worker, two workers, and two processes of a cluster."""
     pytest.importorskip("distributed")
     study, one, two = tmp_path / "study.yaml", tmp_path / "one.h5", tmp_path / "two.h5"

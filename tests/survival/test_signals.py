@@ -1,4 +1,5 @@
-"""SIGINT, SIGTERM and SIGHUP at any moment: exit code 130 and one sentence, and --resume gives the undisturbed file."""
+"""SIGINT, SIGTERM and SIGHUP at any moment: exit code 130 and one sentence, and
+--resume gives the undisturbed file."""
 
 from __future__ import annotations
 
@@ -27,7 +28,9 @@ sweep:
 
 def start(folder: Path, out: str, *more: str) -> subprocess.Popen[str]:
     command = [sys.executable, "-m", "nsdrill", "run", "study.yaml", "-o", out, "--quiet", *more]
-    return subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    return subprocess.Popen(
+        command, cwd=folder, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
 
 
 def named(part: str) -> Callable[[Path], bool]:
@@ -35,12 +38,17 @@ def named(part: str) -> Callable[[Path], bool]:
 
 
 def await_heard(process: subprocess.Popen[str]) -> None:
-    """Wait until the process has its own answer to SIGTERM; nsdrill is being imported by then."""
+    """Wait until the process has its own answer to SIGTERM; nsdrill is being imported
+    by then."""
     if not Path("/proc/self/status").exists():
         time.sleep(1.0)
         return
     while process.poll() is None:
-        caught = next(line for line in Path(f"/proc/{process.pid}/status").read_text().splitlines() if "SigCgt" in line)
+        caught = next(
+            line
+            for line in Path(f"/proc/{process.pid}/status").read_text().splitlines()
+            if "SigCgt" in line
+        )
         if int(caught.split()[1], 16) >> (signal.SIGTERM - 1) & 1:
             return
         time.sleep(0.002)
@@ -87,7 +95,16 @@ def test_a_signal_ends_the_run_in_one_sentence(
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
 def test_no_word_of_dask_where_a_cluster_that_starts_is_interrupted(folder: Path) -> None:
     """A terminal sends Ctrl-C to the workers as well."""
-    process = start(folder, "dask.h5", "--engine", "dask", "--workers", "2", "--set", "simulation.transient=500s")
+    process = start(
+        folder,
+        "dask.h5",
+        "--engine",
+        "dask",
+        "--workers",
+        "2",
+        "--set",
+        "simulation.transient=500s",
+    )
     await_heard(process)
     time.sleep(1.5)
     os.killpg(process.pid, signal.SIGINT)
@@ -98,7 +115,10 @@ def test_no_word_of_dask_where_a_cluster_that_starts_is_interrupted(folder: Path
     (folder / "dask.h5.part").unlink(missing_ok=True)
 
 
-ASK = "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda number: os.kill(os.getpid(), number)\n"
+ASK = (
+    "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda number: "
+    "os.kill(os.getpid(), number)\n"
+)
 
 
 @pytest.mark.parametrize(
@@ -126,14 +146,16 @@ ASK = "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda
             id="by the second one",
         ),
         pytest.param(
-            "interrupt.listen(); interrupt.PATIENCE = interrupt.AGAIN = 0.1\nwith interrupt.heeded():\n"
+            "interrupt.listen(); interrupt.PATIENCE = interrupt.AGAIN = 0.1\nwith "
+            "interrupt.heeded():\n"
             "  ask(signal.SIGINT); time.sleep(20)",
             130,
             "Interrupted; nothing was written.\n",
             id="when patience ends",
         ),
         pytest.param(
-            "interrupt.listen()\ntry:\n with interrupt.heeded():\n  ask(signal.SIGTERM); time.sleep(0.5)\n"
+            "interrupt.listen()\ntry:\n with interrupt.heeded():\n  ask(signal.SIGTERM); "
+            "time.sleep(0.5)\n"
             "  print('saved', file=sys.stderr, flush=True); interrupt.look()\n"
             "except KeyboardInterrupt: interrupt.end('told')",
             130,
@@ -142,7 +164,8 @@ ASK = "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda
         ),
         pytest.param(
             "from nsdrill.cli.main import _leave; interrupt.listen(); leave = os._exit\n"
-            "os._exit = lambda code: (time.sleep(0.5), leave(code)); ask(signal.SIGTERM); time.sleep(0.2)\n"
+            "os._exit = lambda code: (time.sleep(0.5), leave(code)); ask(signal.SIGTERM); "
+            "time.sleep(0.2)\n"
             "_leave('Error: the unfinished file is gone.', 1)",
             130,
             "Interrupted; nothing was written.\n",
@@ -150,13 +173,15 @@ ASK = "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda
         ),
         pytest.param(
             "interrupt.listen()\nwith interrupt.settling(): pass\n"
-            "ask(signal.SIGTERM); time.sleep(0.5); interrupt.look(); interrupt.decided(); sys.exit(0)",
+            "ask(signal.SIGTERM); time.sleep(0.5); interrupt.look(); interrupt.decided(); "
+            "sys.exit(0)",
             0,
             "",
             id="not once the file is there",
         ),
         pytest.param(
-            "interrupt.listen(); interrupt.decided()\nfor number in interrupt.SIGNALS: ask(number)\nsys.exit(3)",
+            "interrupt.listen(); interrupt.decided()\nfor number in interrupt.SIGNALS: "
+            "ask(number)\nsys.exit(3)",
             3,
             "",
             id="not while the interpreter ends",
@@ -169,7 +194,8 @@ ASK = "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda
             id="not under nohup",
         ),
         pytest.param(
-            "signal.signal(signal.SIGTERM, signal.SIG_IGN); interrupt.listen()\nask(signal.SIGTERM); time.sleep(20)",
+            "signal.signal(signal.SIGTERM, signal.SIG_IGN); "
+            "interrupt.listen()\nask(signal.SIGTERM); time.sleep(20)",
             130,
             "Interrupted; nothing was written.\n",
             id="also as the child of one that is deaf to it",
@@ -184,5 +210,7 @@ ASK = "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda
     ],
 )
 def test_when_a_signal_is_acted_on(code: str, ends: int, said: str) -> None:
-    done = subprocess.run([sys.executable, "-c", ASK + code], capture_output=True, text=True, timeout=15, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", ASK + code], capture_output=True, text=True, timeout=15, check=False
+    )
     assert (done.returncode, done.stderr) == (ends, said)

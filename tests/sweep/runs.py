@@ -34,8 +34,14 @@ def work_for(
 ) -> Work:
     """A sweep of ``case``; axes that are not given have the case's single value."""
     values = {"depth": case.depth, "wob": case.wob, "rotary_speed": case.speed} | axes
-    plan = Plan({name: np.atleast_1d(np.asarray(v, dtype=float)) for name, v in values.items()}, procedure, along)
-    thresholds = Thresholds() if stuck_below is None else replace(Thresholds(), stuck_below=stuck_below)
+    plan = Plan(
+        {name: np.atleast_1d(np.asarray(v, dtype=float)) for name, v in values.items()},
+        procedure,
+        along,
+    )
+    thresholds = (
+        Thresholds() if stuck_below is None else replace(Thresholds(), stuck_below=stuck_below)
+    )
     return Work(plan, parameters_of(case), initial, simulation, thresholds, Record(peaks=peaks))
 
 
@@ -59,12 +65,15 @@ def run_work(
             columns[name][points] = values
 
     with ThreadPoolExecutor(workers) as threads:
-        Engine(work, executor or threads, workers, lanes, deliver, slice_seconds=slice_seconds).run(starts, pending)
+        Engine(work, executor or threads, workers, lanes, deliver, slice_seconds=slice_seconds).run(
+            starts, pending
+        )
     return columns
 
 
 def run_from(work: Work, states: np.ndarray, lanes: int = 8) -> dict[str, np.ndarray]:
-    """The points of ``work``, each from its own initial state: ``states`` [points, 9]; one gang, no engine."""
+    """The points of ``work``, each from its own initial state: ``states`` [points, 9];
+    one gang, no engine."""
     points = np.arange(work.plan.points)
     gang = work.new_gang(lanes, len(points))
     gang.add_many(points, replace(work.prepare(points), initial=states))

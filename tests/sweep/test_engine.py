@@ -1,4 +1,5 @@
-"""The engine: the same bits whatever the lanes, the workers and the slices; chains; failures; interrupts."""
+"""The engine: the same bits whatever the lanes, the workers and the slices; chains;
+failures; interrupts."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ from nsdrill.sweep.work import Work
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 from sweep.runs import SHORT, collect, finish, run_from, run_work, same_bits, work_for
 
-SPEEDS = np.linspace(1.0, 9.0, 11)  # from stick-slip to rolling on the wall: run lengths differ tenfold
+# from stick-slip to rolling on the wall: run lengths differ tenfold
+SPEEDS = np.linspace(1.0, 9.0, 11)
 GRID = work_for(Case(), SHORT, rotary_speed=SPEEDS, wob=[22.24e3, 66.72e3])
 
 
@@ -30,7 +32,9 @@ def grid() -> dict[str, np.ndarray]:
 
 def test_all_points_get_all_variables(grid: dict[str, np.ndarray]) -> None:
     assert set(grid) == {
-        variable.name for variable in VARIABLES if Kept(peaks=32, options=("drilled", "method")).has(variable)
+        variable.name
+        for variable in VARIABLES
+        if Kept(peaks=32, options=("drilled", "method")).has(variable)
     }
     assert np.all(grid["status"] == OK)
     assert all(np.all(np.isfinite(grid[name])) for name in FEATURES)
@@ -38,7 +42,8 @@ def test_all_points_get_all_variables(grid: dict[str, np.ndarray]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("lanes", "workers", "slice_seconds"), [(1, 1, 0.25), (16, 1, 0.25), (8, 2, 0.001), (1, 2, 0.02)]
+    ("lanes", "workers", "slice_seconds"),
+    [(1, 1, 0.25), (16, 1, 0.25), (8, 2, 0.001), (1, 2, 0.02)],
 )
 def test_numbers_do_not_depend_on_lanes_workers_or_slices(
     grid: dict[str, np.ndarray], lanes: int, workers: int, slice_seconds: float
@@ -82,7 +87,8 @@ def test_chains_have_the_same_bits_for_any_lanes_and_workers(procedure: str) -> 
 
 @pytest.mark.parametrize("procedure", list(CHAINS))
 def test_a_chain_is_a_sequence_of_single_runs(procedure: str) -> None:
-    """Each from the state that the one before reached, the drive angle going on: bit for bit."""
+    """Each from the state that the one before reached, the drive angle going on: bit
+    for bit."""
     work = CHAINS[procedure]
     out = run_work(work, 8)
     plan = work.plan
@@ -94,7 +100,10 @@ def test_a_chain_is_a_sequence_of_single_runs(procedure: str) -> None:
             gang = work.new_gang(1, 1)
             gang.add(point, runs if state is None else replace(runs, initial=state[None]))
             single = collect(work, finish(work, gang))
-            assert all(single[n][0].tobytes() == out[n][point[0]].tobytes() for n in single), (chain, place)
+            assert all(single[n][0].tobytes() == out[n][point[0]].tobytes() for n in single), (
+                chain,
+                place,
+            )
             state = single["final_state"][0]
 
 
@@ -123,7 +132,8 @@ def test_a_long_chain_is_handed_over_in_segments_without_a_seam() -> None:
 
 
 def test_many_long_chains_take_turns_in_a_gang() -> None:
-    """More chains than a gang has room for, whose segments end one after the other: each finds its place again."""
+    """More chains than a gang has room for, whose segments end one after the other:
+    each finds its place again."""
     work = work_for(
         Case(),
         Simulation(transient=5.0, observe=5.0),
@@ -138,7 +148,8 @@ def test_many_long_chains_take_turns_in_a_gang() -> None:
 
 
 def test_segments_are_short_where_the_results_of_a_run_are_large() -> None:
-    """With many returns to the section few runs fit into a gang; all its lanes shall have work all the same."""
+    """With many returns to the section few runs fit into a gang; all its lanes shall
+    have work all the same."""
     work = work_for(
         Case(),
         Simulation(transient=0.5, observe=0.5),
@@ -158,12 +169,15 @@ def test_segments_are_short_where_the_results_of_a_run_are_large() -> None:
 
 
 def test_a_chain_goes_on_from_a_stored_state() -> None:
-    """Resuming: start a chain in its middle from the state the point before has reached."""
+    """Resuming: start a chain in its middle from the state the point before has
+    reached."""
     work = CHAINS["up-down"]
     whole = run_work(work, 8)
     plan = work.plan
     starts = Starts(
-        np.arange(3), np.array([5, 0, 21]), lambda chain, place: whole["final_state"][plan.points_of(chain, place - 1)]
+        np.arange(3),
+        np.array([5, 0, 21]),
+        lambda chain, place: whole["final_state"][plan.points_of(chain, place - 1)],
     )
     out = run_work(work, 8, starts=starts)
     ran = out["status"] == OK
@@ -189,7 +203,9 @@ def test_a_run_that_reaches_its_limit_of_steps_says_so_and_leaves_its_neighbours
 
 
 @pytest.mark.parametrize("lanes", [1, 8])
-def test_a_run_that_blows_up_is_marked_and_leaves_its_neighbours_alone(grid: dict[str, np.ndarray], lanes: int) -> None:
+def test_a_run_that_blows_up_is_marked_and_leaves_its_neighbours_alone(
+    grid: dict[str, np.ndarray], lanes: int
+) -> None:
     """Every third run starts with an infinite or absurd velocity."""
     points = np.arange(GRID.plan.points)
     states = GRID.prepare(points).initial
@@ -212,7 +228,11 @@ def test_nan_in_a_state_is_divergence() -> None:
 def test_a_chain_goes_on_after_a_failed_point_from_the_study_s_initial_state() -> None:
     """Rolling on the wall needs many steps: at high speed the run reaches its limit."""
     work = work_for(
-        Case(), replace(SHORT, max_steps=2000), procedure="up-down", along="rotary_speed", rotary_speed=SPEEDS
+        Case(),
+        replace(SHORT, max_steps=2000),
+        procedure="up-down",
+        along="rotary_speed",
+        rotary_speed=SPEEDS,
     )
     out = run_work(work, 8)
     points = work.plan.points_of(0, np.arange(work.plan.chain_length))
@@ -221,7 +241,9 @@ def test_a_chain_goes_on_after_a_failed_point_from_the_study_s_initial_state() -
     assert np.any(status == OK)
     fresh = work.prepare(points).initial
     for place in range(1, len(points)):
-        expected = out["final_state"][points[place - 1]] if status[place - 1] == OK else fresh[place]
+        expected = (
+            out["final_state"][points[place - 1]] if status[place - 1] == OK else fresh[place]
+        )
         assert np.array_equal(out["initial_state"][points[place]], expected), place
     assert same_bits(run_work(work, 1), out)
 
@@ -241,7 +263,9 @@ def test_fewer_peaks_are_the_last_ones(grid: dict[str, np.ndarray]) -> None:
 
 
 def test_without_a_transient_the_window_opens_at_once() -> None:
-    work = work_for(Case(), Simulation(transient=0.0, observe=3.0), initial=Initial(x=0.02), rotary_speed=SPEEDS)
+    work = work_for(
+        Case(), Simulation(transient=0.0, observe=3.0), initial=Initial(x=0.02), rotary_speed=SPEEDS
+    )
     out = run_work(work, 8)
     assert np.all(out["status"] == OK)
     assert np.all(out["radius_max"] >= 0.02 * (1 - 1e-12))
@@ -320,7 +344,8 @@ def test_an_interrupt_delivers_all_slices_under_way() -> None:
 
 
 def test_an_interrupt_of_chains_leaves_whole_beginnings() -> None:
-    """What is delivered of each chain is its beginning, without holes: so it can be taken up again."""
+    """What is delivered of each chain is its beginning, without holes: so it can be
+    taken up again."""
     work = work_for(
         Case(),
         Simulation(transient=1.0, observe=2.0),

@@ -15,7 +15,10 @@ PROCEDURES = st.sampled_from(["same", "up", "down", "up-down"])
 
 
 def plan_of(sizes: tuple[int, ...], procedure: str, along: str) -> Plan:
-    axes = {name: np.arange(n, dtype=float) * 10 + i for i, (name, n) in enumerate(zip(AXES, sizes, strict=True))}
+    axes = {
+        name: np.arange(n, dtype=float) * 10 + i
+        for i, (name, n) in enumerate(zip(AXES, sizes, strict=True))
+    }
     return Plan(axes, procedure, None if procedure == "same" else along)
 
 
@@ -68,7 +71,10 @@ def test_a_point_is_found_by_its_values(
     values = {name: float(value) for name, value in plan.values(np.array(number)).items()}
     name = plan.procedures[int(np.unravel_index(number, plan.shape)[0])]
     off = data.draw(st.floats(-4.9, 4.9))
-    assert plan.find({axis: value + off for axis, value in values.items()}, name) == (number, values)
+    assert plan.find({axis: value + off for axis, value in values.items()}, name) == (
+        number,
+        values,
+    )
 
 
 def test_single_points_are_numbered_with_the_last_axis_fastest() -> None:

@@ -14,10 +14,13 @@ N = fine_length(COARSE, DEPTH)
 X, Y = np.meshgrid(np.linspace(0, 1, N), np.linspace(0, 1, N), indexing="ij")
 CIRCLE = (np.hypot(X - 0.45, Y - 0.55) < 0.31).astype(int)
 STRIPES = (5 * (X + 0.3 * Y)).astype(int) % 3
-TONGUE = ((np.abs(Y - 0.26) < 0.03 * (0.95 - X)) & (X < 0.95)).astype(int)  # its tip lies between coarse values
+# its tip lies between coarse values
+TONGUE = ((np.abs(Y - 0.26) < 0.03 * (0.95 - X)) & (X < 0.95)).astype(int)
 
 
-def played(truth: np.ndarray, axes: tuple[bool, ...] = (True, True), depth: int = DEPTH) -> tuple[Refinement, int]:
+def played(
+    truth: np.ndarray, axes: tuple[bool, ...] = (True, True), depth: int = DEPTH
+) -> tuple[Refinement, int]:
     """Refine, running what is asked for; and in how many turns."""
     known, turns = np.zeros(truth.shape, dtype=bool), 0
     while True:
@@ -66,7 +69,8 @@ def test_an_island_between_the_coarse_points_is_not_seen() -> None:
 
 
 def test_a_border_is_followed_into_cells_whose_corners_agree() -> None:
-    """A tongue that enters a cell through one edge: the midpoint of the edge gives it away."""
+    """A tongue that enters a cell through one edge: the midpoint of the edge gives it
+    away."""
     truth = np.zeros((N, N), dtype=int)
     truth[:13, 3:6] = 1
     truth[0, 0] = 1  # divides the first cell, whose edges the tongue crosses
@@ -111,7 +115,9 @@ def test_looking_at_everything_that_was_run_asks_for_nothing_more(seed: int) -> 
     """Else a file could not be given the labels again that it has."""
     truth = noisy(seed)()
     step, _ = played(truth)
-    again = refine(np.where(step.needed, truth, 77), step.needed, (True, True), DEPTH, everything=True)
+    again = refine(
+        np.where(step.needed, truth, 77), step.needed, (True, True), DEPTH, everything=True
+    )
     assert np.array_equal(again.needed, step.needed)
     assert np.array_equal(again.filled, step.filled)
 
@@ -137,7 +143,9 @@ def test_one_axis_is_a_bisection(depth: int) -> None:
 def test_three_axes() -> None:
     n = fine_length(4, 2)
     at = np.linspace(-1, 1, n)
-    ball = (at[:, None, None] ** 2 + at[None, :, None] ** 2 + at[None, None, :] ** 2 < 0.6).astype(int)
+    ball = (at[:, None, None] ** 2 + at[None, :, None] ** 2 + at[None, None, :] ** 2 < 0.6).astype(
+        int
+    )
     step, _ = played(ball, (True, True, True), 2)
     assert np.array_equal(step.filled, ball)
     assert step.needed.mean() < 0.9
@@ -159,8 +167,8 @@ def noisy(seed: int) -> Callable[[], np.ndarray]:
 
 @pytest.mark.parametrize("seed", range(3))
 def test_what_is_inferred_agrees_with_every_run_around_it(seed: int) -> None:
-    """Also where responses are scattered: no unit is inferred beside a neighbour that was run and came out different
-    in the smallest undivided cell that holds it."""
+    """Also where responses are scattered: no unit is inferred beside a neighbour that
+    was run and came out different in the smallest undivided cell that holds it."""
     truth = noisy(seed)()
     step, _ = played(truth)
     assert step.filled is not None

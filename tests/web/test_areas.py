@@ -1,4 +1,5 @@
-"""Areas of a report: the cells are the numbers of the analysis, turned as the axes of the page say."""
+"""Areas of a report: the cells are the numbers of the analysis, turned as the axes of
+the page say."""
 
 from __future__ import annotations
 
@@ -36,12 +37,17 @@ def run(text: str) -> Results:
 
 @pytest.fixture(scope="module")
 def uncertain() -> Results:
-    return run(UNCERTAIN + "sweep: {wob: [20 kN, 60 kN, 100 kN], rotary_speed: [4 rad/s, 12 rad/s]}\n")
+    return run(
+        UNCERTAIN + "sweep: {wob: [20 kN, 60 kN, 100 kN], rotary_speed: [4 rad/s, 12 rad/s]}\n"
+    )
 
 
 @pytest.fixture(scope="module")
 def cube() -> Results:
-    axes = "depth: [1000 m, 3000 m, 5000 m], wob: [20 kN, 80 kN], rotary_speed: [1 rad/s, 3 rad/s, 6 rad/s, 9 rad/s]"
+    axes = (
+        "depth: [1000 m, 3000 m, 5000 m], wob: [20 kN, 80 kN], rotary_speed: [1 rad/s, 3 rad/s, 6 "
+        "rad/s, 9 rad/s]"
+    )
     return run(f"sweep: {{{axes}, procedure: up-down, along: rotary_speed}}\n")
 
 
@@ -70,7 +76,9 @@ def test_probabilities_along_one_axis() -> None:
 def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube: Results) -> None:
     found = classes(cube)
     areas = list(window_areas(cube, "si"))
-    assert [words for words, _ in areas] == [f"Safe window, measured depth {depth} m" for depth in (1000, 3000, 5000)]
+    assert [words for words, _ in areas] == [
+        f"Safe window, measured depth {depth} m" for depth in (1000, 3000, 5000)
+    ]
     for number, (_, (head, columns)) in enumerate(areas):
         names = [head["classes"][int(code)]["name"] for code in columns["values"].ravel()]
         assert names == [WINDOW[state][0] for state in found.state[number].ravel()]

@@ -1,4 +1,5 @@
-"""Branches in the explorer and the report: the numbers of their file, their motions, and files that are no such."""
+"""Branches in the explorer and the report: the numbers of their file, their motions,
+and files that are no such."""
 
 from __future__ import annotations
 
@@ -23,24 +24,34 @@ FEATURES = ("axial_max", "bit_speed_max", "radius_max", "bit_speed_min")
 
 
 def write(path: Path, shared: Path, **changes: Any) -> Path:
-    """A file of two branches of four points each, whose motions are those that a sweep ended in."""
+    """A file of two branches of four points each, whose motions are those that a sweep
+    ended in."""
     results = read_results(shared / "small.h5")
     names = [str(name) for name in results.coords["state"][:-1]]
     speeds = np.tile(results.coords["rotary_speed"][:4], 2)
     points = [(p, 0, 0, i) for p in (0, 1) for i in range(4)]
     data: dict[str, Any] = {
-        "row_size": np.array([4, 4]), "lobes": np.array([1, 2]), "rotary_speed": speeds,
-        "depth": np.full(8, 2000.0), "wob": np.full(8, 22240.0), "period": 2 * np.pi / (3 * speeds),
+        "row_size": np.array([4, 4]),
+        "lobes": np.array([1, 2]),
+        "rotary_speed": speeds,
+        "depth": np.full(8, 2000.0),
+        "wob": np.full(8, 22240.0),
+        "period": 2 * np.pi / (3 * speeds),
         "unstable": np.array([0, 0, 1, 1, 0, 0, 0, 0], np.int16),
         "label": np.array([9, 0, 5, 9, 9, 102, 0, 9], np.int16),
         "state": np.array([results["final_state"][place][:-1] for place in points]),
         **{name: np.array([results[name][place] for place in points]) for name in FEATURES},
         **changes,
-    }  # fmt: skip
+    }
     text = {"motion": ["periodic", "limit_cycle"], "end_reason": ["end of the range", "a fold"]}
     path.touch()
     with hdf5.writing(path) as file:
-        attrs = {**results.attrs, "along": "rotary_speed", "along_key": "rotary_speed", "rtol": 1e-9}
+        attrs = {
+            **results.attrs,
+            "along": "rotary_speed",
+            "along_key": "rotary_speed",
+            "rtol": 1e-9,
+        }
         hdf5.put_attributes(file, root_attributes("branches", attrs))
         file["point"] = np.arange(8)
         for name, values in data.items():
@@ -74,15 +85,24 @@ def test_they_are_drawn_over_a_sweep(branches: Path, shared: Path) -> None:
 
 
 def test_they_are_not_drawn_where_they_are_not(shared: Path, tmp_path: Path) -> None:
-    session = Session(shared / "small.h5", over=write(tmp_path / "b.h5", shared, wob=np.full(8, 30e3)))
+    session = Session(
+        shared / "small.h5", over=write(tmp_path / "b.h5", shared, wob=np.full(8, 30e3))
+    )
     head, columns = session.diagram({"y": "radius_peaks"})
     assert "curve x" not in columns
     assert head["note"] == "The branches are at Weight on bit 30 kN."
 
 
-def test_another_string_is_told_and_units_are_those_of_the_page(shared: Path, tmp_path: Path) -> None:
-    session = Session(shared / "small.h5", "field", over=write(tmp_path / "b.h5", shared, wob=np.full(8, 30e3)))
-    assert session.diagram({"y": "radius_peaks"})[0]["note"] == "The branches are at Weight on bit 6.744 klbf."
+def test_another_string_is_told_and_units_are_those_of_the_page(
+    shared: Path, tmp_path: Path
+) -> None:
+    session = Session(
+        shared / "small.h5", "field", over=write(tmp_path / "b.h5", shared, wob=np.full(8, 30e3))
+    )
+    assert (
+        session.diagram({"y": "radius_peaks"})[0]["note"]
+        == "The branches are at Weight on bit 6.744 klbf."
+    )
     other = write(tmp_path / "c.h5", shared)
     with hdf5.writing(other) as file:
         resolved = json.loads(file.attrs["study_resolved"])
@@ -105,11 +125,15 @@ def test_a_click_runs_the_motion_of_a_branch(branches: Path) -> None:
         assert seconds == pytest.approx(period if found.unstable[point] else 20.0, rel=0.05)
         first = [columns[name][0] * IN_SI[name] for name in IN_SI]
         names = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
-        assert np.allclose(first, [found.state[point][names.index(name)] for name in IN_SI], rtol=1e-12)
+        assert np.allclose(
+            first, [found.state[point][names.index(name)] for name in IN_SI], rtol=1e-12
+        )
         assert head["values"]["rotary_speed"] == found.numbers[point]
         assert head["changes"]["rotary_speed"] == found.numbers[point]
     assert "branch 0, periodic over 1 lobe, unstable in 1 direction, fold" in head["begins"]
-    live, _ = session.live({"state": head["state"].tolist(), "changes": {"rotary_speed": 3.5}, "seconds": 1.0})
+    live, _ = session.live(
+        {"state": head["state"].tolist(), "changes": {"rotary_speed": 3.5}, "seconds": 1.0}
+    )
     assert live["values"]["rotary_speed"] == 3.5
 
 
@@ -152,13 +176,26 @@ def test_other_files_are_no_branches(shared: Path, tmp_path: Path, branches: Pat
 
 def test_the_report_has_them(branches: Path, shared: Path, tmp_path: Path) -> None:
     out = tmp_path / "r.html"
-    arguments = ["report", str(shared / "small.h5"), str(branches), "-o", str(out), "--motions", "0"]
+    arguments = [
+        "report",
+        str(shared / "small.h5"),
+        str(branches),
+        "-o",
+        str(out),
+        "--motions",
+        "0",
+    ]
     done = CliRunner().invoke(group, arguments)
     assert done.exit_code == 0, done.output
     text = out.read_text()
     for wanted in (
-        "Branch 0", "fold at 3 rad/s (point 2)", "wall reached at 2 rad/s (point 5)", "ends: a fold",
-        "1 rad/s to 4 rad/s", "8 on 2 branches", "nsdrill continue branches_study.yaml -o branches_again.h5",
+        "Branch 0",
+        "fold at 3 rad/s (point 2)",
+        "wall reached at 2 rad/s (point 5)",
+        "ends: a fold",
+        "1 rad/s to 4 rad/s",
+        "8 on 2 branches",
+        "nsdrill continue branches_study.yaml -o branches_again.h5",
         f"nsdrill show {branches} --study &gt; branches_study.yaml",
-    ):  # fmt: skip
+    ):
         assert wanted in text, wanted

@@ -1,4 +1,5 @@
-"""The pages in a real browser: Debian's chromium, driven by Playwright. Skipped by name where one is missing."""
+"""The pages in a real browser: Debian's chromium, driven by Playwright. Skipped by name
+where one is missing."""
 
 from __future__ import annotations
 
@@ -18,7 +19,9 @@ from nsdrill.web.session import Session
 
 from .test_branches import write
 
-BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+BROWSER = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
+)
 playwright = pytest.importorskip("playwright.sync_api", reason="no browser: pip install playwright")
 if BROWSER is None:
     pytest.skip("no browser: apt-get install chromium", allow_module_level=True)
@@ -73,7 +76,9 @@ def head_of(answer: Any) -> dict[str, Any]:
     return found
 
 
-def place(page: Any, across: float, up: float = 0.5, chart: str = "#diagram .u-over") -> tuple[float, float]:
+def place(
+    page: Any, across: float, up: float = 0.5, chart: str = "#diagram .u-over"
+) -> tuple[float, float]:
     page.locator(chart).first.scroll_into_view_if_needed()
     box = page.locator(chart).first.bounding_box()
     return box["x"] + across * box["width"], box["y"] + up * box["height"]
@@ -99,9 +104,14 @@ def test_a_click_replays_that_very_point(page: Any, explorer: Explorer, session:
     assert "bit for bit" in page.locator("#bits").inner_text()
     assert page.locator("#which .name").inner_text().count("rad/s") == 1
     assert "nsdrill replay" in page.locator("#command").inner_text()
-    hole, collar = (float(page.locator(".orbit canvas").get_attribute(f"data-{name}")) for name in ("hole", "collar"))
+    hole, collar = (
+        float(page.locator(".orbit canvas").get_attribute(f"data-{name}"))
+        for name in ("hole", "collar")
+    )
     parameters = session.study.parameters
-    assert collar / hole == pytest.approx(parameters.drillstring.collar.outer_diameter / parameters.well.diameter)
+    assert collar / hole == pytest.approx(
+        parameters.drillstring.collar.outer_diameter / parameters.well.diameter
+    )
     box = page.locator(".orbit canvas").bounding_box()
     assert box["width"] == pytest.approx(box["height"], abs=1)  # equal scales
     assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
@@ -112,7 +122,9 @@ def test_ticks_have_the_decimals_of_their_step(page: Any, explorer: Explorer) ->
     opened(page, explorer.url)
     for step in (5, 2500, 2.5, 0.5, 0.25, 0.1, 0.02, 0.0002):
         places = [step * k for k in range(4)]
-        told = page.evaluate("([s, v]) => v.map((one) => Number(one.toFixed(nsdrill.decimals(s))))", [step, places])
+        told = page.evaluate(
+            "([s, v]) => v.map((one) => Number(one.toFixed(nsdrill.decimals(s))))", [step, places]
+        )
         assert told == pytest.approx(places, rel=1e-12)
     assert page.evaluate("[1, 20, 0.1].map(nsdrill.decimals)") == [0, 0, 1]
 
@@ -128,7 +140,11 @@ def test_a_slider_runs_on_from_there(page: Any, explorer: Explorer) -> None:
     assert asked["state"] == before["state"]
     assert list(asked["changes"]) == ["rotary_speed"]
     after = head_of(answer.value)
-    assert after["values"]["rotary_speed"] == asked["changes"]["rotary_speed"] > before["values"]["rotary_speed"]
+    assert (
+        after["values"]["rotary_speed"]
+        == asked["changes"]["rotary_speed"]
+        > before["values"]["rotary_speed"]
+    )
     assert "with changed numbers" in page.locator("#bits").inner_text()
     text = page.locator(".slider", has=page.locator("#s-wob")).locator("input[type=text]")
     text.fill("7 klbf")
@@ -138,7 +154,9 @@ def test_a_slider_runs_on_from_there(page: Any, explorer: Explorer) -> None:
     text.fill("7 mm")
     text.press("Enter")
     page.locator("#banner", has_text="found '7 mm'").wait_for()
-    page.expected = ["error: Failed to load resource: the server responded with a status of 400 (Bad Request)"]
+    page.expected = [
+        "error: Failed to load resource: the server responded with a status of 400 (Bad Request)"
+    ]
 
 
 def test_any_number_can_be_moved_and_the_point_started_over(page: Any, explorer: Explorer) -> None:
@@ -157,7 +175,8 @@ def test_any_number_can_be_moved_and_the_point_started_over(page: Any, explorer:
 def test_whole_numbers_and_words_can_be_changed(page: Any, explorer: Explorer) -> None:
     opened(page, explorer.url)
     clicked(page, 0.6)
-    assert page.locator("#more option", has_text="Well law").count() == 0  # its stiffness has other units then
+    # its stiffness has other units then
+    assert page.locator("#more option", has_text="Well law").count() == 0
     page.locator("#more").select_option("bit.lobes")
     page.locator("#s-bit-lobes").focus()
     with page.expect_response("**/api/live", timeout=WAIT) as answer:
@@ -184,7 +203,9 @@ def test_a_change_that_is_refused_is_taken_back(page: Any, explorer: Explorer) -
         page.keyboard.press("ArrowRight")
     assert answer.value.status == 200
     assert list(json.loads(answer.value.request.post_data)["changes"]) == ["rotary_speed"]
-    page.expected = ["error: Failed to load resource: the server responded with a status of 400 (Bad Request)"]
+    page.expected = [
+        "error: Failed to load resource: the server responded with a status of 400 (Bad Request)"
+    ]
 
 
 def test_a_diagram_around_the_point(page: Any, explorer: Explorer) -> None:
@@ -222,7 +243,9 @@ def test_keyboard_alone(page: Any, explorer: Explorer) -> None:
     assert unnamed == 0
 
 
-def test_the_arrows_choose_the_procedure_that_they_are_named_for(page: Any, explorer: Explorer) -> None:
+def test_the_arrows_choose_the_procedure_that_they_are_named_for(
+    page: Any, explorer: Explorer
+) -> None:
     opened(page, explorer.url)
     page.locator("#diagram").focus()
     for key in ("Down", "Up"):
@@ -236,7 +259,11 @@ def test_arrows_go_along_branches(page: Any, shared: Path, tmp_path: Path) -> No
     try:
         opened(page, made.url)
         page.locator("#diagram").focus()
-        for key, words in (("Right", "branch 0"), ("Right", "4 rad/s: branch 0"), ("Down", "4 rad/s: branch 1")):
+        for key, words in (
+            ("Right", "branch 0"),
+            ("Right", "4 rad/s: branch 0"),
+            ("Down", "4 rad/s: branch 1"),
+        ):
             page.keyboard.press(f"Arrow{key}")
             assert words in page.locator("#hover").inner_text()
         with page.expect_response("**/api/orbit", timeout=WAIT) as answer:
@@ -252,10 +279,16 @@ def test_a_page_fits_every_width(page: Any, explorer: Explorer) -> None:
     clicked(page, 0.5)
     for width in (400, 1280, 700):
         page.set_viewport_size({"width": width, "height": 900})
-        drawn = "Math.max(...[...document.querySelectorAll('.uplot')].map(e => e.getBoundingClientRect().right))"
-        # The page lets no text be run as code, so it is asked from outside until it has settled.
+        drawn = (
+            "Math.max(...[...document.querySelectorAll('.uplot')].map(e => "
+            "e.getBoundingClientRect().right))"
+        )
+        # The page lets no text be run as code, so it is asked from outside until it has
+        # settled.
         deadline = time.monotonic() + WAIT / 1000
-        while max(page.evaluate("document.documentElement.scrollWidth"), page.evaluate(drawn)) > width:
+        while (
+            max(page.evaluate("document.documentElement.scrollWidth"), page.evaluate(drawn)) > width
+        ):
             assert time.monotonic() < deadline, f"wider than {width}"
             page.wait_for_timeout(50)
 
@@ -268,7 +301,8 @@ def test_saving(page: Any, explorer: Explorer, session: Session) -> None:
     assert offered.value.suggested_filename == "point.yaml"
     study = parse_study(Path(offered.value.path()).read_text())
     assert study.operation.rotary_speed == session.motions.values(said["place"])["rotary_speed"]
-    assert study.initial.bit_speed == said["state"][7]  # of x, vx, y, vy, z, vz, twist, bit_speed, drive_angle
+    # of x, vx, y, vy, z, vz, twist, bit_speed, drive_angle
+    assert study.initial.bit_speed == said["state"][7]
     with page.expect_download() as offered:
         page.locator("#save-picture").click()
     assert Path(offered.value.path()).read_bytes().startswith(b"\x89PNG")
@@ -308,12 +342,18 @@ def test_a_page_says_that_the_explorer_has_stopped(page: Any, session: Session) 
 
 def test_a_wrong_token_is_said(page: Any, explorer: Explorer) -> None:
     page.goto(f"{explorer.url}x")
-    page.locator("#banner", has_text="The token is missing or of another explorer").wait_for(timeout=WAIT)
-    page.expected = ["error: Failed to load resource: the server responded with a status of 403 (Forbidden)"]
+    page.locator("#banner", has_text="The token is missing or of another explorer").wait_for(
+        timeout=WAIT
+    )
+    page.expected = [
+        "error: Failed to load resource: the server responded with a status of 403 (Forbidden)"
+    ]
 
 
 def test_a_study_is_run_from_its_start(page: Any, tmp_path: Path) -> None:
-    (tmp_path / "study.yaml").write_text("title: Alone\nsimulation: {transient: 1 s, observe: 2 s}\n")
+    (tmp_path / "study.yaml").write_text(
+        "title: Alone\nsimulation: {transient: 1 s, observe: 2 s}\n"
+    )
     session = Session(tmp_path / "study.yaml")
     explorer = Explorer(session)
     explorer.start()
@@ -336,7 +376,12 @@ def test_the_report_opens_without_a_network(page: Any, shared: Path, tmp_path: P
     done = CliRunner().invoke(group, ["report", *files, "-o", str(out), "--motions", "1"])
     assert done.exit_code == 0, done.output
     opened(page, out.as_uri())
-    assert page.locator("section h2").all_inner_texts() == ["Small", "Small map", "Small", "Made again"]
+    assert page.locator("section h2").all_inner_texts() == [
+        "Small",
+        "Small map",
+        "Small",
+        "Made again",
+    ]
     page.locator(".u-over").first.scroll_into_view_if_needed()
     page.mouse.move(*place(page, 0.5, chart=".u-over"))
     assert "Rotary speed" in page.locator(".hover").first.inner_text()

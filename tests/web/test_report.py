@@ -1,4 +1,5 @@
-"""The report holds what was asked and found, loads nothing, and is there whole or not at all."""
+"""The report holds what was asked and found, loads nothing, and is there whole or not
+at all."""
 
 from __future__ import annotations
 
@@ -34,16 +35,27 @@ def test_it_says_what_was_asked(page: str, shared: Path) -> None:
     attrs = read_results(shared / "small.h5").attrs
     text = html.unescape(re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL))
     for wanted in (
-        "<h1>Small</h1>", "1 to 8 rad/s, 8 values", "carried up and down", "2 s, then observed for 2 s",
-        str(attrs["study_sha256"]), str(attrs["model_digest"]), "--study > small_study.yaml",
-        "nsdrill run small_study.yaml -o small_again.h5", "nsdrill replay", "Safe window", "Responses, up:",
-        "procedure: up-down", f"nsdrill report {shared / 'small.h5'} -o",
-    ):  # fmt: skip
+        "<h1>Small</h1>",
+        "1 to 8 rad/s, 8 values",
+        "carried up and down",
+        "2 s, then observed for 2 s",
+        str(attrs["study_sha256"]),
+        str(attrs["model_digest"]),
+        "--study > small_study.yaml",
+        "nsdrill run small_study.yaml -o small_again.h5",
+        "nsdrill replay",
+        "Safe window",
+        "Responses, up:",
+        "procedure: up-down",
+        f"nsdrill report {shared / 'small.h5'} -o",
+    ):
         assert wanted in text, wanted
 
 
 def test_it_loads_nothing_and_runs_only_its_own_scripts(page: str) -> None:
-    outside = re.sub(r"<script.*?</script>|<style>.*?</style>|<!--.*?-->", "", page, flags=re.DOTALL)
+    outside = re.sub(
+        r"<script.*?</script>|<style>.*?</style>|<!--.*?-->", "", page, flags=re.DOTALL
+    )
     assert not re.search(r"""(src|href)=["'](?!data:|#)""", outside)
     assert " style=" not in outside
     assert not re.search(r"\son\w+=", outside)
@@ -59,7 +71,9 @@ def test_it_loads_nothing_and_runs_only_its_own_scripts(page: str) -> None:
 
 def test_the_motions_are_those_of_the_file(page: str, shared: Path) -> None:
     results = read_results(shared / "small.h5")
-    bodies = re.findall(r'<script type="application/octet-stream" id="body\d+">(.*?)</script>', page)
+    bodies = re.findall(
+        r'<script type="application/octet-stream" id="body\d+">(.*?)</script>', page
+    )
     import json
 
     heads = []
@@ -83,7 +97,12 @@ def test_the_title_cannot_leave_its_place(shared: Path, tmp_path: Path) -> None:
         "sweep: {rotary_speed: [3 rad/s, 4 rad/s]}\nsimulation: {transient: 1 s, observe: 1 s}\n"
     )
     runner = CliRunner()
-    assert runner.invoke(group, ["run", str(tmp_path / "bad.yaml"), "-o", str(tmp_path / "bad.h5")]).exit_code == 0
+    assert (
+        runner.invoke(
+            group, ["run", str(tmp_path / "bad.yaml"), "-o", str(tmp_path / "bad.h5")]
+        ).exit_code
+        == 0
+    )
     assert made(tmp_path / "bad.h5", "-o", tmp_path / "bad.html").exit_code == 0
     text = (tmp_path / "bad.html").read_text()
     assert "<script>alert" not in text
@@ -93,8 +112,13 @@ def test_the_title_cannot_leave_its_place(shared: Path, tmp_path: Path) -> None:
 def test_representatives_are_settled_points_of_the_commonest_responses() -> None:
     response = np.array([[[[0, 0, 0, 1, 1, 4, 0, 0]]]], np.int8)
     settled = np.array([[[[1, 1, 1, 0, 1, 1, 1, 1]]]], np.int8)
-    coords = {"procedure": np.array(["same"]), "depth": np.ones(1), "wob": np.ones(1), "rotary_speed": np.arange(8.0),
-              "state": np.array(["x"])}  # fmt: skip
+    coords = {
+        "procedure": np.array(["same"]),
+        "depth": np.ones(1),
+        "wob": np.ones(1),
+        "rotary_speed": np.arange(8.0),
+        "state": np.array(["x"]),
+    }
     variables = {"status": np.ones_like(response), "response": response, "settled": settled}
     found = representatives(Results(coords, variables), 3)
     assert found == [(0, 0, 0, 1), (0, 0, 0, 4), (0, 0, 0, 5)]
@@ -111,7 +135,11 @@ def test_bad_input_is_said_and_writes_nothing(shared: Path, tmp_path: Path) -> N
     ):
         done = made(*arguments)
         assert done.exit_code != 0
-        said = str(done.exception) if done.exception and not isinstance(done.exception, SystemExit) else done.output
+        said = (
+            str(done.exception)
+            if done.exception and not isinstance(done.exception, SystemExit)
+            else done.output
+        )
         assert word in said, (arguments, said)
         assert not list(tmp_path.iterdir())
     (tmp_path / "there.html").write_text("mine")

@@ -1,4 +1,5 @@
-"""Only a page of this machine that has the token is answered, and only with what it may have."""
+"""Only a page of this machine that has the token is answered, and only with what it may
+have."""
 
 from __future__ import annotations
 
@@ -27,8 +28,11 @@ def explorer(session: Session) -> Iterator[Explorer]:
     made.close()
 
 
-def ask(explorer: Explorer, method: str, path: str, body: str | bytes | None = None, **heads: str | None):  # type: ignore[no-untyped-def]
-    """(status, heads, body) of a request with the token and the right origin, but for what is given."""
+def ask(
+    explorer: Explorer, method: str, path: str, body: str | bytes | None = None, **heads: str | None
+):  # type: ignore[no-untyped-def]
+    """(status, heads, body) of a request with the token and the right origin, but for
+    what is given."""
     named = {"Host": f"{ADDRESS}:{explorer.port}", TOKEN: explorer.token}
     for name, value in heads.items():
         name = {"token": TOKEN}.get(name, name.replace("_", "-"))
@@ -64,25 +68,42 @@ def test_a_page_with_the_token_is_answered(explorer: Explorer) -> None:
 
 
 @pytest.mark.parametrize("token", [None, "", "wrong", "ä"])
-@pytest.mark.parametrize(("method", "path"), [("POST", "/api/meta"), ("POST", "/api/saved"), ("GET", "/api/alive")])
-def test_without_the_token_nothing_is_told(explorer: Explorer, token: str | None, method: str, path: str) -> None:
+@pytest.mark.parametrize(
+    ("method", "path"), [("POST", "/api/meta"), ("POST", "/api/saved"), ("GET", "/api/alive")]
+)
+def test_without_the_token_nothing_is_told(
+    explorer: Explorer, token: str | None, method: str, path: str
+) -> None:
     status, _, body = ask(explorer, method, path, "{}" if method == "POST" else None, token=token)
     assert status == 403
     assert b"Small" not in body
 
 
-@pytest.mark.parametrize("host", ["example.com", "example.com:80", "127.0.0.1:1", "localhost", "[::1]:80", ""])
+@pytest.mark.parametrize(
+    "host", ["example.com", "example.com:80", "127.0.0.1:1", "localhost", "[::1]:80", ""]
+)
 @pytest.mark.parametrize("path", ["/", "/explorer.js", "/api/meta"])
 def test_another_host_is_refused(explorer: Explorer, host: str, path: str) -> None:
     """A name that somebody makes lead to this machine must not serve."""
-    status, _, _ = ask(explorer, "POST" if "api" in path else "GET", path, "{}" if "api" in path else None, Host=host)
+    status, _, _ = ask(
+        explorer,
+        "POST" if "api" in path else "GET",
+        path,
+        "{}" if "api" in path else None,
+        Host=host,
+    )
     assert status == 403
 
 
-@pytest.mark.parametrize("origin", ["http://example.com", "null", "http://127.0.0.1:1", "https://localhost"])
+@pytest.mark.parametrize(
+    "origin", ["http://example.com", "null", "http://127.0.0.1:1", "https://localhost"]
+)
 def test_a_page_of_another_origin_is_refused(explorer: Explorer, origin: str) -> None:
     assert ask(explorer, "POST", "/api/meta", "{}", Origin=origin)[0] == 403
-    assert ask(explorer, "POST", "/api/meta", "{}", Origin=f"http://localhost:{explorer.port}")[0] == 200
+    assert (
+        ask(explorer, "POST", "/api/meta", "{}", Origin=f"http://localhost:{explorer.port}")[0]
+        == 200
+    )
 
 
 def test_a_preflight_is_not_granted(explorer: Explorer) -> None:
@@ -93,9 +114,20 @@ def test_a_preflight_is_not_granted(explorer: Explorer) -> None:
 
 @pytest.mark.parametrize(
     "path",
-    ["/../session.py", "/static/../../web/session.py", "/%2e%2e/session.py", "//etc/passwd", "/etc/passwd", "/charts",
-     "/uplot/LICENSE", "/api/../explorer.js", "/api/", "/api/alive/x", "/api/path"],
-)  # fmt: skip
+    [
+        "/../session.py",
+        "/static/../../web/session.py",
+        "/%2e%2e/session.py",
+        "//etc/passwd",
+        "/etc/passwd",
+        "/charts",
+        "/uplot/LICENSE",
+        "/api/../explorer.js",
+        "/api/",
+        "/api/alive/x",
+        "/api/path",
+    ],
+)
 def test_no_file_can_be_asked_for(explorer: Explorer, path: str) -> None:
     assert ask(explorer, "GET", path)[0] == 404
     assert ask(explorer, "POST", path, "{}")[0] == 404
@@ -140,7 +172,8 @@ def test_a_page_that_goes_away_in_the_middle_stops_nothing(explorer: Explorer) -
     for _ in range(3):
         with socket.create_connection((ADDRESS, explorer.port)) as raw:
             raw.sendall(
-                f"POST /api/replay HTTP/1.1\r\nHost: {ADDRESS}:{explorer.port}\r\n{TOKEN}: {explorer.token}\r\n"
+                f"POST /api/replay HTTP/1.1\r\nHost: {ADDRESS}:{explorer.port}\r\n{TOKEN}: "
+                f"{explorer.token}\r\n"
                 'Content-Length: 33\r\n\r\n{"place": [0, 0, 0, 1], "x": "y"}'.encode()
             )
     assert ask(explorer, "POST", "/api/meta", "{}")[0] == 200
@@ -150,7 +183,8 @@ def test_it_stops_with_its_last_page(explorer: Explorer) -> None:
     def page() -> socket.socket:
         raw = socket.create_connection((ADDRESS, explorer.port))
         raw.sendall(
-            f"GET /api/alive HTTP/1.1\r\nHost: {ADDRESS}:{explorer.port}\r\n{TOKEN}: {explorer.token}\r\n\r\n".encode()
+            f"GET /api/alive HTTP/1.1\r\nHost: {ADDRESS}:{explorer.port}\r\n{TOKEN}: "
+            f"{explorer.token}\r\n\r\n".encode()
         )
         assert raw.recv(100).startswith(b"HTTP/1.1 200")
         return raw
@@ -177,7 +211,9 @@ def test_the_command_prints_its_address_and_ends_with_a_signal(shared: Path, sig
     import signal as signals
 
     command = [sys.executable, "-m", "nsdrill", "view", str(shared / "small.h5"), "--no-browser"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
         assert process.stdout is not None
         url = process.stdout.readline().strip()
         assert url.startswith(f"http://{ADDRESS}:")
@@ -189,7 +225,9 @@ def test_the_command_prints_its_address_and_ends_with_a_signal(shared: Path, sig
     assert "Traceback" not in said
 
 
-@pytest.mark.parametrize("arguments", [["nothing.h5"], ["small.h5", "--port", "70000"], ["small.h5", "--set", "a=b"]])
+@pytest.mark.parametrize(
+    "arguments", [["nothing.h5"], ["small.h5", "--port", "70000"], ["small.h5", "--set", "a=b"]]
+)
 def test_wrong_commands_end_with_words(shared: Path, arguments: list[str]) -> None:
     command = [sys.executable, "-m", "nsdrill", "view", "--no-browser", *arguments]
     done = subprocess.run(command, capture_output=True, text=True, cwd=shared, timeout=60)

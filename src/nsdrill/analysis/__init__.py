@@ -1,1 +1,2 @@
-"""What the results of many points say together. Plain numbers in, plain numbers out: no files, no pictures."""
+"""What the results of many points say together. Plain numbers in, plain numbers out: no
+files, no pictures."""

@@ -1,5 +1,5 @@
-"""What labels, motions and ends of branches are called, and what they mean for drilling. Imports nothing that
-compiles."""
+"""What labels, motions and ends of branches are called, and what they mean for
+drilling. Imports nothing that compiles."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ OWN = 100  # codes above it are of the models: grazing and thresholds
 
 @dataclass(frozen=True)
 class Meaning:
-    """A label: its ``code`` (those of AUTO-07p up to 9), its ``name`` in files, AUTO's ``letters``, and in ``words``
-    what it means for drilling."""
+    """A label: its ``code`` (those of AUTO-07p up to 9), its ``name`` in files, AUTO's
+    ``letters``, and in ``words`` what it means for drilling."""
 
     code: int
     name: str
@@ -31,15 +31,28 @@ class Meaning:
 GENERAL = (
     Meaning(FAILED, "no_convergence", "MX", "the branch is lost here; the motion may go on"),
     Meaning(REGULAR, "regular", "", ""),
-    Meaning(HOPF, "hopf", "HB", "steady drilling meets an oscillation: beyond it small disturbances grow"),
     Meaning(
-        FOLD, "fold", "LP", "two motions, at most one of them stable, meet and vanish: beyond it the string jumps away"
+        HOPF,
+        "hopf",
+        "HB",
+        "steady drilling meets an oscillation: beyond it small disturbances grow",
+    ),
+    Meaning(
+        FOLD,
+        "fold",
+        "LP",
+        "two motions, at most one of them stable, meet and vanish: beyond it the string jumps away",
     ),
     Meaning(BRANCH, "branch_point", "BP", "another family of motions of the same period crosses"),
     Meaning(
-        DOUBLING, "doubling", "PD", "the motion comes to repeat only every second time: peaks of two heights in turn"
+        DOUBLING,
+        "doubling",
+        "PD",
+        "the motion comes to repeat only every second time: peaks of two heights in turn",
     ),
-    Meaning(TORUS, "torus", "TR", "a second frequency comes in: the motion no longer repeats exactly"),
+    Meaning(
+        TORUS, "torus", "TR", "a second frequency comes in: the motion no longer repeats exactly"
+    ),
     Meaning(END, "end", "EP", "the branch ends"),
 )
 

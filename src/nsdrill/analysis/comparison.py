@@ -1,4 +1,5 @@
-"""What differs between two sets of results, or two traces: the axes, and the numbers of the points that both have.
+"""What differs between two sets of results, or two traces: the axes, and the numbers of
+the points that both have.
 
 Numbers are the same where they are equal to the bit, or both missing (NaN).
 """
@@ -26,11 +27,12 @@ _STATUS = 100  # outcomes from here on are a status: no response is known
 
 
 def compare_results(a: Results, b: Results) -> dict[str, Any]:
-    """``axes``: for each its values in ``a`` and ``b`` and how many are common, and where each has one, another one,
-    these in ``values``, as their points are compared all the same; ``points`` that both have;
-    ``responses``: at how many of these they differ, ``changes`` from what to what, and some of the points;
-    ``probabilities`` of results with samples, see :func:`_probabilities`; and ``variables``, one row each, see
-    :func:`_row`."""
+    """``axes``: for each its values in ``a`` and ``b`` and how many are common, and
+    where each has one, another one, these in ``values``, as their points are compared
+    all the same; ``points`` that both have; ``responses``: at how many of these they
+    differ, ``changes`` from what to what, and some of the points; ``probabilities`` of
+    results with samples, see :func:`_probabilities`; and ``variables``, one row each,
+    see :func:`_row`."""
     grid = list(dict.fromkeys((*a.grid, *b.grid)))
     axes, places = _axes(a, b, grid)
     coords = {name: a.coords[name][i] for name, (i, _) in places.items() if name in a.coords}
@@ -38,8 +40,13 @@ def compare_results(a: Results, b: Results) -> dict[str, Any]:
     chance = _probabilities(a, b, places)
     if not np.prod(shape) or a.grid != b.grid:
         return {
-            "axes": axes, "points": 0, "responses": None, "probabilities": chance, "variables": [], **_alone(a, b)
-        }  # fmt: skip
+            "axes": axes,
+            "points": 0,
+            "responses": None,
+            "probabilities": chance,
+            "variables": [],
+            **_alone(a, b),
+        }
     at = tuple(np.ix_(*(place[side] for place in places.values())) for side in (0, 1))
     rows = []
     for name in a.variables:
@@ -65,8 +72,9 @@ def compare_results(a: Results, b: Results) -> dict[str, Any]:
 
 
 def compare_traces(a: Trace, b: Trace) -> dict[str, Any]:
-    """As :func:`compare_results`, of the samples at the times that both have; ``first`` is the time [s] from which a
-    variable differs, ``at`` that of its largest difference."""
+    """As :func:`compare_results`, of the samples at the times that both have; ``first``
+    is the time [s] from which a variable differs, ``at`` that of its largest
+    difference."""
     i, j, same = common(a.time, b.time)
     axis = {"name": "time", "a": len(a.time), "b": len(b.time), "common": len(i), "same": same}
     rows = []
@@ -76,14 +84,19 @@ def compare_traces(a: Trace, b: Trace) -> dict[str, Any]:
         left, right = a[name][i], b[name][j]
         row, place = _row(name, IN_TRACE[name].units, left, right, 1)
         differs = np.flatnonzero(~same_bits(left, right))
-        times = {"first": float(a.time[i[differs[0]]]), "at": float(a.time[i[place[0]]])} if place else {}
+        times = (
+            {"first": float(a.time[i[differs[0]]]), "at": float(a.time[i[place[0]]])}
+            if place
+            else {}
+        )
         rows.append({**row, **{"first": None, "at": None}, **times})
     return {"axes": [axis], "points": len(i), "responses": None, "variables": rows, **_alone(a, b)}
 
 
 def common(a: Array, b: Array) -> tuple[Array, Array, bool]:
-    """The places in ``a`` and in ``b`` of the values that are in both, numbers to :data:`ROUNDING`; and whether all are
-    the same to the bit. The values of each are distinct."""
+    """The places in ``a`` and in ``b`` of the values that are in both, numbers to
+    :data:`ROUNDING`; and whether all are the same to the bit. The values of each are
+    distinct."""
     if not len(a) or not len(b) or a.dtype.kind != "f" or b.dtype.kind != "f":
         _, i, j = np.intersect1d(a, b, return_indices=True)
         order = np.argsort(i)
@@ -91,12 +104,16 @@ def common(a: Array, b: Array) -> tuple[Array, Array, bool]:
     order = np.argsort(b, kind="stable")
     above = np.clip(np.searchsorted(b[order], a), 0, len(b) - 1)
     below = np.maximum(above - 1, 0)
-    nearest = order[np.where(np.abs(b[order[below]] - a) <= np.abs(b[order[above]] - a), below, above)]
+    nearest = order[
+        np.where(np.abs(b[order[below]] - a) <= np.abs(b[order[above]] - a), below, above)
+    ]
     near = np.abs(b[nearest] - a) <= ROUNDING * np.abs(a)
     return np.flatnonzero(near), nearest[near], np.array_equal(a, b)
 
 
-def _axes(a: Results, b: Results, grid: Sequence[str]) -> tuple[list[dict[str, Any]], dict[str, tuple[Array, Array]]]:
+def _axes(
+    a: Results, b: Results, grid: Sequence[str]
+) -> tuple[list[dict[str, Any]], dict[str, tuple[Array, Array]]]:
     axes, places = [], {}
     nothing = np.empty(0)
     for name in grid:
@@ -108,18 +125,25 @@ def _axes(a: Results, b: Results, grid: Sequence[str]) -> tuple[list[dict[str, A
         row = {"name": name, "a": len(left), "b": len(right), "common": len(i), "same": bool(same)}
         if not len(i) and len(left) == len(right) == 1 and name != SAMPLE:
             i = j = np.zeros(1, dtype=int)
-            row["values"] = [text(one[0]) if name == "procedure" else one[0].item() for one in (left, right)]
+            row["values"] = [
+                text(one[0]) if name == "procedure" else one[0].item() for one in (left, right)
+            ]
         axes.append(row)
         places[name] = (i, j)
     return axes, places
 
 
 def _drawn_alike(a: Results, b: Results, i: Array, j: Array) -> Array:
-    """Of samples of the same number, ``i`` in ``a`` and ``j`` in ``b``, those with the same values of all unknowns."""
+    """Of samples of the same number, ``i`` in ``a`` and ``j`` in ``b``, those with the
+    same values of all unknowns."""
     one, two = ({unknown.key: values for unknown, values in data.drawn.items()} for data in (a, b))
     if one.keys() != two.keys():
         return np.zeros(len(i), dtype=bool)
-    return np.all([one[key][i] == two[key][j] for key in one], axis=0) if one else np.ones(len(i), dtype=bool)
+    return (
+        np.all([one[key][i] == two[key][j] for key in one], axis=0)
+        if one
+        else np.ones(len(i), dtype=bool)
+    )
 
 
 def _alone(a: Results | Trace, b: Results | Trace) -> dict[str, list[str]]:
@@ -142,14 +166,17 @@ def same_bits(a: Array, b: Array) -> Array:
     """Which numbers are the same."""
     if a.dtype.kind != "f":
         return np.asarray(a == b)
-    bits = np.ascontiguousarray(a, np.float64).view(np.int64) == np.ascontiguousarray(b, np.float64).view(np.int64)
+    bits = np.ascontiguousarray(a, np.float64).view(np.int64) == np.ascontiguousarray(
+        b, np.float64
+    ).view(np.int64)
     return np.asarray(bits | (np.isnan(a) & np.isnan(b)))
 
 
 def _variable(
     name: str, results: Results, a: Array, b: Array, dims: int
 ) -> Iterator[tuple[dict[str, Any], tuple[int, ...] | None]]:
-    """The rows of one variable: one, or one for each state, as these have units of their own."""
+    """The rows of one variable: one, or one for each state, as these have units of
+    their own."""
     variable = BY_NAME[name]
     if variable.dims[-1] != "state":
         yield _row(name, variable.units, a, b, dims, flags=variable.flag_meanings is not None)
@@ -161,12 +188,19 @@ def _variable(
 def _row(
     name: str, units: str, a: Array, b: Array, dims: int, *, flags: bool = False
 ) -> tuple[dict[str, Any], tuple[int, ...] | None]:
-    """How two arrays differ, of which the first ``dims`` dimensions are those of the points: whether they are the
-    ``same`` to the bit; if not, at how many ``points`` they differ; of numbers the ``largest`` difference of those that
-    both have, the largest ``relative`` to the larger of the two, and ``undefined``, at how many points a number stands
-    against none. And the place of the largest difference, or of the first where there is no number."""
+    """How two arrays differ, of which the first ``dims`` dimensions are those of the
+    points: whether they are the ``same`` to the bit; if not, at how many ``points``
+    they differ; of numbers the ``largest`` difference of those that both have, the
+    largest ``relative`` to the larger of the two, and ``undefined``, at how many points
+    a number stands against none. And the place of the largest difference, or of the
+    first where there is no number."""
     differs = ~same_bits(a, b)
-    row: dict[str, Any] = {"name": name, "units": units, "same": not differs.any(), "points": _points(differs, dims)}
+    row: dict[str, Any] = {
+        "name": name,
+        "units": units,
+        "same": not differs.any(),
+        "points": _points(differs, dims),
+    }
     if row["same"]:
         return row, None
     chosen = np.flatnonzero(differs.ravel())
@@ -192,12 +226,15 @@ def _points(chosen: Array, dims: int) -> int:
     return int(np.count_nonzero(chosen.reshape(*chosen.shape[:dims], -1).any(axis=-1)))
 
 
-def _responses(a: Results, b: Results, at: Sequence[Any], coords: dict[str, Array]) -> dict[str, Any] | None:
+def _responses(
+    a: Results, b: Results, at: Sequence[Any], coords: dict[str, Array]
+) -> dict[str, Any] | None:
     """Which outcomes changed: a response, or how the run ended where none is known."""
     if not all(name in data.variables for data in (a, b) for name in ("status", "response")):
         return None
     left, right = (
-        _outcomes(data["status"][place], data["response"][place]) for data, place in zip((a, b), at, strict=True)
+        _outcomes(data["status"][place], data["response"][place])
+        for data, place in zip((a, b), at, strict=True)
     )
     differs = left != right
     pairs, counts = np.unique(np.stack([left[differs], right[differs]]), axis=1, return_counts=True)
@@ -206,7 +243,11 @@ def _responses(a: Results, b: Results, at: Sequence[Any], coords: dict[str, Arra
         for (x, y), n in zip(pairs.T, counts, strict=True)
     ]
     named = [
-        {**point_of(coords, place), "from": _word(int(left[tuple(place)])), "to": _word(int(right[tuple(place)]))}
+        {
+            **point_of(coords, place),
+            "from": _word(int(left[tuple(place)])),
+            "to": _word(int(right[tuple(place)])),
+        }
         for place in np.argwhere(differs)[:MOST_NAMED]
     ]
     return {
@@ -216,11 +257,18 @@ def _responses(a: Results, b: Results, at: Sequence[Any], coords: dict[str, Arra
     }
 
 
-def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]]) -> dict[str, Any] | None:
-    """Of two results with samples, the same or others: at how many operating ``points``, and for each outcome its mean
-    probability in ``a`` and in ``b``, the ``largest`` change, b less a, with its place ``at``, and at how many points
-    their 95 % intervals lie ``apart``. A safe run is one in all procedures. None where they cannot be compared."""
-    if any(SAMPLE not in data.coords or not {"status", "response"} <= data.variables.keys() for data in (a, b)):
+def _probabilities(
+    a: Results, b: Results, places: dict[str, tuple[Array, Array]]
+) -> dict[str, Any] | None:
+    """Of two results with samples, the same or others: at how many operating
+    ``points``, and for each outcome its mean probability in ``a`` and in ``b``, the
+    ``largest`` change, b less a, with its place ``at``, and at how many points their 95
+    % intervals lie ``apart``. A safe run is one in all procedures. None where they
+    cannot be compared."""
+    if any(
+        SAMPLE not in data.coords or not {"status", "response"} <= data.variables.keys()
+        for data in (a, b)
+    ):
         return None
     there = [name for name in places if name not in ("procedure", SAMPLE)]
     points = int(np.prod([len(places[name][0]) for name in there]))
@@ -245,11 +293,16 @@ def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]
         )
         change = other - one
         place = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
-        rows.append({
-            "name": name, "a": float(one.mean()), "b": float(other.mean()), "largest": float(change[place]),
-            "at": point_of(coords, [int(i) for i in place]),
-            "apart": int(np.count_nonzero((ends[1] < others[0]) | (others[1] < ends[0]))),
-        })  # fmt: skip
+        rows.append(
+            {
+                "name": name,
+                "a": float(one.mean()),
+                "b": float(other.mean()),
+                "largest": float(change[place]),
+                "at": point_of(coords, [int(i) for i in place]),
+                "apart": int(np.count_nonzero((ends[1] < others[0]) | (others[1] < ends[0]))),
+            }
+        )
     return {"points": points, "outcomes": rows}
 
 

@@ -1,14 +1,18 @@
-"""Unknown numbers adjusted to measurements: samples of what the unknowns may be, given what was measured.
+"""Unknown numbers adjusted to measurements: samples of what the unknowns may be, given
+what was measured.
 
-The unknowns are u in the unit cube, one part of the prior each, and worked with as z = Phi^-1(u): the prior of z is the
-standard normal distribution whatever the distributions are. A model run is a function of z that has no gradient of use
-where the motion is chaotic, so samples are weighted, not moved: adaptive multiple importance sampling (Cornuet, Marin,
-Mira & Robert 2012). Every round draws from a mixture of kernels about the samples so far and from the prior; all
-samples of all rounds are weighted by prior times likelihood over the mixture of all that they were drawn from. Early
-rounds temper the likelihood (its power beta), so that enough samples keep a weight.
+The unknowns are u in the unit cube, one part of the prior each, and worked with as z =
+Phi^-1(u): the prior of z is the standard normal distribution whatever the distributions
+are. A model run is a function of z that has no gradient of use where the motion is
+chaotic, so samples are weighted, not moved: adaptive multiple importance sampling
+(Cornuet, Marin, Mira & Robert 2012). Every round draws from a mixture of kernels about
+the samples so far and from the prior; all samples of all rounds are weighted by prior
+times likelihood over the mixture of all that they were drawn from. Early rounds temper
+the likelihood (its power beta), so that enough samples keep a weight.
 
-A feature of a chaotic run differs between runs of all but equal numbers. This spread is measured by runs that differ by
-a thousandth of the prior's width, and counts twice as an error: the well is one such run, and the model another.
+A feature of a chaotic run differs between runs of all but equal numbers. This spread is
+measured by runs that differ by a thousandth of the prior's width, and counts twice as
+an error: the well is one such run, and the model another.
 """
 
 from __future__ import annotations
@@ -22,7 +26,8 @@ from nsdrill.data import Array
 from nsdrill.sampling import Uncertain, unit_samples
 
 Simulate = Callable[[Array], Array]
-"""From samples z [n, unknowns] to what was measured [n, values], NaN where a run failed."""
+"""From samples z [n, unknowns] to what was measured [n, values], NaN where a run
+failed."""
 
 FROM_PRIOR = 0.2  # of the samples of a round
 KERNELS = 64
@@ -37,9 +42,10 @@ SURE = 1e-3  # probability of the misfit below which the model cannot give the d
 
 @dataclass(frozen=True)
 class Measured:
-    """Measurements over ``points``: ``at`` the values of study keys, ``values`` those of features and severities with
-    their standard deviations ``errors``, by name, arrays [points] in SI, NaN where nothing was measured. ``where`` says
-    of each point whence it comes, ``notes`` what was left out or assumed."""
+    """Measurements over ``points``: ``at`` the values of study keys, ``values`` those
+    of features and severities with their standard deviations ``errors``, by name,
+    arrays [points] in SI, NaN where nothing was measured. ``where`` says of each point
+    whence it comes, ``notes`` what was left out or assumed."""
 
     source: str
     at: dict[str, Array]
@@ -54,7 +60,8 @@ class Measured:
 
     @property
     def flat(self) -> tuple[Array, Array, Array]:
-        """Values and errors that are there, and their places among all, name after name, point after point."""
+        """Values and errors that are there, and their places among all, name after
+        name, point after point."""
         values = np.concatenate([self.values[name] for name in self.values])
         errors = np.concatenate([self.errors[name] for name in self.values])
         there = np.flatnonzero(np.isfinite(values))
@@ -63,9 +70,10 @@ class Measured:
 
 @dataclass(frozen=True)
 class Posterior:
-    """Samples ``z`` [n, unknowns] with ``weights`` [n], their model values ``found`` [n, values]; ``spread`` [values],
-    the standard deviation among runs of all but equal numbers; ``beta`` 1 where the full likelihood was reached;
-    ``size`` the effective number of samples."""
+    """Samples ``z`` [n, unknowns] with ``weights`` [n], their model values ``found``
+    [n, values]; ``spread`` [values], the standard deviation among runs of all but equal
+    numbers; ``beta`` 1 where the full likelihood was reached; ``size`` the effective
+    number of samples."""
 
     z: Array
     weights: Array
@@ -109,18 +117,29 @@ class Posterior:
 
 
 def posterior(
-    simulate: Simulate, measured: Array, errors: Array, unknowns: int, *, seed: int = 1, batch: int = 128,
-    rounds: int = 8, wanted: float = 100.0,
-) -> Posterior:  # fmt: skip
-    """What the unknowns may be, given the values ``measured`` with standard deviations ``errors``, both [values].
+    simulate: Simulate,
+    measured: Array,
+    errors: Array,
+    unknowns: int,
+    *,
+    seed: int = 1,
+    batch: int = 128,
+    rounds: int = 8,
+    wanted: float = 100.0,
+) -> Posterior:
+    """What the unknowns may be, given the values ``measured`` with standard deviations
+    ``errors``, both [values].
 
-    Rounds of ``batch`` runs are made, the first of twice as many, until the effective number of samples is ``wanted``
-    under the full likelihood, or until there are so many ``rounds``. ValueError where every run of the first failed.
+    Rounds of ``batch`` runs are made, the first of twice as many, until the effective
+    number of samples is ``wanted`` under the full likelihood, or until there are so
+    many ``rounds``. ValueError where every run of the first failed.
     """
     from scipy.special import ndtri
 
     rng = np.random.default_rng(seed)
-    prior = Uncertain({str(i): {"uniform": [0.0, 1.0]} for i in range(unknowns)}, samples=2 * batch, seed=seed)
+    prior = Uncertain(
+        {str(i): {"uniform": [0.0, 1.0]} for i in range(unknowns)}, samples=2 * batch, seed=seed
+    )
     z = ndtri(unit_samples(prior))
     found = simulate(z)
     if not np.isfinite(found).all(axis=1).any():
@@ -142,25 +161,34 @@ def posterior(
             break
         kernels = _kernels(z, weights, rng)
         wide = round(FROM_PRIOR * batch)
-        new = np.concatenate([rng.standard_normal((wide, unknowns)), kernels.draw(batch - wide, rng)])
+        new = np.concatenate(
+            [rng.standard_normal((wide, unknowns)), kernels.draw(batch - wide, rng)]
+        )
         drawn_from += [(wide, None), (batch - wide, kernels)]
         z, found = np.concatenate([z, new]), np.concatenate([found, simulate(new)])
     failed = int(np.count_nonzero(~np.isfinite(found).all(axis=1)))
     variance = errors**2 + 2 * spread**2
-    squares = np.where(np.isfinite(found).all(axis=1), np.sum((found - measured) ** 2 / variance, axis=1), np.inf)
-    return Posterior(z, weights, found, spread, beta, size, number, len(z) + extra, failed, float(squares.min()))
+    squares = np.where(
+        np.isfinite(found).all(axis=1), np.sum((found - measured) ** 2 / variance, axis=1), np.inf
+    )
+    return Posterior(
+        z, weights, found, spread, beta, size, number, len(z) + extra, failed, float(squares.min())
+    )
 
 
 @dataclass(frozen=True)
 class _Mixture:
-    """Normal kernels of equal weight about ``centres`` [n, d]; ``root`` is the Cholesky factor of their covariance."""
+    """Normal kernels of equal weight about ``centres`` [n, d]; ``root`` is the Cholesky
+    factor of their covariance."""
 
     centres: Array
     root: Array
 
     def draw(self, count: int, rng: np.random.Generator) -> Array:
         at = rng.integers(len(self.centres), size=count)
-        return np.asarray(self.centres[at] + rng.standard_normal((count, len(self.root))) @ self.root.T)
+        return np.asarray(
+            self.centres[at] + rng.standard_normal((count, len(self.root))) @ self.root.T
+        )
 
     def log_density(self, z: Array) -> Array:
         from scipy.linalg import solve_triangular
@@ -170,12 +198,17 @@ class _Mixture:
         scaled = solve_triangular(self.root, np.concatenate([z, self.centres]).T, lower=True).T
         apart = scaled[: len(z), None] - scaled[None, len(z) :]
         logs = -0.5 * np.sum(apart**2, axis=2)
-        constant = -0.5 * d * np.log(2 * np.pi) - np.sum(np.log(np.diag(self.root))) - np.log(len(self.centres))
+        constant = (
+            -0.5 * d * np.log(2 * np.pi)
+            - np.sum(np.log(np.diag(self.root)))
+            - np.log(len(self.centres))
+        )
         return np.asarray(logsumexp(logs, axis=1) + constant)
 
 
 def _kernels(z: Array, weights: Array, rng: np.random.Generator) -> _Mixture:
-    """Kernels about samples, as wide as Silverman's rule has it (1986, eq. 4.15) and a fifth wider."""
+    """Kernels about samples, as wide as Silverman's rule has it (1986, eq. 4.15) and a
+    fifth wider."""
     d = z.shape[1]
     mean = weights @ z
     covariance = (weights[:, None] * (z - mean)).T @ (z - mean) + 1e-8 * np.eye(d)
@@ -190,7 +223,8 @@ def _log_normal(z: Array) -> Array:
 
 
 def _log_mixture(z: Array, parts: list[tuple[int, _Mixture | None]]) -> Array:
-    """The logarithm of the density from which all samples together were drawn; None stands for the prior."""
+    """The logarithm of the density from which all samples together were drawn; None
+    stands for the prior."""
     from scipy.special import logsumexp
 
     total = sum(count for count, _ in parts)
@@ -206,11 +240,13 @@ def _log_likelihood(found: Array, measured: Array, errors: Array, spread: Array)
 
 
 def _tempered(log_l: Array, log_ratio: Array, least: float, size: float) -> tuple[float, Array]:
-    """The greatest power of the likelihood, from ``least`` to 1, that leaves an effective number ``size`` of samples,
-    and their weights."""
+    """The greatest power of the likelihood, from ``least`` to 1, that leaves an
+    effective number ``size`` of samples, and their weights."""
 
     def weights(beta: float) -> Array:
-        logs = np.where(np.isfinite(log_l), beta * np.where(np.isfinite(log_l), log_l, 0.0) + log_ratio, -np.inf)
+        logs = np.where(
+            np.isfinite(log_l), beta * np.where(np.isfinite(log_l), log_l, 0.0) + log_ratio, -np.inf
+        )
         found = np.exp(logs - logs.max())
         return np.asarray(found / found.sum())
 
@@ -227,7 +263,8 @@ def _tempered(log_l: Array, log_ratio: Array, least: float, size: float) -> tupl
 
 
 def _spread(simulate: Simulate, z: Array, weights: Array, rng: np.random.Generator) -> Array:
-    """The standard deviation of each value among runs that differ by next to nothing, where the weight is: [values]."""
+    """The standard deviation of each value among runs that differ by next to nothing,
+    where the weight is: [values]."""
     centres = z[rng.choice(len(z), GROUPS, p=weights)]
     near = np.repeat(centres, IN_GROUP, axis=0)
     found = simulate(near + NEAR * rng.standard_normal(near.shape)).reshape(GROUPS, IN_GROUP, -1)

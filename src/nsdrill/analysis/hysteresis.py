@@ -1,6 +1,8 @@
-"""Where up and down differ: the intervals along the axis along which the state was carried.
+"""Where up and down differ: the intervals along the axis along which the state was
+carried.
 
-The shading of the pictures, the table of ``show`` and its JSON all come from :func:`differences`.
+The shading of the pictures, the table of ``show`` and its JSON all come from
+:func:`differences`.
 """
 
 from __future__ import annotations
@@ -20,8 +22,8 @@ from nsdrill.variables import dimension_of
 
 @dataclass(frozen=True)
 class Difference:
-    """Neighbouring points, numbers ``first`` to ``last``, with the response bits ``up`` one way and ``down`` the
-    other."""
+    """Neighbouring points, numbers ``first`` to ``last``, with the response bits ``up``
+    one way and ``down`` the other."""
 
     first: int
     last: int
@@ -30,9 +32,11 @@ class Difference:
 
 
 def disagreement(procedures: Sequence[str], outcomes: Array) -> Array | None:
-    """Where up and down are both known and differ in response (0 or 1), -1 where one of them is not known.
+    """Where up and down are both known and differ in response (0 or 1), -1 where one of
+    them is not known.
 
-    ``outcomes`` are [procedure, ...]. None where the two are not both there: then there is nothing to compare.
+    ``outcomes`` are [procedure, ...]. None where the two are not both there: then there
+    is nothing to compare.
     """
     if not {"up", "down"} <= set(procedures):
         return None
@@ -41,10 +45,12 @@ def disagreement(procedures: Sequence[str], outcomes: Array) -> Array | None:
 
 
 def differences(procedures: Sequence[str], outcomes: Array) -> list[Difference]:
-    """The intervals of a line of points in which up and down differ, each with one response up and one down.
+    """The intervals of a line of points in which up and down differ, each with one
+    response up and one down.
 
-    ``outcomes`` are [procedure, point], the response bits, negative where not known. A point that is not known on
-    either side ends an interval; so does a change of what is compared.
+    ``outcomes`` are [procedure, point], the response bits, negative where not known. A
+    point that is not known on either side ends an interval; so does a change of what is
+    compared.
     """
     differs = disagreement(procedures, outcomes)
     if differs is None:
@@ -61,7 +67,8 @@ def differences(procedures: Sequence[str], outcomes: Array) -> list[Difference]:
 
 
 def spans(found: Sequence[Difference]) -> list[tuple[int, int]]:
-    """Neighbouring differences joined, whatever they are: (first, last) of each stretch."""
+    """Neighbouring differences joined, whatever they are: (first, last) of each
+    stretch."""
     joined: list[tuple[int, int]] = []
     for one in found:
         if joined and joined[-1][1] == one.first - 1:
@@ -72,7 +79,8 @@ def spans(found: Sequence[Difference]) -> list[tuple[int, int]]:
 
 
 def carried_axis(results: Results) -> str | None:
-    """The axis along which the state was carried: the study says it, or it is the only one swept."""
+    """The axis along which the state was carried: the study says it, or it is the only
+    one swept."""
     try:
         along = json.loads(results.attrs["study_resolved"])["sweep"]["along"]
     except (KeyError, TypeError, ValueError):
@@ -83,23 +91,29 @@ def carried_axis(results: Results) -> str | None:
 
 
 def hysteresis(results: Results, along: str | None = None) -> list[dict[str, Any]]:
-    """The intervals along the carried axis in which the two directions of an up-down sweep differ, for every
-    combination of the other axes; empty for any other sweep. Plain data, SI units.
+    """The intervals along the carried axis in which the two directions of an up-down
+    sweep differ, for every combination of the other axes; empty for any other sweep.
+    Plain data, SI units.
 
-    ``from`` and ``to`` are the first and the last value that differ. The true end lies outside, within the ``step`` of
-    the axis there (the larger one, where the two ends differ); but where the sweep ended or a point failed, nothing
-    bounds it, and ``open`` names that end. ``up`` and ``down`` are the responses either way, ``differs`` those that
-    only one way has; ``up_whirl`` and ``down_whirl`` are the kinds of whirl in the interval.
+    ``from`` and ``to`` are the first and the last value that differ. The true end lies
+    outside, within the ``step`` of the axis there (the larger one, where the two ends
+    differ); but where the sweep ended or a point failed, nothing bounds it, and
+    ``open`` names that end. ``up`` and ``down`` are the responses either way,
+    ``differs`` those that only one way has; ``up_whirl`` and ``down_whirl`` are the
+    kinds of whirl in the interval.
     """
     along = along or carried_axis(results)
     procedures = [text(name) for name in results.coords["procedure"]]
     if along is None or not {"up", "down"} <= set(procedures):
         return []
-    return [row for place in _lines(results, along) for row in _rows(results, procedures, along, place)]
+    return [
+        row for place in _lines(results, along) for row in _rows(results, procedures, along, place)
+    ]
 
 
 def _lines(results: Results, along: str) -> Iterator[tuple[int | slice, ...]]:
-    """Places of the lines along the carried axis, one for each combination of the other axes (and starts)."""
+    """Places of the lines along the carried axis, one for each combination of the other
+    axes (and starts)."""
     grid = results["status"].shape[1:]
     axis = results.axes.index(along)
     for place in np.ndindex(*grid[:axis], *grid[axis + 1 :]):
@@ -120,10 +134,16 @@ def _rows(
     unknown = np.minimum(outcomes[procedures.index("up")], outcomes[procedures.index("down")]) < 0
     for one in differences(procedures, outcomes):
         row: dict[str, Any] = {
-            "axis": along, "from": float(x[one.first]), "to": float(x[one.last]), "points": one.last - one.first + 1,
-            "up": words(one.up), "down": words(one.down), "differs": words(one.up ^ one.down).split("+"),
-            **held, **_ends(x, one, unknown),
-        }  # fmt: skip
+            "axis": along,
+            "from": float(x[one.first]),
+            "to": float(x[one.last]),
+            "points": one.last - one.first + 1,
+            "up": words(one.up),
+            "down": words(one.down),
+            "differs": words(one.up ^ one.down).split("+"),
+            **held,
+            **_ends(x, one, unknown),
+        }
         if kinds is not None:
             for name in ("up", "down"):
                 here = kinds[procedures.index(name), one.first : one.last + 1]
@@ -135,7 +155,10 @@ def _ends(x: Array, one: Difference, unknown: Array) -> dict[str, Any]:
     """How far outside the true ends may lie, and the ends that nothing bounds."""
     steps: list[float] = []
     loose: list[str] = []
-    for name, point, outside in (("from", one.first, one.first - 1), ("to", one.last, one.last + 1)):
+    for name, point, outside in (
+        ("from", one.first, one.first - 1),
+        ("to", one.last, one.last + 1),
+    ):
         if 0 <= outside < len(x):
             steps.append(abs(float(x[point] - x[outside])))
         if not 0 <= outside < len(x) or unknown[outside]:

@@ -12,12 +12,14 @@ _KNOWN = (OK, INFERRED)
 
 
 def known(status: Array) -> Array:
-    """Whether the response of a point is known: it was run to its end, or inferred from its neighbours."""
+    """Whether the response of a point is known: it was run to its end, or inferred from
+    its neighbours."""
     return np.isin(status, _KNOWN)
 
 
 def outcome(status: Array, response: Array) -> Array:
-    """The response bits where they are known, else :data:`PENDING_POINT` or :data:`FAILED_POINT`."""
+    """The response bits where they are known, else :data:`PENDING_POINT` or
+    :data:`FAILED_POINT`."""
     failed = np.where(status == PENDING, PENDING_POINT, FAILED_POINT)
     return np.where(known(status), response.astype(int), failed)
 

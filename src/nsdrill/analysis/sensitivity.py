@@ -1,13 +1,16 @@
-"""Which uncertain number matters most: Sobol indices of the answers of results with samples.
+"""Which uncertain number matters most: Sobol indices of the answers of results with
+samples.
 
-The first-order index of an unknown is the part of the variance of an answer that would be gone if the unknown were
-known; the total index the part that would be left if all others were (Sobol 1993, Homma and Saltelli 1996). Over
-several operating points variances are summed (Gamboa et al. 2014).
+The first-order index of an unknown is the part of the variance of an answer that would
+be gone if the unknown were known; the total index the part that would be left if all
+others were (Sobol 1993, Homma and Saltelli 1996). Over several operating points
+variances are summed (Gamboa et al. 2014).
 
-Of the design saltelli both follow from the samples alone: the estimators of Saltelli et al. (2010) and of Jansen
-(1999). Of other samples the first-order index is the part of the variance that a regression on cosines of the rank of
-the unknown explains (Plischke 2012), less what it would explain by chance; the total index lies between it and what the
-other first-order ones leave, where the unknowns are independent.
+Of the design saltelli both follow from the samples alone: the estimators of Saltelli et
+al. (2010) and of Jansen (1999). Of other samples the first-order index is the part of
+the variance that a regression on cosines of the rank of the unknown explains (Plischke
+2012), less what it would explain by chance; the total index lies between it and what
+the other first-order ones leave, where the unknowns are independent.
 """
 
 from __future__ import annotations
@@ -35,8 +38,9 @@ PART = 0.2  # of the samples, the lowest and the highest values of an unknown
 
 @dataclass(frozen=True)
 class Indices:
-    """Arrays [unknowns]; ``first_error`` and ``total_error`` are standard errors from a bootstrap over the samples.
-    ``total`` is None where the samples do not tell it. ``variance`` is that of the answer, the mean over the points."""
+    """Arrays [unknowns]; ``first_error`` and ``total_error`` are standard errors from a
+    bootstrap over the samples. ``total`` is None where the samples do not tell it.
+    ``variance`` is that of the answer, the mean over the points."""
 
     first: Array
     first_error: Array
@@ -53,9 +57,10 @@ def needed(results: Results, severity: int | None) -> tuple[str, ...]:
 
 
 def saltelli(a: Array, b: Array, mixed: Array) -> tuple[Array, Array, Array]:
-    """First-order and total parts of the variance of an answer, arrays [unknowns, points], and the variance [points]:
-    ``a`` and ``b`` [n, points] are the answers for the two matrices, ``mixed`` [unknowns, n, points] those for a with
-    one column of b."""
+    """First-order and total parts of the variance of an answer, arrays
+    [unknowns, points], and the variance [points]: ``a`` and ``b`` [n, points] are the
+    answers for the two matrices, ``mixed`` [unknowns, n, points] those for a with one
+    column of b."""
     both = np.concatenate([a, b])
     middle = both.mean(axis=0)
     first = np.mean((b - middle) * (mixed - a), axis=1)
@@ -64,8 +69,8 @@ def saltelli(a: Array, b: Array, mixed: Array) -> tuple[Array, Array, Array]:
 
 
 def by_regression(values: Array, answers: Array) -> tuple[Array, Array]:
-    """First-order parts of the variance [unknowns, points], and the variance [points], of ``answers`` [n, points] to
-    independent samples ``values`` [n, unknowns]."""
+    """First-order parts of the variance [unknowns, points], and the variance [points],
+    of ``answers`` [n, points] to independent samples ``values`` [n, unknowns]."""
     n = len(answers)
     spread = answers - answers.mean(axis=0)
     variance = np.sum(spread**2, axis=0) / (n - 1)
@@ -74,7 +79,8 @@ def by_regression(values: Array, answers: Array) -> tuple[Array, Array]:
 
 
 def _unexplained(column: Array, spread: Array) -> Array:
-    """The variance [points] that the regression on cosines of the rank of an unknown leaves."""
+    """The variance [points] that the regression on cosines of the rank of an unknown
+    leaves."""
     n = len(column)
     distinct, place = np.unique(column, return_inverse=True)
     counts = np.bincount(place.ravel())
@@ -83,13 +89,16 @@ def _unexplained(column: Array, spread: Array) -> Array:
     basis = np.cos(np.pi * np.outer(rank[place.ravel()], np.arange(1, harmonics + 1)))
     basis -= basis.mean(axis=0)
     products = basis.T @ spread
-    left = np.sum(spread**2, axis=0) - np.sum(products * (np.linalg.pinv(basis.T @ basis) @ products), axis=0)
+    left = np.sum(spread**2, axis=0) - np.sum(
+        products * (np.linalg.pinv(basis.T @ basis) @ products), axis=0
+    )
     return np.asarray(left / (n - harmonics - 1))
 
 
 def indices(values: Array, answers: Array, design: str) -> Indices | None:
-    """The indices of ``answers`` [samples, points] to samples ``values`` [samples, unknowns] of a ``design``, summed
-    over the points; None where the answers do not vary. NaN stands for a missing answer."""
+    """The indices of ``answers`` [samples, points] to samples ``values``
+    [samples, unknowns] of a ``design``, summed over the points; None where the answers
+    do not vary. NaN stands for a missing answer."""
     count = values.shape[1]
     groups = list(_groups(answers, count if design == "saltelli" else 0))
     if not groups:
@@ -120,8 +129,9 @@ def indices(values: Array, answers: Array, design: str) -> Indices | None:
 
 
 def _groups(answers: Array, unknowns: int) -> Iterator[tuple[Array, Array]]:
-    """Points that lack the same answers: the numbers of the samples that are there, and of the points. Of the design
-    saltelli with so many ``unknowns`` samples count that are there in all matrices."""
+    """Points that lack the same answers: the numbers of the samples that are there, and
+    of the points. Of the design saltelli with so many ``unknowns`` samples count that
+    are there in all matrices."""
     there = np.isfinite(answers)
     if unknowns:
         there = np.asarray(there.reshape(unknowns + 2, -1, answers.shape[1]).all(axis=0))
@@ -132,8 +142,9 @@ def _groups(answers: Array, unknowns: int) -> Iterator[tuple[Array, Array]]:
 
 
 def answers_of(results: Results, severity: int | None = None) -> dict[str, Array]:
-    """The answers of every sample [samples, points] by name: 1 where it is safe in every procedure, 0 where not, NaN
-    where that is not known; and the features that decide on the responses, of the procedures the greatest."""
+    """The answers of every sample [samples, points] by name: 1 where it is safe in
+    every procedure, 0 where not, NaN where that is not known; and the features that
+    decide on the responses, of the procedures the greatest."""
     runs = judged(results, severity)
     unsafe = np.where(runs.bad.any(axis=0), 0.0, np.nan)
     found: dict[str, Array] = {SAFE: np.where(runs.safe.all(axis=0), 1.0, unsafe)}
@@ -144,13 +155,16 @@ def answers_of(results: Results, severity: int | None = None) -> dict[str, Array
 
 
 def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]:
-    """Which unknown matters most, over all operating points of ``results``, as plain data in SI units.
+    """Which unknown matters most, over all operating points of ``results``, as plain
+    data in SI units.
 
-    ``answers``: of the safe run and of each feature the ``mean``, the standard ``deviation``, and for each unknown
-    ``first`` and ``total`` with their standard errors (``total`` None where the samples do not tell it; it then lies
-    between ``total_least`` and ``total_most``), and for the fifth of the samples in which the unknown is ``low``, and
-    ``high``, the mean ``answer`` and the median ``value`` of the unknown. ``measure_first``: the key of the unknown
-    whose measurement leaves least doubt about a safe run."""
+    ``answers``: of the safe run and of each feature the ``mean``, the standard
+    ``deviation``, and for each unknown ``first`` and ``total`` with their standard
+    errors (``total`` None where the samples do not tell it; it then lies between
+    ``total_least`` and ``total_most``), and for the fifth of the samples in which the
+    unknown is ``low``, and ``high``, the mean ``answer`` and the median ``value`` of
+    the unknown. ``measure_first``: the key of the unknown whose measurement leaves
+    least doubt about a safe run."""
     check_samples(results, "sensitivity")
     uncertain = resolved_study(results.attrs).get("uncertain", {})
     design = str(uncertain.get("design", "sobol"))
@@ -180,7 +194,9 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
         rows.append(
             {
                 "name": name,
-                "meaning": variable.long_name if variable else "a run that ends well without a critical response",
+                "meaning": variable.long_name
+                if variable
+                else "a run that ends well without a critical response",
                 "units": variable.units if variable else "1",
                 "mean": _mean(seen),
                 "deviation": None if found is None else float(np.sqrt(found.variance)),
@@ -213,7 +229,11 @@ def _told(
     row: dict[str, Any] = {
         "key": unknown.key,
         **{
-            end: {"answer": _mean(seen[some]), "value": float(np.median(drawn[some])), "units": unknown.units}
+            end: {
+                "answer": _mean(seen[some]),
+                "value": float(np.median(drawn[some])),
+                "units": unknown.units,
+            }
             for end, some in ends.items()
         },
         "first": None,
@@ -241,7 +261,8 @@ def _mean(values: Array) -> float | None:
 
 
 def _first(rows: Sequence[dict[str, Any]]) -> dict[str, Any] | None:
-    """The unknown to measure first, and the others that it cannot be told apart from; None where none matters."""
+    """The unknown to measure first, and the others that it cannot be told apart from;
+    None where none matters."""
     known = [row for row in rows if row["first"] is not None]
     if not known:
         return None
@@ -251,6 +272,8 @@ def _first(rows: Sequence[dict[str, Any]]) -> dict[str, Any] | None:
     alike = [
         row["key"]
         for row in known
-        if row is not best and best["first"] - row["first"] < NORMAL * np.hypot(row["first_error"], best["first_error"])
+        if row is not best
+        and best["first"] - row["first"]
+        < NORMAL * np.hypot(row["first_error"], best["first_error"])
     ]
     return {"key": best["key"], "first": best["first"], "alike": alike}

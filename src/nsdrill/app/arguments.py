@@ -1,4 +1,5 @@
-"""What Python users give, in whatever form: studies, changes of them, names of files, quantities, numbers."""
+"""What Python users give, in whatever form: studies, changes of them, names of files,
+quantities, numbers."""
 
 from __future__ import annotations
 
@@ -36,13 +37,20 @@ def study_in(study: Any, set: Any, name: str = THE_STUDY) -> Study:
         try:
             return parse_study(yaml_text(study, name), name, texts)
         except StudyError as error:  # whose lines are those of a text that nobody has seen
-            raise StudyError(name, [replace(fault, line=None, column=None) for fault in error.faults]) from None
-    if isinstance(study, str) and (not study.strip() or "\n" in study or ": " in study) and not os.path.exists(study):
+            raise StudyError(
+                name, [replace(fault, line=None, column=None) for fault in error.faults]
+            ) from None
+    if (
+        isinstance(study, str)
+        and (not study.strip() or "\n" in study or ": " in study)
+        and not os.path.exists(study)
+    ):
         return parse_study(study, name, texts)
     if isinstance(study, str | os.PathLike):
         return load_study(name_in(study, "study"), texts)
     raise InputError(
-        f"study: found a value of the type {type(study).__name__}; allowed: a Study, the name of a YAML file, YAML "
+        f"study: found a value of the type {type(study).__name__}; allowed: a Study, the name of "
+        f"a YAML file, YAML "
         "text, or a mapping."
     )
 
@@ -57,7 +65,10 @@ def texts_in(changes: Any, name: str) -> list[str]:
         return override_texts(changes, name)
     if not isinstance(changes, list | tuple) or not all(isinstance(text, str) for text in changes):
         found = repr(changes)[:80]
-        raise InputError(f"{name}: found {found}; allowed: a mapping by dotted keys, or a list of texts 'key=value'.")
+        raise InputError(
+            f"{name}: found {found}; allowed: a mapping by dotted keys, or a list of "
+            f"texts 'key=value'."
+        )
     return list(changes)
 
 
@@ -68,7 +79,9 @@ def name_in(path: Any, name: str = "results") -> str:
             raise InputError(f"{name}: found an empty text; allowed: the name of a file.")
         return os.fspath(path)
     allowed = "the name of a file, or a Dataset" if name == "results" else "the name of a file"
-    raise InputError(f"{name}: found a value of the type {type(path).__name__}; allowed: {allowed}.")
+    raise InputError(
+        f"{name}: found a value of the type {type(path).__name__}; allowed: {allowed}."
+    )
 
 
 def keep_apart(study: Any, path: str) -> None:
@@ -82,25 +95,36 @@ def keep_apart(study: Any, path: str) -> None:
 
 
 def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
-    """The values of axes by their keys, in SI: those of ``at``, and those given apart; the axes are those of the
-    ``study``, else of any model. ``at`` may have the number of a sample, too."""
+    """The values of axes by their keys, in SI: those of ``at``, and those given apart;
+    the axes are those of the ``study``, else of any model. ``at`` may have the number
+    of a sample, too."""
     from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean, keys_of
     from nsdrill.variables import dimension_of
 
     leaves = axes_of_all()
     if study is not None:
         keys_there = keys_of(study.model)
-        leaves = {name: keys_there.leaf(leaf.key, study.resolved) for name, leaf in keys_there.axes.items()}
+        leaves = {
+            name: keys_there.leaf(leaf.key, study.resolved)
+            for name, leaf in keys_there.axes.items()
+        }
     leaves = {**leaves, SAMPLE_LEAF.key: SAMPLE_LEAF}
     keys = {dimension_of(key): key for key in leaves}
-    found = {key: _quantity(key, value, leaves[key]) for key, value in apart.items() if value is not None}
+    found = {
+        key: _quantity(key, value, leaves[key]) for key, value in apart.items() if value is not None
+    }
     if not isinstance(at, Mapping) and at is not None:
-        raise InputError(f"at: found {at!r}; allowed: a mapping, as {{'bit.rock_stiffness': '25 MN/m'}}.")
+        raise InputError(
+            f"at: found {at!r}; allowed: a mapping, as {{'bit.rock_stiffness': '25 MN/m'}}."
+        )
     for name, value in (at or {}).items():
         key = keys.get(str(name), str(name).removeprefix("operation."))
         if key not in leaves:
             hint = did_you_mean(key, leaves)
-            raise InputError(f"at: found the key {name!r}; allowed: the key of an axis.{f' {hint}' if hint else ''}")
+            raise InputError(
+                f"at: found the key {name!r}; allowed: the key of an "
+                f"axis.{f' {hint}' if hint else ''}"
+            )
         if key in found:
             raise InputError(f"at: found a second value of {key}; allowed: each key once.")
         found[key] = _quantity(f"at[{name!r}]", value, leaves[key])
@@ -118,7 +142,11 @@ def _quantity(name: str, value: Any, leaf: Leaf) -> float:
         number = _float(value)
         if number is None or not leaf.low <= number <= leaf.high:
             odd = number is None and not isinstance(value, str | bool | list | dict | None)
-            found = f"a value of the type {type(value).__name__}" if odd else shown(value if number is None else number)
+            found = (
+                f"a value of the type {type(value).__name__}"
+                if odd
+                else shown(value if number is None else number)
+            )
             raise QuantityError(found, leaf.allowed())
     except QuantityError as error:
         si = f"; a number is in {leaf.units}" if leaf.units else ""
@@ -135,7 +163,10 @@ def seconds_in(name: str, value: Any) -> float:
     except QuantityError as error:
         raise InputError(f"{name}: {error}") from None
     if number is None:
-        raise InputError(f"{name}: found {value!r}; allowed: a number of seconds, or a text with a unit, '10 ms'.")
+        raise InputError(
+            f"{name}: found {value!r}; allowed: a number of seconds, or a text with "
+            f"a unit, '10 ms'."
+        )
     return number
 
 

@@ -1,4 +1,5 @@
-"""The attractors of a sweep with several starts: grouped when all starts are there, told as plain data."""
+"""The attractors of a sweep with several starts: grouped when all starts are there,
+told as plain data."""
 
 from __future__ import annotations
 
@@ -27,7 +28,8 @@ _BLOCK = 1 << 14  # starts in memory at once
 
 
 def names_needed(model: Description) -> tuple[str, ...]:
-    """The variables from which starts of this model are grouped; some need not be there."""
+    """The variables from which starts of this model are grouped; some need not be
+    there."""
     return tuple(dict.fromkeys((*NEEDED, *IF_THERE, *model.compared, *model.grouped)))
 
 
@@ -37,8 +39,12 @@ def mark(study: Study, plan: Plan, log: Sink) -> None:
     kept = {variable.name for variable in log.kept.variables}
     names = [name for name in names_needed(described(study.model)) if name in kept]
     per_block = max(1, _BLOCK // plan.starts) * plan.starts
-    ranges = [(begin, min(begin + per_block, plan.points)) for begin in range(0, plan.points, per_block)]
-    found = _numbers(study, plan, (columns(log, names, *ends) for ends in ranges), study.thresholds.attractors)
+    ranges = [
+        (begin, min(begin + per_block, plan.points)) for begin in range(0, plan.points, per_block)
+    ]
+    found = _numbers(
+        study, plan, (columns(log, names, *ends) for ends in ranges), study.thresholds.attractors
+    )
     for first in range(0, plan.points, step):
         records = log.read(first, min(first + step, plan.points))
         given = found[first : first + step]
@@ -48,14 +54,24 @@ def mark(study: Study, plan: Plan, log: Sink) -> None:
     log.sync()
 
 
-def labels_of(study: Study, plan: Plan, variables: Mapping[str, Array], thresholds: Attractors) -> Array:
-    """The attractors of the points of ``plan``, on the grid; ``variables`` on the grid as well."""
-    needed = {name: variables[name].ravel() for name in names_needed(described(study.model)) if name in variables}
+def labels_of(
+    study: Study, plan: Plan, variables: Mapping[str, Array], thresholds: Attractors
+) -> Array:
+    """The attractors of the points of ``plan``, on the grid; ``variables`` on the grid
+    as well."""
+    needed = {
+        name: variables[name].ravel()
+        for name in names_needed(described(study.model))
+        if name in variables
+    }
     return _numbers(study, plan, [needed], thresholds).reshape(plan.grid)
 
 
-def _numbers(study: Study, plan: Plan, blocks: Iterable[Mapping[str, Array]], thresholds: Attractors) -> Array:
-    """The attractors of the points of ``plan``; ``blocks`` have the variables of whole operating points in turn."""
+def _numbers(
+    study: Study, plan: Plan, blocks: Iterable[Mapping[str, Array]], thresholds: Attractors
+) -> Array:
+    """The attractors of the points of ``plan``; ``blocks`` have the variables of whole
+    operating points in turn."""
     groups, found, done = [], [], 0
     for block in blocks:
         variables = {name: values.reshape(-1, plan.starts) for name, values in block.items()}
@@ -67,22 +83,32 @@ def _numbers(study: Study, plan: Plan, blocks: Iterable[Mapping[str, Array]], th
         groups.append(group)
         found.append(replace(place, point=done + place.point))
         done += size
-    every = Places(*(np.concatenate([getattr(some, item.name) for some in found]) for item in fields(Places)))
+    every = Places(
+        *(np.concatenate([getattr(some, item.name) for some in found]) for item in fields(Places))
+    )
     numbers = np.minimum(number(every, plan.shape, thresholds.matching), np.iinfo(np.int16).max)
-    # The groups of an operating point are numbered from 1, and those of the next one follow.
+    # The groups of an operating point are numbered from 1, and those of the next one
+    # follow.
     group = np.concatenate(groups)
     begin = np.searchsorted(every.point, np.arange(len(group)))
     chosen = np.where(group > 0, begin[:, None] + group, 0)
     return np.concatenate([[0], numbers]).astype(np.int16)[chosen].ravel()
 
 
-def _coordinates(study: Study, variables: Mapping[str, Array], values: Mapping[str, Array]) -> tuple[Array, Array]:
-    """By which starts are told apart and matched along the axes (:meth:`nsdrill.models.base.Model.coordinates`), at
-    operating points with these ``values`` [points]."""
+def _coordinates(
+    study: Study, variables: Mapping[str, Array], values: Mapping[str, Array]
+) -> tuple[Array, Array]:
+    """By which starts are told apart and matched along the axes
+    (:meth:`nsdrill.models.base.Model.coordinates`), at operating points with these
+    ``values`` [points]."""
     model = model_named(study.model)
     places, several = [], []
     for apart, there in in_parts(study.model, values):
-        at = values_at(study.parameters, study.initial, {key: value[there] for key, value in values.items()} | apart)
+        at = values_at(
+            study.parameters,
+            study.initial,
+            {key: value[there] for key, value in values.items()} | apart,
+        )
         table = model.pack(at, study.thresholds)
         here = {name: value[there] for name, value in variables.items()}
         places.append(np.arange(len(values["depth"]))[there])
@@ -93,20 +119,24 @@ def _coordinates(study: Study, variables: Mapping[str, Array], values: Mapping[s
 
 
 def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]:
-    """The attractors of each operating point of a results file, or of results in memory, that has several starts.
+    """The attractors of each operating point of a results file, or of results in
+    memory, that has several starts.
 
-    A list with one entry for each operating point in the order of the file: ``depth`` [m], ``wob`` [N],
-    ``rotary_speed`` [rad/s], the numbers of ``starts``, ``failed``, ``pending``, ``unsettled`` and ``ungrouped`` ones,
-    and ``attractors``, by falling share: ``number``, the same for one attractor in all entries, ``response``,
-    ``whirl_kind``, ``motion`` and ``period`` where recorded, ``members``, ``unsettled`` members, ``share`` of the
-    starts that ended well and its 95 % interval ``low`` to ``high`` (None in a slice, whose starts are no sample),
-    and the median ``features`` in SI (None where not finite). FileError where every operating point has one start.
+    A list with one entry for each operating point in the order of the file: ``depth``
+    [m], ``wob`` [N], ``rotary_speed`` [rad/s], the numbers of ``starts``, ``failed``,
+    ``pending``, ``unsettled`` and ``ungrouped`` ones, and ``attractors``, by falling
+    share: ``number``, the same for one attractor in all entries, ``response``,
+    ``whirl_kind``, ``motion`` and ``period`` where recorded, ``members``, ``unsettled``
+    members, ``share`` of the starts that ended well and its 95 % interval ``low`` to
+    ``high`` (None in a slice, whose starts are no sample), and the median ``features``
+    in SI (None where not finite). FileError where every operating point has one start.
     """
     results = source if isinstance(source, Results) else read_results(source)
     if "start" not in results.coords:
         name = IN_MEMORY if isinstance(source, Results) else os.fspath(source)
         raise FileError(
-            f"{name}: every operating point has one start, so no attractors were told apart. Run a study with "
+            f"{name}: every operating point has one start, so no attractors were told apart. Run "
+            f"a study with "
             "initial.ensemble, say --set initial.ensemble=64."
         )
     starts = len(results.coords["start"])
@@ -143,5 +173,7 @@ def plain(one: Attractor, sampled: bool) -> dict[str, Any]:
         "share": one.share,
         "low": one.low if sampled else None,
         "high": one.high if sampled else None,
-        "features": {name: value if np.isfinite(value) else None for name, value in one.features.items()},
+        "features": {
+            name: value if np.isfinite(value) else None for name, value in one.features.items()
+        },
     }

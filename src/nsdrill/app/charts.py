@@ -33,16 +33,23 @@ SHALLOWEST, DEEPEST = 0.15, 1.6  # the depths where the study sweeps none, in th
 LEAST_INCLINATION = math.radians(0.5)
 # What a model has of the charts: the function by the name of the chart.
 MAKERS = {
-    "critical-speeds": "critical_speeds", "buckling": "buckling_along", "drive-card": "drive_card",
+    "critical-speeds": "critical_speeds",
+    "buckling": "buckling_along",
+    "drive-card": "drive_card",
     "drive-tuning": "drive_tuning",
-}  # fmt: skip
+}
 
 
 def draw_chart(
-    study: Study, kind: str | None, along: str | None = None, *, units: str = "si", look: Look | None = None
+    study: Study,
+    kind: str | None,
+    along: str | None = None,
+    *,
+    units: str = "si",
+    look: Look | None = None,
 ) -> Figure:
-    """The chart ``kind`` of a study as a figure. InputError where the kind is not known, or the study lacks what it
-    shows."""
+    """The chart ``kind`` of a study as a figure. InputError where the kind is not
+    known, or the study lacks what it shows."""
     from nsdrill.plot import draw
     from nsdrill.plot.charts import Chart
 
@@ -55,13 +62,15 @@ def draw_chart(
     operation = operation_of(study)
     axis = getattr(numbers, "axis", None)
     point = {name: getattr(operation, name) for name in OPERATION if name != axis}
-    return draw(Chart(numbers, attrs, point, ends_of(study, "rotary_speed")), units=units, look=look)
+    return draw(
+        Chart(numbers, attrs, point, ends_of(study, "rotary_speed")), units=units, look=look
+    )
 
 
 def chart_of(study: Study, kind: str | None, along: str | None = None) -> Numbers:
-    """The numbers of the chart ``kind``, in SI, ``along`` an axis that the study sweeps; by default along the depth,
-    ``buckling`` along the inclination of the hole. InputError where the kind is not known, or the study does not have
-    what it shows."""
+    """The numbers of the chart ``kind``, in SI, ``along`` an axis that the study
+    sweeps; by default along the depth, ``buckling`` along the inclination of the hole.
+    InputError where the kind is not known, or the study does not have what it shows."""
     name = (kind or "").replace("_", "-")  # as other kinds are written
     known = kinds_of(STUDY)
     if name not in known:
@@ -69,23 +78,33 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Number
         hint = f" Did you mean {near[0]!r}?" if near else ""
         listing = "\n".join(f"  {name:<24} {one.words}" for name, one in known.items())
         found = "a study without a kind" if kind is None else f"{kind!r} with a study"
-        raise InputError(f"plot kind: found {found}.{hint} Allowed of a study, which is not run:\n{listing}")
+        raise InputError(
+            f"plot kind: found {found}.{hint} Allowed of a study, which is not run:\n{listing}"
+        )
     home = described(study.model).charts
     if not home:
         having = ", ".join(model for model in NAMES if described(model).charts)
-        raise InputError(f"--kind {name}: found a study of the model {study.model}; allowed: {having}.")
+        raise InputError(
+            f"--kind {name}: found a study of the model {study.model}; allowed: {having}."
+        )
     charts: Any = import_module(home)
     if not hasattr(charts, MAKERS[name]):
         own = ", ".join(word for word, maker in MAKERS.items() if hasattr(charts, maker))
-        raise InputError(f"--kind {name}: found a study of the model {study.model}; allowed of this model: {own}.")
+        raise InputError(
+            f"--kind {name}: found a study of the model {study.model}; allowed of "
+            f"this model: {own}."
+        )
     if name in ("drive-card", "drive-tuning"):
         if along is not None:
             raise InputError(
-                f"--along: found with --kind {name}, which is of one point; allowed: with the other charts."
+                f"--along: found with --kind {name}, which is of one point; allowed: with the "
+                f"other charts."
             )
         modes = getattr(study.parameters, "modes", None)  # not every model has modes to freeze
         if modes is not None and modes.torsional == "frozen":
-            raise InputError(f"--kind {name}: found modes.torsional: frozen; allowed: a string that twists.")
+            raise InputError(
+                f"--kind {name}: found modes.torsional: frozen; allowed: a string that twists."
+            )
         make = charts.drive_card if name == "drive-card" else charts.drive_tuning
         return make(study.parameters, operation_of(study))
     operation = operation_of(study)
@@ -109,7 +128,8 @@ def _axis(study: Study, along: str) -> str:
     wanted = dimension_of(along.removeprefix("operation."))
     if wanted not in keys:
         raise InputError(
-            f"--along: found {along}, which the study does not sweep; allowed: {', '.join(keys.values())}. Sweep it "
+            f"--along: found {along}, which the study does not sweep; allowed: "
+            f"{', '.join(keys.values())}. Sweep it "
             f"with --set 'sweep.{along}={{from: ..., to: ..., points: ...}}'."
         )
     return keys[wanted]
@@ -128,12 +148,15 @@ def _values(study: Study, key: str, operation: Operation) -> np.ndarray:
     return np.linspace(low, high, VALUES)
 
 
-def _points(parameters: Any, operation: Operation, key: str, x: np.ndarray) -> Sequence[tuple[Any, Operation]]:
+def _points(
+    parameters: Any, operation: Operation, key: str, x: np.ndarray
+) -> Sequence[tuple[Any, Operation]]:
     if key in OPERATION:
         return [(parameters, replace(operation, **{key: float(value)})) for value in x]
     if key.startswith("initial."):
         raise InputError(
-            f"--along: found {key}, on which no chart depends; allowed: a number of the string or the hole."
+            f"--along: found {key}, on which no chart depends; allowed: a number of the string or "
+            f"the hole."
         )
     return [(with_values(parameters, {key: float(value)}), operation) for value in x]
 

@@ -1,4 +1,5 @@
-"""Check a study without running it: the derived coefficients, what an engineer reads off them, and warnings."""
+"""Check a study without running it: the derived coefficients, what an engineer reads
+off them, and warnings."""
 
 from __future__ import annotations
 
@@ -27,11 +28,12 @@ LARGE = 2e9  # bytes of results
 
 @dataclass(frozen=True)
 class Report:
-    """What ``check`` finds at the study's ``operation``: coefficients (None of a model without), figures, and warnings
-    in plain sentences. Of a refined sweep ``points`` are those of the finest grid, ``coarse_points`` those that are
-    run in any case. A run takes ``disk`` [bytes] at most and ``memory`` [bytes] about; both are 0 where a ramp stands
-    in place of a sweep. ``method`` says how friction is integrated: explicit, implicit, or both, each at some
-    points."""
+    """What ``check`` finds at the study's ``operation``: coefficients (None of a model
+    without), figures, and warnings in plain sentences. Of a refined sweep ``points``
+    are those of the finest grid, ``coarse_points`` those that are run in any case. A
+    run takes ``disk`` [bytes] at most and ``memory`` [bytes] about; both are 0 where a
+    ramp stands in place of a sweep. ``method`` says how friction is integrated:
+    explicit, implicit, or both, each at some points."""
 
     operation: Operation
     coefficients: Any
@@ -76,16 +78,20 @@ class Report:
             "points": self.points,
             "chains": self.chains,
             "coarse_points": self.coarse_points,
-            "size": {"disk": {"value": self.disk, "units": "B"}, "memory": {"value": self.memory, "units": "B"}},
+            "size": {
+                "disk": {"value": self.disk, "units": "B"},
+                "memory": {"value": self.memory, "units": "B"},
+            },
             "method": list(self.method),
             "warnings": self.warnings,
         }
 
 
 def check(study: Study, units: str = "si") -> Report:
-    """Coefficients and figures at the operating point of ``study``, for a ramp that at its start, and warnings over its
-    whole sweep and its ramps, whose sentences are in the ``units`` "si" or "field". ``points`` and ``chains`` are 0
-    where a ramp stands in place of a sweep."""
+    """Coefficients and figures at the operating point of ``study``, for a ramp that at
+    its start, and warnings over its whole sweep and its ramps, whose sentences are in
+    the ``units`` "si" or "field". ``points`` and ``chains`` are 0 where a ramp stands
+    in place of a sweep."""
     plan = plan_of(study)
     operation = operation_of(study)
     parameters = study.parameters
@@ -113,11 +119,14 @@ def check(study: Study, units: str = "si") -> Report:
 
 
 def operation_of(study: Study) -> Operation:
-    """The operating point of a study; at the least depth of a sweep where its own does not reach below the collars."""
+    """The operating point of a study; at the least depth of a sweep where its own does
+    not reach below the collars."""
     operation = study.operation
     if "depth" in study.swept:
         for one in described(study.model).orders:
-            if one.upper == "operation.depth" and operation.depth <= attrgetter(one.lower)(study.parameters):
+            if one.upper == "operation.depth" and operation.depth <= attrgetter(one.lower)(
+                study.parameters
+            ):
                 operation = replace(operation, depth=float(study.axes["depth"][0]))
     return operation
 
@@ -142,16 +151,20 @@ def _warnings(study: Study, units: str) -> list[str]:
 
 
 def passed_over(study: Study) -> list[dict[str, Any]]:
-    """The critical speeds that lie below the speed at which a carried sweep begins; none of a model that does not tell
-    them. Each has its ``name`` and ``words``, ``min``, ``max`` and ``from`` along its ``axis`` (SI), and whether they
-    lie below ``everywhere`` in the study."""
+    """The critical speeds that lie below the speed at which a carried sweep begins;
+    none of a model that does not tell them. Each has its ``name`` and ``words``,
+    ``min``, ``max`` and ``from`` along its ``axis`` (SI), and whether they lie below
+    ``everywhere`` in the study."""
     own = checks_of(study.model)
-    found: list[dict[str, Any]] = getattr(own, "passed_over", lambda study, corners: [])(study, _corners(study))
+    found: list[dict[str, Any]] = getattr(own, "passed_over", lambda study, corners: [])(
+        study, _corners(study)
+    )
     return found
 
 
 def checks_of(model: str) -> Any:
-    """What the model of this name has for ``check``: the module that its description names; None where it has none."""
+    """What the model of this name has for ``check``: the module that its description
+    names; None where it has none."""
     name = described(model).checks
     return import_module(name) if name else None
 
@@ -164,12 +177,15 @@ def _told(value: float, si: str, shown: str, units: str) -> str:
 def _verified(study: Study) -> str | None:
     if not study.simulation.verify:
         return None
-    from nsdrill.app.trust import checks  # late: it brings the compiler, which nothing else here needs
+    # late: it brings the compiler, which nothing else here needs
+    from nsdrill.app.trust import checks
 
     tight, _ = checks(study.simulation)
     return (
-        f"Verify: every point is run again with the tolerance {tight.simulation.rtol:g} and continued for another "
-        f"{study.simulation.transient + study.simulation.observe:g} s. The study takes about 4 times as long."
+        f"Verify: every point is run again with the tolerance {tight.simulation.rtol:g} and "
+        f"continued for another "
+        f"{study.simulation.transient + study.simulation.observe:g} s. The study takes about 4 "
+        f"times as long."
     )
 
 
@@ -179,7 +195,8 @@ def _large(study: Study) -> str | None:
         return None
     most = ", all points run," if study.refined else ""
     return (
-        f"Large: the results take up to {size / 1e9:.3g} GB on the disk{most} and as much again while the file is "
+        f"Large: the results take up to {size / 1e9:.3g} GB on the disk{most} and as much again "
+        f"while the file is "
         "written. record.poincare and record.peaks say how much is kept of each point."
     )
 
@@ -192,26 +209,39 @@ def ends_of(study: Study, axis: str) -> tuple[float, float]:
 
 
 def _corners(study: Study) -> list[Values]:
-    """What the points have at the ends of all axes and ramps, each with each, and of the samples."""
-    ends = [study.axes[axis].tolist() if words_of(axis) else sorted(set(ends_of(study, axis))) for axis in study.axes]
+    """What the points have at the ends of all axes and ramps, each with each, and of
+    the samples."""
+    ends = [
+        study.axes[axis].tolist() if words_of(axis) else sorted(set(ends_of(study, axis)))
+        for axis in study.axes
+    ]
     corners = [dict(zip(study.axes, values, strict=True)) for values in product(*ends)]
     found = [values_at(study.parameters, study.initial, corner) for corner in corners]
-    # Of uncertain numbers the samples in which one of them is least or greatest, the others as they come.
-    samples = {int(at) for values in study.drawn.values() for at in (np.argmin(values), np.argmax(values))}
+    # Of uncertain numbers the samples in which one of them is least or greatest, the
+    # others as they come.
+    samples = {
+        int(at) for values in study.drawn.values() for at in (np.argmin(values), np.argmax(values))
+    }
     for number in sorted(samples):
         here = {key: float(values[number]) for key, values in study.drawn.items()}
-        found += [values_at(study.parameters, study.initial, {**corner, **here}) for corner in corners]
+        found += [
+            values_at(study.parameters, study.initial, {**corner, **here}) for corner in corners
+        ]
     return found
 
 
 def _few_turns(study: Study, units: str) -> str | None:
     slowest = float(
-        study.drawn["rotary_speed"].min() if "rotary_speed" in study.drawn else ends_of(study, "rotary_speed")[0]
+        study.drawn["rotary_speed"].min()
+        if "rotary_speed" in study.drawn
+        else ends_of(study, "rotary_speed")[0]
     )
     turns = slowest * study.simulation.observe / (2 * math.pi)
     if turns >= LEAST_TURNS:
         return None
     return (
-        f"Short: at {_told(slowest, 'rad/s', 'rad/s', units)} the observed window of {study.simulation.observe:g} s "
-        f"holds only {turns:.3g} turns of the drive. Extremes and fractions will be rough; lengthen simulation.observe."
+        f"Short: at {_told(slowest, 'rad/s', 'rad/s', units)} the observed window of "
+        f"{study.simulation.observe:g} s "
+        f"holds only {turns:.3g} turns of the drive. Extremes and fractions will be rough; "
+        f"lengthen simulation.observe."
     )

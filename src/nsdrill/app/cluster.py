@@ -1,4 +1,5 @@
-"""Workers of a Dask cluster, as an executor for the engine: the numbers are those of the threads."""
+"""Workers of a Dask cluster, as an executor for the engine: the numbers are those of
+the threads."""
 
 from __future__ import annotations
 
@@ -20,27 +21,36 @@ _OF_TERMINALS = {signal.SIGINT, signal.SIGHUP}
 
 
 @contextmanager
-def dask_executor(scheduler: str | None = None, workers: int | None = None) -> Iterator[tuple[Executor, int]]:
-    """An executor on the cluster of the scheduler at this address, or on a cluster made on this machine for as long as
-    it is needed; and how many runs go side by side on it (``workers``, or as many as it has threads)."""
+def dask_executor(
+    scheduler: str | None = None, workers: int | None = None
+) -> Iterator[tuple[Executor, int]]:
+    """An executor on the cluster of the scheduler at this address, or on a cluster made
+    on this machine for as long as it is needed; and how many runs go side by side on it
+    (``workers``, or as many as it has threads)."""
     try:
         from distributed import Client, LocalCluster
     except ImportError as error:
         raise InputError(
-            "--engine dask: the package `distributed` is not installed. Install it with pip install 'nsdrill[dask]', "
+            "--engine dask: the package `distributed` is not installed. Install it with pip "
+            "install 'nsdrill[dask]', "
             "or use --engine threads."
         ) from error
     if scheduler is None:
         count = workers or processors()
         with _deaf_children():
-            # Not its warnings: that a worker which computes is killed at the end after some seconds is no news.
+            # Not its warnings: that a worker which computes is killed at the end after
+            # some seconds is no news.
             try:
                 cluster = LocalCluster(
-                    n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=logging.ERROR
+                    n_workers=count,
+                    threads_per_worker=1,
+                    dashboard_address=None,
+                    silence_logs=logging.ERROR,
                 )
             except RuntimeError as error:
                 raise NsdrillError(
-                    f"The Dask workers on this machine did not start ({error}). Nothing has run. A Python script is "
+                    f"The Dask workers on this machine did not start ({error}). Nothing has run. "
+                    f"A Python script is "
                     'read again by each of them: put its calls below `if __name__ == "__main__":`.'
                 ) from error
         with cluster, Client(cluster) as client:
@@ -50,48 +60,65 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
         client = Client(scheduler, timeout=CONNECT_SECONDS)
     except ValueError as error:
         found = f"{scheduler!r} ({error})"
-        raise InputError(f"--scheduler: found {found}; allowed: an address as tcp://host:8786.") from error
+        raise InputError(
+            f"--scheduler: found {found}; allowed: an address as tcp://host:8786."
+        ) from error
     except OSError as error:
         raise NsdrillError(
-            f"--scheduler: no Dask scheduler answers at {scheduler} within {CONNECT_SECONDS} s. Nothing has run. Is it "
+            f"--scheduler: no Dask scheduler answers at {scheduler} within {CONNECT_SECONDS} s. "
+            f"Nothing has run. Is it "
             "running, and can this machine reach it?"
         ) from error
     with client:
         threads = sum(client.nthreads().values())
         if threads == 0:
-            raise NsdrillError(f"--scheduler: the Dask scheduler at {scheduler} has no workers. Nothing has run.")
+            raise NsdrillError(
+                f"--scheduler: the Dask scheduler at {scheduler} has no workers. Nothing has run."
+            )
         for worker, found in client.run(versions, on_error="return").items():
             if differing := _differing(found):
                 raise NsdrillError(
-                    f"--scheduler: the worker {worker} has other versions, whose numbers may differ ({differing}). "
-                    "Nothing has run. Install the same versions everywhere, and start the workers anew."
+                    f"--scheduler: the worker {worker} has other versions, whose numbers may "
+                    f"differ ({differing}). "
+                    "Nothing has run. Install the same versions everywhere, and start the workers "
+                    "anew."
                 )
         yield _Cluster(client), workers or threads
 
 
 class _Cluster(Executor):
-    """The executor of a client, which on its own would wait for ever for a scheduler that is gone."""
+    """The executor of a client, which on its own would wait for ever for a scheduler
+    that is gone."""
 
     def __init__(self, client: Any) -> None:
         self._client, self._executor = client, client.get_executor(pure=False)
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **more: Any) -> Future[Any]:
-        future: Future[Any] = self._executor.submit(_compared, versions(), _sources(), function, *args, **more)
+        future: Future[Any] = self._executor.submit(
+            _compared, versions(), _sources(), function, *args, **more
+        )
         return future
 
     def check(self) -> None:
-        """NsdrillError where nothing can come any more; the engine asks when nothing has come for a while."""
+        """NsdrillError where nothing can come any more; the engine asks when nothing
+        has come for a while."""
         if self._client.status == "closed":
             raise NsdrillError(
-                "The Dask scheduler is gone. Finished points are safe: look after the cluster, then give the same "
+                "The Dask scheduler is gone. Finished points are safe: look after the cluster, "
+                "then give the same "
                 "command with --resume."
             )
 
 
 def _differing(found: Any) -> str:
-    """In words, what differs between this process and the one whose :func:`versions` are ``found``, or which could not
-    tell them; numpy too, as what goes to and fro holds its arrays."""
-    return "; ".join(unlike(found, "numpy_version")) if isinstance(found, dict) else f"it does not tell them: {found}"
+    """In words, what differs between this process and the one whose :func:`versions`
+    are ``found``, or which could not tell them; numpy too, as what goes to and fro
+    holds its arrays."""
+    return (
+        "; ".join(unlike(found, "numpy_version"))
+        if isinstance(found, dict)
+        else f"it does not tell them: {found}"
+    )
 
 
 def _sources() -> dict[str, str]:
@@ -100,7 +127,12 @@ def _sources() -> dict[str, str]:
 
 
 def _compared(
-    expected: dict[str, str], models: dict[str, str], function: Callable[..., Any], /, *args: Any, **more: Any
+    expected: dict[str, str],
+    models: dict[str, str],
+    function: Callable[..., Any],
+    /,
+    *args: Any,
+    **more: Any,
 ) -> Any:
     """The call, in a worker, which may have joined after the others were compared."""
     if differing := _differing(expected):
@@ -112,13 +144,15 @@ def _compared(
 
 @contextmanager
 def _deaf_children() -> Iterator[None]:
-    """Processes that are started in here, and later by threads that are started in here, do not receive what a terminal
-    sends to all: Ctrl-C, and its end. The main process receives it, and closes the workers in order."""
+    """Processes that are started in here, and later by threads that are started in
+    here, do not receive what a terminal sends to all: Ctrl-C, and its end. The main
+    process receives it, and closes the workers in order."""
     from multiprocessing import resource_tracker
 
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _OF_TERMINALS)
     try:
-        # Python's helper, which would complain of semaphores, and remove them, where we end at once.
+        # Python's helper, which would complain of semaphores, and remove them, where we
+        # end at once.
         quiet = os.environ.get("PYTHONWARNINGS")
         os.environ["PYTHONWARNINGS"] = "ignore"
         resource_tracker.ensure_running()

@@ -1,6 +1,8 @@
-"""Results files whose studies differ in one number, made into one file with that number as an axis.
+"""Results files whose studies differ in one number, made into one file with that number
+as an axis.
 
-A point has the bits of a study of its own, so the file is the one that a sweep of that axis would have made.
+A point has the bits of a study of its own, so the file is the one that a sweep of that
+axis would have made.
 """
 
 from __future__ import annotations
@@ -29,11 +31,13 @@ from nsdrill.variables import MODEL, POINT, dimension_of
 
 # What all have alike, as points of one depend on others of the same file, and why.
 _WHOLE = {
-    "sweep.procedure": "the same procedure in all. The way down of an up-down sweep begins where its way up ends, so "
+    "sweep.procedure": "the same procedure in all. The way down of an up-down sweep begins where "
+    "its way up ends, so "
     "two files are no parts of one; run it with --set sweep.procedure=up-down",
     "sweep.along": "the same axis in all, along which the state is carried",
     "sweep.refine": "the same in all, as a file has one grid",
-    "uncertain": "the same samples in all, of the same unknowns. For more samples run the study with a larger "
+    "uncertain": "the same samples in all, of the same unknowns. For more samples run the study "
+    "with a larger "
     "uncertain.samples: the first ones are then the same",
     "initial.ensemble": "the same starts in all",
     "initial.slice": "the same starts in all",
@@ -43,8 +47,8 @@ _MADE = ("h5py_version", "python_version", "processor")
 
 
 def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Results, str]:
-    """The results of all ``sources``, results or their files, in one, and the key that became an axis. InputError where
-    they differ in more than one number."""
+    """The results of all ``sources``, results or their files, in one, and the key that
+    became an axis. InputError where they differ in more than one number."""
     if len(sources) < 2:
         raise InputError(f"combine: found {len(sources)} file; allowed: two or more.")
     found = [_read(source, number) for number, source in enumerate(sources)]
@@ -59,12 +63,18 @@ def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Result
     made = provenance(study, f"combine {names}")
     first = found[0][1].attrs
     kept = {name: first[name] for name in (*versions(), *_MADE) if name in first}
-    kept |= {name: first[name] for name in ("classification", "classification_resolved") if name in first}
-    histories = dict.fromkeys(line for _, results in found for line in str(results.attrs["history"]).splitlines())
+    kept |= {
+        name: first[name] for name in ("classification", "classification_resolved") if name in first
+    }
+    histories = dict.fromkeys(
+        line for _, results in found for line in str(results.attrs["history"]).splitlines()
+    )
     attrs = {**made, **kept, "history": "\n".join([*histories, made["history"]])}
     whole = replace(whole, attrs=attrs)
     if "points_run" in first:
-        whole = replace(whole, attrs={**attrs, **_refinement([results.attrs for _, results in found])})
+        whole = replace(
+            whole, attrs={**attrs, **_refinement([results.attrs for _, results in found])}
+        )
     if "start" in whole.coords:  # attractors are numbered alike along the new axis, too
         from nsdrill.app.report import relabelled
 
@@ -75,7 +85,11 @@ def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Result
 def _read(source: str | os.PathLike[str] | Results, number: int) -> Named:
     name = f"Dataset {number}" if isinstance(source, Results) else os.fspath(source)
     if not isinstance(source, Results) and kind_of(source) != "results":
-        kind = "a trace" if kind_of(source) == "trace" else "an unfinished run; finish it with --resume"
+        kind = (
+            "a trace"
+            if kind_of(source) == "trace"
+            else "an unfinished run; finish it with --resume"
+        )
         raise InputError(f"{name}: found {kind}; allowed: results of nsdrill run.")
     results = source if isinstance(source, Results) else read_results(source)
     if not resolved_study(results.attrs):
@@ -84,13 +98,18 @@ def _read(source: str | os.PathLike[str] | Results, number: int) -> Named:
 
 
 def _check_made_alike(found: Sequence[Named]) -> None:
-    """InputError unless all were made by the same versions and labelled with the same thresholds."""
+    """InputError unless all were made by the same versions and labelled with the same
+    thresholds."""
     name, first = found[0]
     for other, results in found[1:]:
-        for attribute, what in (("model_digest", "other versions of nsdrill or of its libraries"),
-                                ("classification_resolved", "labels with other thresholds")):  # fmt: skip
+        for attribute, what in (
+            ("model_digest", "other versions of nsdrill or of its libraries"),
+            ("classification_resolved", "labels with other thresholds"),
+        ):
             if first.attrs.get(attribute) != results.attrs.get(attribute):
-                raise InputError(f"{other}: found {what} than in {name}; allowed: files that were made alike.")
+                raise InputError(
+                    f"{other}: found {what} than in {name}; allowed: files that were made alike."
+                )
 
 
 def _check_variables(found: Sequence[Named]) -> None:
@@ -99,13 +118,18 @@ def _check_variables(found: Sequence[Named]) -> None:
     for other, results in found[1:]:
         if alone := sorted(set(first.variables) ^ set(results.variables)):
             few = ", ".join(alone[:4])
-            raise InputError(f"{other}: found other variables than in {name} ({few}); allowed: the same in all.")
+            raise InputError(
+                f"{other}: found other variables than in {name} ({few}); allowed: the same in all."
+            )
         if not np.array_equal(first.coords["state"], results.coords["state"]):
-            raise InputError(f"{other}: found other states than in {name}; allowed: the same in all.")
+            raise InputError(
+                f"{other}: found other states than in {name}; allowed: the same in all."
+            )
         for unknown, values in first.drawn.items():
             if not np.array_equal(results.drawn.get(unknown, np.empty(0)), values):
                 raise InputError(
-                    f"{other}: found other samples of {unknown.key} than in {name}, as another version of SciPy may "
+                    f"{other}: found other samples of {unknown.key} than in {name}, as another "
+                    f"version of SciPy may "
                     "draw; allowed: the same in all."
                 )
 
@@ -117,60 +141,90 @@ def _differing(found: Sequence[Named]) -> tuple[str, Keys]:
     keys = keys_of(base.get("model", MODEL))
     told: dict[str, str] = {}
     for other, results in found[1:]:
-        here = [(key, a, b) for key, a, b in changes(base, resolved_study(results.attrs)) if key != "title"]
+        here = [
+            (key, a, b)
+            for key, a, b in changes(base, resolved_study(results.attrs))
+            if key != "title"
+        ]
         if not here:
-            raise InputError(f"{other}: found the same study as in {name}; allowed: one that differs in one number.")
+            raise InputError(
+                f"{other}: found the same study as in {name}; allowed: one that "
+                f"differs in one number."
+            )
         told |= {key: f"{key}: {_there(a)} in {name}, {_there(b)} in {other}" for key, a, b in here}
     for section, hint in _WHOLE.items():
         if listed := [words for one, words in told.items() if one.startswith(section)]:
             raise InputError(f"combine: found {listed[0]}; allowed: {hint}.")
     told = {
-        key: words for key, words in told.items() if key in _choices(told, keys) or not _one_reads(found, key, told)
+        key: words
+        for key, words in told.items()
+        if key in _choices(told, keys) or not _one_reads(found, key, told)
     }
     if len(told) > 1:
-        raise InputError(f"combine: found {'; '.join(told.values())}; allowed: files that differ in one number.")
+        raise InputError(
+            f"combine: found {'; '.join(told.values())}; allowed: files that differ in one number."
+        )
     ((key, words),) = told.items()
     axis = key.removeprefix("sweep.").removeprefix("operation.")
     if axis not in keys.axes:
-        raise InputError(f"combine: found {words}; allowed: a difference in a number that a sweep may vary.")
+        raise InputError(
+            f"combine: found {words}; allowed: a difference in a number that a sweep may vary."
+        )
     if axis in base.get("uncertain", {}):
-        raise InputError(f"combine: found {words}, which is uncertain in them; allowed: a number that is not.")
+        raise InputError(
+            f"combine: found {words}, which is uncertain in them; allowed: a number that is not."
+        )
     sweep = base["sweep"]
     if sweep["along"] == axis:
-        raise InputError(f"combine: found {words}, along which the state is carried; allowed: an axis beside it.")
+        raise InputError(
+            f"combine: found {words}, along which the state is carried; allowed: an axis beside it."
+        )
     if axis in refined_axes(sweep):
         raise InputError(
-            f"combine: found {words}, which is refined: where it is divided depends on all of its values. Allowed: a "
+            f"combine: found {words}, which is refined: where it is divided depends on all of its "
+            f"values. Allowed: a "
             "number beside those that are refined; run the whole range as one study."
         )
     if is_apart(keys.model.name, axis) and sweep["procedure"] != "same":
         raise InputError(
-            f"combine: found {words}, which no state is carried over; allowed: with sweep.procedure: same."
+            f"combine: found {words}, which no state is carried over; allowed: with "
+            f"sweep.procedure: same."
         )
     return axis, keys
 
 
 def _choices(told: Iterable[str], keys: Keys) -> set[str]:
     """Of these keys those of choices that may be an axis."""
-    return {key for key in told if words_of(key.removeprefix("sweep.")) and key.removeprefix("sweep.") in keys.axes}
+    return {
+        key
+        for key in told
+        if words_of(key.removeprefix("sweep.")) and key.removeprefix("sweep.") in keys.axes
+    }
 
 
 def _one_reads(found: Sequence[Named], key: str, told: Mapping[str, str]) -> bool:
-    """Whether the files whose strings read ``key`` have one value of it, where a word is among what they differ in."""
+    """Whether the files whose strings read ``key`` have one value of it, where a word
+    is among what they differ in."""
     if not any(words_of(other) for other in told):
         return False
-    values = [value_text(resolved_study(results.attrs), key) for _, results in found if key not in _unread(results)]
+    values = [
+        value_text(resolved_study(results.attrs), key)
+        for _, results in found
+        if key not in _unread(results)
+    ]
     return len(set(values)) < 2
 
 
 def _unread(results: Results) -> frozenset[str]:
     """The keys that the string of a file does not read."""
-    return frozenset(getattr(study_from_resolved(resolved_study(results.attrs)).parameters, "unread", ()))
+    return frozenset(
+        getattr(study_from_resolved(resolved_study(results.attrs)).parameters, "unread", ())
+    )
 
 
 def _with_all(found: Sequence[Named]) -> list[Named]:
-    """The files with the states and the numbers that any of them has, NaN in the others: a drive has states that
-    another has not."""
+    """The files with the states and the numbers that any of them has, NaN in the
+    others: a drive has states that another has not."""
     states = states_of_all([tuple(results.coords["state"].tolist()) for _, results in found])
     shapes = {
         name: (values.shape[len(results.shape) :], values.dtype)
@@ -180,7 +234,9 @@ def _with_all(found: Sequence[Named]) -> list[Named]:
     return [(name, _filled(results, states, shapes)) for name, results in found]
 
 
-def _filled(results: Results, states: tuple[str, ...], shapes: Mapping[str, tuple[tuple[int, ...], Any]]) -> Results:
+def _filled(
+    results: Results, states: tuple[str, ...], shapes: Mapping[str, tuple[tuple[int, ...], Any]]
+) -> Results:
     places = [states.index(name) for name in results.coords["state"].tolist()]
     variables = dict(results.variables)
     for name, (own, kind) in shapes.items():
@@ -202,26 +258,35 @@ def _study(found: Sequence[Named], key: str, keys: Keys) -> tuple[Study, list[Ar
     values = [_values(resolved_study(results.attrs), key, keys, name) for name, results in found]
     every = np.unique(np.concatenate(values))
     if len(every) < sum(map(len, values)):
-        raise InputError(f"combine: found a value of {key} in two files; allowed: each value in one of them.")
+        raise InputError(
+            f"combine: found a value of {key} in two files; allowed: each value in one of them."
+        )
     resolved = copy.deepcopy(resolved_study(found[0][1].attrs))
     if words_of(key):
         _take_what_is_read(resolved, found)
     sweep = resolved["sweep"]
-    axes = {name: axis for name, axis in sweep.items() if name not in ("procedure", "along", "refine")}
+    axes = {
+        name: axis for name, axis in sweep.items() if name not in ("procedure", "along", "refine")
+    }
     rest = {name: sweep[name] for name in sweep if name not in axes}
     whole = keys.axes[key].kind == "whole"
-    told = [word_at(key, one) if words_of(key) else int(one) if whole else one for one in every.tolist()]
+    told = [
+        word_at(key, one) if words_of(key) else int(one) if whole else one for one in every.tolist()
+    ]
     resolved["sweep"] = {**axes, key: told, **rest}
     study = study_from_resolved(resolved)
     head = [f"Made by nsdrill combine of {', '.join(name for name, _ in found)}"]
     study = replace(study, text=study_text(resolved, head), source="nsdrill combine")
     samples = {unknown.short: drawn for unknown, drawn in found[0][1].drawn.items()}
-    study = replace(study, drawn={name: samples.get(name, drawn) for name, drawn in study.drawn.items()})
+    study = replace(
+        study, drawn={name: samples.get(name, drawn) for name, drawn in study.drawn.items()}
+    )
     return study, [np.searchsorted(every, one) for one in values]
 
 
 def _take_what_is_read(resolved: dict[str, Any], found: Sequence[Named]) -> None:
-    """Put into ``resolved``, that of the first file, what it does not read and another one does."""
+    """Put into ``resolved``, that of the first file, what it does not read and another
+    one does."""
     for key in _unread(found[0][1]):
         readers = [results for _, results in found if key not in _unread(results)]
         if readers:
@@ -245,14 +310,20 @@ def _values(resolved: dict[str, Any], key: str, keys: Keys, name: str) -> Array:
 
 
 def _refinement(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """The root attributes of refined sweeps together: each value of the new axis is a grid of its own."""
+    """The root attributes of refined sweeps together: each value of the new axis is a
+    grid of its own."""
     first = parts[0]
-    counts = {name: sum(int(one[name]) for one in parts) for name in ("points_run", "points_inferred")}
+    counts = {
+        name: sum(int(one[name]) for one in parts) for name in ("points_run", "points_inferred")
+    }
     return {"refine": first["refine"], **counts, "border_spacing": first["border_spacing"]}
 
 
-def _joined(parts: Sequence[Results], study: Study, places: Sequence[Array], dimension: str) -> Results:
-    """All points in one set of arrays. InputError where other axes differ, by rounding say."""
+def _joined(
+    parts: Sequence[Results], study: Study, places: Sequence[Array], dimension: str
+) -> Results:
+    """All points in one set of arrays. InputError where other axes differ, by rounding
+    say."""
     several = [name for name in ("sample", "start") if name in parts[0].coords]
     grid = (*POINT, *(axis.name for axis in study.more), *several)
     place = grid.index(dimension)
@@ -262,18 +333,27 @@ def _joined(parts: Sequence[Results], study: Study, places: Sequence[Array], dim
             wanted = plan.dimensions[name] if name in plan.dimensions else parts[0].coords[name]
             if name != dimension and not np.array_equal(one.coords[name], wanted):
                 raise InputError(
-                    f"combine: found other values of {name} in one of the files; allowed: the same in all."
+                    f"combine: found other values of {name} in one of the files; allowed: the "
+                    f"same in all."
                 )
     order = np.argsort(np.concatenate(places), kind="stable")
 
     def joined(name: str) -> Array:
         arrays = [one.variables[name] for one in parts]
         arrays = [
-            a if dimension in one.grid else np.expand_dims(a, place) for a, one in zip(arrays, parts, strict=True)
+            a if dimension in one.grid else np.expand_dims(a, place)
+            for a, one in zip(arrays, parts, strict=True)
         ]
         return np.concatenate(arrays, axis=place).take(order, axis=place)
 
-    own = {name: values for name, values in parts[0].coords.items() if name in ("peak", "crossing", "state")}
-    coords = {name: plan.dimensions[name] if name in plan.dimensions else parts[0].coords[name] for name in grid}
+    own = {
+        name: values
+        for name, values in parts[0].coords.items()
+        if name in ("peak", "crossing", "state")
+    }
+    coords = {
+        name: plan.dimensions[name] if name in plan.dimensions else parts[0].coords[name]
+        for name in grid
+    }
     variables = {name: joined(name) for name in parts[0].variables}
     return Results({**coords, **own}, variables, {}, study.more, parts[0].drawn)

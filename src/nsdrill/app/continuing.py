@@ -1,4 +1,5 @@
-"""Continuation of a study: from its section ``continue`` and seeds to a file of branches."""
+"""Continuation of a study: from its section ``continue`` and seeds to a file of
+branches."""
 
 from __future__ import annotations
 
@@ -54,8 +55,8 @@ Words = Callable[[str], object]
 
 @dataclass(frozen=True)
 class Continued:
-    """What came of a continuation: the Dataset, what became of the seeds in words with their numbers, and the seconds
-    that it took."""
+    """What came of a continuation: the Dataset, what became of the seeds in words with
+    their numbers, and the seconds that it took."""
 
     data: Any
     seeds: dict[str, int]
@@ -64,7 +65,8 @@ class Continued:
 
 @dataclass(frozen=True)
 class Setting:
-    """What a continuation computes with: the study, its continuation and its model, with what is compiled in."""
+    """What a continuation computes with: the study, its continuation and its model,
+    with what is compiled in."""
 
     study: Study
     asked: Continuation
@@ -75,12 +77,17 @@ class Setting:
     def values(self, numbers: Array, keys: tuple[str, ...]) -> Values:
         """What points have at ``numbers`` [n, keys] of the keys."""
         study = self.study
-        given: dict[str, Any] = {name: np.full(len(numbers), getattr(study.operation, name)) for name in OPERATION}
+        given: dict[str, Any] = {
+            name: np.full(len(numbers), getattr(study.operation, name)) for name in OPERATION
+        }
         given |= {key: numbers[:, place] for place, key in enumerate(keys)}
         return values_at(study.parameters, study.initial, given)
 
-    def flow(self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int, without: str = "") -> Flow:
-        """The flow in which the numbers at ``keys`` are free, ``without`` a contact if the model can do so."""
+    def flow(
+        self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int, without: str = ""
+    ) -> Flow:
+        """The flow in which the numbers at ``keys`` are free, ``without`` a contact if
+        the model can do so."""
 
         def pack(numbers: Array) -> Array:
             with np.errstate(invalid="ignore"):  # Newton's method may ask for what no string has
@@ -88,7 +95,9 @@ class Setting:
             released = self.model.released(table, without) if without else None
             return table if released is None else released
 
-        return Flow(equations_of(self.model, self.fixed, self.symmetry, pack, scales), workers=workers)
+        return Flow(
+            equations_of(self.model, self.fixed, self.symmetry, pack, scales), workers=workers
+        )
 
 
 def setting_of(study: Study) -> Setting:
@@ -101,46 +110,64 @@ def setting_of(study: Study) -> Setting:
             "continue: {along: rotary_speed, from: 2 rad/s, to: 8 rad/s}."
         )
     if study.ramped:
-        raise InputError(f"{source}: found a ramp in operation.{study.ramped[0]}; allowed: a constant value, of which "
-                         "motions can repeat.")  # fmt: skip
+        raise InputError(
+            f"{source}: found a ramp in operation.{study.ramped[0]}; allowed: a "
+            f"constant value, of which "
+            "motions can repeat."
+        )
     model = model_named(study.model)
     if model.switches(study.parameters) is not None:
-        raise InputError(f"{source}: found drive.on_at; allowed: nothing that is switched on within the run.")
+        raise InputError(
+            f"{source}: found drive.on_at; allowed: nothing that is switched on within the run."
+        )
     keys = (asked.along, *((asked.curves.over,) if asked.curves else ()))
     if asked.curves is not None:
         own = _number_of(study, dimension_of(asked.curves.over))
         if not asked.curves.low <= own <= asked.curves.high:
             raise InputError(
-                f"{source}: continue.curves: found {asked.curves.over} from {asked.curves.low:g} to "
-                f"{asked.curves.high:g} (SI); allowed: a range that has the study's own value, {own:g}, from where the "
+                f"{source}: continue.curves: found {asked.curves.over} from {asked.curves.low:g} "
+                f"to "
+                f"{asked.curves.high:g} (SI); allowed: a range that has the study's own value, "
+                f"{own:g}, from where the "
                 "curves set out."
             )
-    ends = [(asked.low, asked.high), *(((asked.curves.low, asked.curves.high),) if asked.curves else ())]
+    ends = [
+        (asked.low, asked.high),
+        *(((asked.curves.low, asked.curves.high),) if asked.curves else ()),
+    ]
     corners = np.array(np.meshgrid(*ends)).reshape(len(keys), -1).T
     setting = Setting(study, asked, model, (), Symmetry(0, ()))
     found = []
     for corner in corners:
         values = setting.values(corner[None], keys)
-        single = values_at(values.parameters, values.initial, dict(zip(OPERATION, values.operation, strict=True)))
+        single = values_at(
+            values.parameters, values.initial, dict(zip(OPERATION, values.operation, strict=True))
+        )
         plain = _with_plain(single, keys, corner)
         try:
             found.append((model.variant(plain.parameters), model.symmetry(plain)))
         except NotImplementedError:
             raise InputError(
-                f"{source}: found the model {study.model}, which does not say how its motions repeat, or has no "
-                "linearised equations; allowed: a model that does, as christoforou_yigit, torsion or beam. A sweep "
+                f"{source}: found the model {study.model}, which does not say how its motions "
+                f"repeat, or has no "
+                "linearised equations; allowed: a model that does, as christoforou_yigit, torsion "
+                "or beam. A sweep "
                 "up and down (sweep.procedure: up-down) follows the stable motions of any model."
             ) from None
     if any(one != found[0] for one in found):
         raise InputError(
-            f"{source}: found a range of {' and '.join(keys)} at whose ends the equations have different symmetries, "
-            "such as a hole that is vertical at one end and inclined at the other, or lobes of no height at one end; "
+            f"{source}: found a range of {' and '.join(keys)} at whose ends the equations have "
+            f"different symmetries, "
+            "such as a hole that is vertical at one end and inclined at the other, or lobes of no "
+            "height at one end; "
             "allowed: a range that leaves such an end out."
         )
     if found[0][1].folds and {*asked.motions} == {"stick_slip"}:
         raise InputError(
-            f"{source}: continue.motions: found stick_slip alone, over lobes; allowed: a smooth rock, on which "
-            "stick-slip is a cycle, or other motions. Over lobes it is a torus that is not followed: a sweep up and "
+            f"{source}: continue.motions: found stick_slip alone, over lobes; allowed: a smooth "
+            f"rock, on which "
+            "stick-slip is a cycle, or other motions. Over lobes it is a torus that is not "
+            "followed: a sweep up and "
             "down (sweep.procedure: up-down) tells where it is stable."
         )
     return Setting(study, asked, model, *found[0])
@@ -150,14 +177,18 @@ def _finished(study: Study, path: str | os.PathLike[str]) -> Continued:
     """What a file that is whole holds. FileError where it was made from another study."""
     data = open_branches(path)
     if listed := told_changes(resolved_study(data.attrs), study.resolved):
-        raise FileError(f"{path}: finished, and made from another study ({listed}). Start anew by --overwrite.")
+        raise FileError(
+            f"{path}: finished, and made from another study ({listed}). Start anew by --overwrite."
+        )
     return Continued(data, {}, 0.0)
 
 
 def _with_plain(values: Values, keys: tuple[str, ...], numbers: Array) -> Values:
     """``values`` with plain numbers at ``keys``, from which options are told."""
     given = {key: float(number) for key, number in zip(keys, numbers, strict=True)}
-    operation = {name: float(np.ravel(one)[0]) for name, one in zip(OPERATION, values.operation, strict=True)}
+    operation = {
+        name: float(np.ravel(one)[0]) for name, one in zip(OPERATION, values.operation, strict=True)
+    }
     return values_at(values.parameters, values.initial, {**operation, **given})
 
 
@@ -171,16 +202,23 @@ def continue_study(
     resume: bool = False,
     say: Words = lambda text: None,
 ) -> Continued:
-    """Continue ``study``, from the results file ``seeds`` in place of its own seeds if given, into ``path`` if given.
+    """Continue ``study``, from the results file ``seeds`` in place of its own seeds if
+    given, into ``path`` if given.
 
-    Finished branches are kept beside ``path`` until the file is written; ``resume`` goes on with them. A
-    KeyboardInterrupt says so. Of a finished file of the same study nothing is left to do. InputError where the study
-    cannot be continued.
+    Finished branches are kept beside ``path`` until the file is written; ``resume``
+    goes on with them. A KeyboardInterrupt says so. Of a finished file of the same study
+    nothing is left to do. InputError where the study cannot be continued.
     """
     setting = setting_of(study)
     asked = setting.asked
     part, there = None, False
-    if path is not None and resume and not overwrite and os.path.lexists(path) and not part_path(path).exists():
+    if (
+        path is not None
+        and resume
+        and not overwrite
+        and os.path.lexists(path)
+        and not part_path(path).exists()
+    ):
         return _finished(study, path)
     if path is not None:
         part, there = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
@@ -190,9 +228,15 @@ def continue_study(
     flow = setting.flow(keys, (scale,), workers or processors())
     grazes = _grazes(study, flow)
     orders = Orders(
-        asked.lobes, (asked.low, asked.high), asked.points, asked.switch, "periodic" in asked.motions,
-        bool({"rolling", "stick_slip"} & {*asked.motions}), "rolling" in asked.motions, grazes,
-    )  # fmt: skip
+        asked.lobes,
+        (asked.low, asked.high),
+        asked.points,
+        asked.switch,
+        "periodic" in asked.motions,
+        bool({"rolling", "stick_slip"} & {*asked.motions}),
+        "rolling" in asked.motions,
+        grazes,
+    )
     started = _seeds(setting, flow, seeds, say)
     digest = _digest(study, started)
     known = _kept(part, digest) if part is not None and there else {}
@@ -208,7 +252,9 @@ def continue_study(
     def begin(number: int) -> None:
         what = "a branch is followed, and kept when it has ended"
         if number > 1:
-            what = f"{number} branches are followed side by side, and kept when all of them have ended"
+            what = (
+                f"{number} branches are followed side by side, and kept when all of them have ended"
+            )
         say(what)
 
     explorer = Explorer(flow, orders, known, keep, interrupt.look, begin)
@@ -238,11 +284,14 @@ def continue_study(
 
 
 def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
-    """Of the contacts and levels, by place, the labels of those that are reached or lost."""
+    """Of the contacts and levels, by place, the labels of those that are reached or
+    lost."""
     codes = {(one.contact, one.when): one.code for one in described(study.model).grazing}
     equations = flow.equations
     return {
-        place: Graze(codes.get((name, "reached")), codes.get((name, "lost")), place < len(equations.contacts))
+        place: Graze(
+            codes.get((name, "reached")), codes.get((name, "lost")), place < len(equations.contacts)
+        )
         for place, name in enumerate((*equations.contacts, *equations.levels))
     }
 
@@ -251,7 +300,10 @@ def _interrupted(part: Path | None, kept: Mapping[Any, Branch]) -> str:
     if part is None:
         return interrupt.NOTHING
     if not kept:
-        return "Interrupted before the first branches had ended: nothing is kept. The same command begins anew."
+        return (
+            "Interrupted before the first branches had ended: nothing is kept. The same command "
+            "begins anew."
+        )
     return f"Interrupted: {len(kept)} branches are safe in {part}. Go on with --resume."
 
 
@@ -259,10 +311,15 @@ def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
     told: dict[str, int] = {}
     for word in found.seeds:
         told[word] = told.get(word, 0) + 1
-    what = "; ".join(f"{count} of {len(seeds)}: {word}" for word, count in told.items()) or "no seeds at all"
+    what = (
+        "; ".join(f"{count} of {len(seeds)}: {word}" for word, count in told.items())
+        or "no seeds at all"
+    )
     return (
-        f"{study.source or 'the study'}: found no motion to follow from its seeds ({what}); allowed: seeds that have "
-        "settled on a motion that repeats. Give others (continue.seeds or --seeds), let them settle for longer "
+        f"{study.source or 'the study'}: found no motion to follow from its seeds ({what}); "
+        f"allowed: seeds that have "
+        "settled on a motion that repeats. Give others (continue.seeds or --seeds), let them "
+        "settle for longer "
         "(simulation.transient), or try longer periods (continue.lobes)."
     )
 
@@ -270,7 +327,9 @@ def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
 # Seeds
 
 
-def _seeds(setting: Setting, flow: Flow, given: str | os.PathLike[str] | None, say: Words) -> list[Seed]:
+def _seeds(
+    setting: Setting, flow: Flow, given: str | os.PathLike[str] | None, say: Words
+) -> list[Seed]:
     asked = setting.asked
     source = given if given is not None else asked.seeds
     if isinstance(source, str | os.PathLike):
@@ -286,7 +345,10 @@ def _settled(setting: Setting, flow: Flow, numbers: Array, say: Words) -> list[S
     values = setting.values(at, (setting.asked.along,))
     state = model.starts(values, np.tile(np.arange(starts), len(numbers)))
     own, phase = state[:, :-1], state[:, -1]
-    first = [Seed(one, float(angle), value, steady=True) for one, angle, value in zip(own, phase, at, strict=True)]
+    first = [
+        Seed(one, float(angle), value, steady=True)
+        for one, angle, value in zip(own, phase, at, strict=True)
+    ]
     duration = study.simulation.transient + study.simulation.observe
     say(f"{len(at)} motions settle for {duration:g} s")
     ok = np.ones(len(at), dtype=bool)
@@ -307,13 +369,16 @@ def _settled(setting: Setting, flow: Flow, numbers: Array, say: Words) -> list[S
 
 
 def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
-    """The settled points of a results file that has the study's string and, but for what is continued, its operating
-    point."""
+    """The settled points of a results file that has the study's string and, but for
+    what is continued, its operating point."""
     study, asked = setting.study, setting.asked
     results = read_results(path, ("status", "settled", "final_state"))
     if str(results.attrs.get("model", study.model)) != study.model:
-        raise FileError(f"{path}: made with the model {results.attrs['model']}, the study has {study.model}. Choose "
-                        "results of the same model as seeds.")  # fmt: skip
+        raise FileError(
+            f"{path}: made with the model {results.attrs['model']}, the study has "
+            f"{study.model}. Choose "
+            "results of the same model as seeds."
+        )
     there = resolved_study(results.attrs)
     free = {asked.along, *there.get("sweep", {})}
     keys = [key for key, _, _ in string_differences(there, study.resolved, free)]
@@ -321,7 +386,10 @@ def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
         keys.append("uncertain")
     if keys:
         told = told_changes(there, study.resolved, keys)
-        raise FileError(f"{path}: made with another string ({told}). Choose results of the same string as seeds.")
+        raise FileError(
+            f"{path}: made with another string ({told}). Choose results of the same "
+            f"string as seeds."
+        )
     lines = np.ones(results.shape, dtype=bool)
     name_along = dimension_of(asked.along)
     if name_along not in results.axes and asked.along in OPERATION:
@@ -334,23 +402,34 @@ def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
         near = int(np.argmin(np.abs(values - wanted)))
         if abs(values[near] - wanted) > 1e-6 * max(abs(wanted), 1e-300):
             raise FileError(
-                f"{path}: found {name} from {values[0]:g} to {values[-1]:g}, of which none is {wanted:g}, as in the "
-                f"study; allowed: results that have the study's {name}, or --set a value that they have."
+                f"{path}: found {name} from {values[0]:g} to {values[-1]:g}, of which none is "
+                f"{wanted:g}, as in the "
+                f"study; allowed: results that have the study's {name}, or --set a value that "
+                f"they have."
             )
         shape = [1] * len(results.shape)
         shape[place] = len(values)
         lines &= (np.arange(len(values)) == near).reshape(shape)
-    numbers = results.coords[name_along] if name_along in results.grid else np.array([_number_of(study, name_along)])
+    numbers = (
+        results.coords[name_along]
+        if name_along in results.grid
+        else np.array([_number_of(study, name_along)])
+    )
     good = lines & (results["status"] == OK) & (results["settled"] == 1)
     seeds = []
     for index in np.argwhere(good):
-        number = float(numbers[index[results.grid.index(name_along)]] if name_along in results.grid else numbers[0])
+        number = float(
+            numbers[index[results.grid.index(name_along)]]
+            if name_along in results.grid
+            else numbers[0]
+        )
         if asked.low <= number <= asked.high:
             state = results["final_state"][tuple(index)]
             seeds.append(Seed(state[:-1], float(state[-1]), np.array([number])))
     if not seeds:
         raise FileError(
-            f"{path}: found no settled point between the ends of continue.from and continue.to; allowed: results with "
+            f"{path}: found no settled point between the ends of continue.from and continue.to; "
+            f"allowed: results with "
             "some. Run the sweep for longer (simulation.transient), or widen the range."
         )
     return seeds
@@ -410,12 +489,16 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
     widest = max(map(len, finer))
     multipliers = np.full((len(points), widest), np.nan + 0j)
     for place, found_there in enumerate(finer):
-        multipliers[place, : len(found_there)] = found_there[np.argsort(-np.abs(found_there), kind="stable")]
+        multipliers[place, : len(found_there)] = found_there[
+            np.argsort(-np.abs(found_there), kind="stable")
+        ]
     states = np.stack([point.found.state for point in points])
     periods = np.array([point.found.period for point in points])
     coordinates: dict[str, Any] = {}
     for name in OPERATION:
-        value = numbers if name == asked.along else np.full(len(points), getattr(study.operation, name))
+        value = (
+            numbers if name == asked.along else np.full(len(points), getattr(study.operation, name))
+        )
         coordinates[name] = ("point", value, _axis_attrs(study, name))
     if asked.along not in OPERATION:
         coordinates[dimension_of(asked.along)] = ("point", numbers, _axis_attrs(study, asked.along))
@@ -427,54 +510,143 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
     contacts = (*flow.equations.contacts, *flow.equations.levels)
     touches = np.stack([point.found.touches[:, 2] for point in points]) if contacts else None
     data: dict[str, Any] = {
-        "motion": ("branch", np.array([one.motion for one in branches], dtype=object), {"long_name": "kind of motion"}),
-        "lobes": ("branch", np.array([one.lobes for one in branches], np.int64), _words("period in lobes")),
-        "parent": ("branch", np.array([one.parent for one in branches], np.int64),
-                   _words("number of the branch from which it springs, -1 for none")),
-        "parent_point": ("branch", np.array([one.parent_point for one in branches], np.int64),
-                         _words("point of the parent, counted within it, at which it springs; -1 for none")),
-        "closed": ("branch", np.array([one.closed for one in branches], np.int8), _words("1 for a closed branch")),
-        "end_reason": ("branch", np.array([one.end_reason for one in branches], dtype=object),
-                       {"long_name": "why the branch ends"}),
-        "row_size": ("branch", rows, {**_words("number of points of the branch"), "sample_dimension": "point"}),
-        "branch_of_point": ("point", np.repeat(np.arange(len(branches)), rows), _words("number of the branch")),
+        "motion": (
+            "branch",
+            np.array([one.motion for one in branches], dtype=object),
+            {"long_name": "kind of motion"},
+        ),
+        "lobes": (
+            "branch",
+            np.array([one.lobes for one in branches], np.int64),
+            _words("period in lobes"),
+        ),
+        "parent": (
+            "branch",
+            np.array([one.parent for one in branches], np.int64),
+            _words("number of the branch from which it springs, -1 for none"),
+        ),
+        "parent_point": (
+            "branch",
+            np.array([one.parent_point for one in branches], np.int64),
+            _words("point of the parent, counted within it, at which it springs; -1 for none"),
+        ),
+        "closed": (
+            "branch",
+            np.array([one.closed for one in branches], np.int8),
+            _words("1 for a closed branch"),
+        ),
+        "end_reason": (
+            "branch",
+            np.array([one.end_reason for one in branches], dtype=object),
+            {"long_name": "why the branch ends"},
+        ),
+        "row_size": (
+            "branch",
+            rows,
+            {**_words("number of points of the branch"), "sample_dimension": "point"},
+        ),
+        "branch_of_point": (
+            "point",
+            np.repeat(np.arange(len(branches)), rows),
+            _words("number of the branch"),
+        ),
         "label": ("point", labels, {**_words("kind of special point"), **flags}),
-        "label_note": ("point", np.array([one.words for b in branches for one in b.marked], dtype=object),
-                       {"long_name": "what the label means here beyond its kind"}),
-        "period": ("point", periods, {"units": "s", "long_name": "period; of circles the time between two lobes"}),
-        "rotation_number": ("point", np.array([point.found.rotation for point in points]),
-                            {"units": "rad", "long_name": "rotation of an invariant circle over a lobe"}),
-        "multiplier_real": (("point", "multiplier"), multipliers.real, _words("Floquet multipliers, real parts")),
-        "multiplier_imag": (("point", "multiplier"), multipliers.imag, _words("Floquet multipliers, imaginary parts")),
-        "unstable": ("point", np.array([point.found.unstable for point in points], np.int16),
-                     _words("number of multipliers outside the unit circle; 0: stable")),
-        "arclength": ("point", np.array([point.s for point in points]), _words("arclength from the branch's begin")),
-        "iterations": ("point", np.array([point.iterations for point in points], np.int16),
-                       _words("iterations of Newton's method")),
-        "residual": ("point", np.array([point.residual for point in points]), _words("residual in natural sizes")),
-        "state": (("point", "state_name"), states, {"long_name": "state at the drive angle 0, in SI"}),
-        **({"touches": (("point", "contact"), touches, _words("how often in a period a contact begins"))}
-           if touches is not None else {}),
-    }  # fmt: skip
+        "label_note": (
+            "point",
+            np.array([one.words for b in branches for one in b.marked], dtype=object),
+            {"long_name": "what the label means here beyond its kind"},
+        ),
+        "period": (
+            "point",
+            periods,
+            {"units": "s", "long_name": "period; of circles the time between two lobes"},
+        ),
+        "rotation_number": (
+            "point",
+            np.array([point.found.rotation for point in points]),
+            {"units": "rad", "long_name": "rotation of an invariant circle over a lobe"},
+        ),
+        "multiplier_real": (
+            ("point", "multiplier"),
+            multipliers.real,
+            _words("Floquet multipliers, real parts"),
+        ),
+        "multiplier_imag": (
+            ("point", "multiplier"),
+            multipliers.imag,
+            _words("Floquet multipliers, imaginary parts"),
+        ),
+        "unstable": (
+            "point",
+            np.array([point.found.unstable for point in points], np.int16),
+            _words("number of multipliers outside the unit circle; 0: stable"),
+        ),
+        "arclength": (
+            "point",
+            np.array([point.s for point in points]),
+            _words("arclength from the branch's begin"),
+        ),
+        "iterations": (
+            "point",
+            np.array([point.iterations for point in points], np.int16),
+            _words("iterations of Newton's method"),
+        ),
+        "residual": (
+            "point",
+            np.array([point.residual for point in points]),
+            _words("residual in natural sizes"),
+        ),
+        "state": (
+            ("point", "state_name"),
+            states,
+            {"long_name": "state at the drive angle 0, in SI"},
+        ),
+        **(
+            {
+                "touches": (
+                    ("point", "contact"),
+                    touches,
+                    _words("how often in a period a contact begins"),
+                )
+            }
+            if touches is not None
+            else {}
+        ),
+    }
     circles = np.repeat([one.motion == CIRCLE for one in branches], rows)
-    features = _features(setting, states, periods, numbers, circles, np.nanmax(np.abs(multipliers), axis=1))
+    features = _features(
+        setting, states, periods, numbers, circles, np.nanmax(np.abs(multipliers), axis=1)
+    )
     own = {variable.name: variable for variable in described(study.model).features}
     for name, values in features.items():
         if name in own:
-            data[name] = ("point", values, {"units": own[name].units, "long_name": own[name].long_name})
+            data[name] = (
+                "point",
+                values,
+                {"units": own[name].units, "long_name": own[name].long_name},
+            )
     coords = {
         **coordinates,
         "state_name": ("state_name", np.array(names, dtype=object), {"long_name": "state name"}),
-        **({"contact": ("contact", np.array(contacts, dtype=object), {"long_name": "contact"})} if contacts else {}),
+        **(
+            {"contact": ("contact", np.array(contacts, dtype=object), {"long_name": "contact"})}
+            if contacts
+            else {}
+        ),
     }
     seeds: dict[str, int] = {}
     for word in found.seeds:
         seeds[word] = seeds.get(word, 0) + 1
     attrs = {
-        **provenance(study, "continue"), "nsdrill_kind": "branches", "along": dimension_of(asked.along),
-        "along_key": asked.along, "continue_from": asked.low, "continue_to": asked.high, "seeds": json_text(seeds),
+        **provenance(study, "continue"),
+        "nsdrill_kind": "branches",
+        "along": dimension_of(asked.along),
+        "along_key": asked.along,
+        "continue_from": asked.low,
+        "continue_to": asked.high,
+        "seeds": json_text(seeds),
         "rtol": flow.rtol,
-    }  # fmt: skip
+    }
     return xarray.Dataset(data, coords, attrs)
 
 
@@ -491,8 +663,8 @@ def _axis_attrs(study: Study, key: str) -> dict[str, Any]:
 def _features(
     setting: Setting, states: Array, periods: Array, numbers: Array, circles: Array, largest: Array
 ) -> dict[str, Array]:
-    """The features of a results file of every point, over one period, on a circle over many; NaN where the motion is
-    too unstable to be followed that long."""
+    """The features of a results file of every point, over one period, on a circle over
+    many; NaN where the motion is too unstable to be followed that long."""
     study, model = setting.study, setting.model
     record = Record(peaks=1)
     lanes = choose_lanes(1000)
@@ -522,8 +694,9 @@ def _features(
 
 
 def followed(largest: Array, circles: Array) -> Array:
-    """Whether a run over the observed time stays on the motion, by its ``largest`` multiplier over a period [n] and
-    whether it lies on a circle, which is observed over many periods [n]."""
+    """Whether a run over the observed time stays on the motion, by its ``largest``
+    multiplier over a period [n] and whether it lies on a circle, which is observed over
+    many periods [n]."""
     with np.errstate(over="ignore"):
         return ~(largest ** np.where(circles, CIRCLE_PERIODS, 1) > UNSTABLE)
 
@@ -532,7 +705,8 @@ def followed(largest: Array, circles: Array) -> Array:
 
 
 def conditions_of(setting: Setting) -> dict[int, Condition]:
-    """What holds along the curves that are asked for, by the label of the points that they pass."""
+    """What holds along the curves that are asked for, by the label of the points that
+    they pass."""
     curves, model = setting.asked.curves, setting.model
     assert curves is not None
     found = {}
@@ -560,7 +734,8 @@ def with_curves(setting: Setting, data: Any, found: Found, workers: int) -> Any:
     contacts, known = setting.model.contacts, dict[str, Flow]()
 
     def flows(condition: Condition) -> Flow:
-        # A motion that a contact is just reached by is one without it, and that is smooth.
+        # A motion that a contact is just reached by is one without it, and that is
+        # smooth.
         name = "" if condition.of_monodromy or not condition.which else contacts[condition.contact]
         if name not in known:
             known[name] = setting.flow((asked.along, curves.over), scales, workers, name)
@@ -568,23 +743,53 @@ def with_curves(setting: Setting, data: Any, found: Found, workers: int) -> Any:
 
     start = _number_of(study, dimension_of(curves.over))
     ranges = ((asked.low, asked.high), (curves.low, curves.high))
-    made = borders(flows, found.branches, conditions_of(setting), start, ranges, curves.points, interrupt.look)
+    made = borders(
+        flows, found.branches, conditions_of(setting), start, ranges, curves.points, interrupt.look
+    )
     points = [point for one in made for point in one.points]
     numbers = np.array([point.found.values for point in points]).reshape(-1, 2)
     along, over = dimension_of(asked.along), dimension_of(curves.over)
-    ends = [" ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended)) for one in made]
+    ends = [
+        " ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended)) for one in made
+    ]
     return data.assign(
-        curve_label=("curve", np.array([one.label for one in made], np.int16), dict(data["label"].attrs)),
-        curve_motion=("curve", np.array([one.motion for one in made], dtype=object), {"long_name": "kind of motion"}),
-        curve_lobes=("curve", np.array([one.lobes for one in made], np.int64), _words("period in lobes")),
-        curve_branch=("curve", np.array([one.branch for one in made], np.int64), _words("a branch that it passes")),
-        curve_end_reason=("curve", np.array(ends, dtype=object), {"long_name": "why the curve ends"}),
-        curve_row_size=("curve", np.array([len(one.points) for one in made], np.int64),
-                        {**_words("number of points of the curve"), "sample_dimension": "curve_point"}),
-        curve_unstable=("curve_point", np.array([point.found.unstable for point in points], np.int16),
-                        _words("number of multipliers outside the unit circle")),
+        curve_label=(
+            "curve",
+            np.array([one.label for one in made], np.int16),
+            dict(data["label"].attrs),
+        ),
+        curve_motion=(
+            "curve",
+            np.array([one.motion for one in made], dtype=object),
+            {"long_name": "kind of motion"},
+        ),
+        curve_lobes=(
+            "curve",
+            np.array([one.lobes for one in made], np.int64),
+            _words("period in lobes"),
+        ),
+        curve_branch=(
+            "curve",
+            np.array([one.branch for one in made], np.int64),
+            _words("a branch that it passes"),
+        ),
+        curve_end_reason=(
+            "curve",
+            np.array(ends, dtype=object),
+            {"long_name": "why the curve ends"},
+        ),
+        curve_row_size=(
+            "curve",
+            np.array([len(one.points) for one in made], np.int64),
+            {**_words("number of points of the curve"), "sample_dimension": "curve_point"},
+        ),
+        curve_unstable=(
+            "curve_point",
+            np.array([point.found.unstable for point in points], np.int16),
+            _words("number of multipliers outside the unit circle"),
+        ),
         **{
             f"curve_{along}": ("curve_point", numbers[:, 0], _axis_attrs(study, asked.along)),
             f"curve_{over}": ("curve_point", numbers[:, 1], _axis_attrs(study, curves.over)),
         },
-    ).assign_attrs(over=over, over_key=curves.over)  # fmt: skip
+    ).assign_attrs(over=over, over_key=curves.over)

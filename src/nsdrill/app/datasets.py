@@ -41,32 +41,41 @@ def _only(data: Any, names: Iterable[str]) -> Dataset:
 
 
 def data_in(data: Any, names: Iterable[str] | None) -> Results | Trace:
-    """The results or trace in a Dataset or file, of results only the variables ``names``, if given."""
+    """The results or trace in a Dataset or file, of results only the variables
+    ``names``, if given."""
     from nsdrill.app.overrides import overrides_of
     from nsdrill.app.reading import read_any
     from nsdrill.store.dataset import from_dataset
 
     if not is_dataset(data):
         return read_any(name_in(data), names)
-    found = checked(from_dataset(data if names is None or "time" in data.dims else _only(data, names)))
+    found = checked(
+        from_dataset(data if names is None or "time" in data.dims else _only(data, names))
+    )
     found.attrs[OVERRIDES] = json_text(overrides_of(found.attrs))
     return found
 
 
 def checked(data: Results | Trace) -> Results | Trace:
-    """``data``; InputError where a selection has left nothing of them, or a trace goes back in time."""
+    """``data``; InputError where a selection has left nothing of them, or a trace goes
+    back in time."""
     if isinstance(data, Trace):
         if not len(data.time) or not np.all(np.diff(data.time) > 0.0):
             raise InputError(
-                "the Dataset: found a trace whose time is empty or does not ascend; allowed: samples in order."
+                "the Dataset: found a trace whose time is empty or does not ascend; allowed: "
+                "samples in order."
             )
     elif empty := [name for name, length in zip(data.grid, data.shape, strict=True) if not length]:
-        raise InputError(f"the Dataset: found no values of {', '.join(empty)}; allowed: one or more of each axis.")
+        raise InputError(
+            f"the Dataset: found no values of {', '.join(empty)}; allowed: one or "
+            f"more of each axis."
+        )
     return data
 
 
 def results_in(data: Any, name: str, names: Iterable[str]) -> Results:
-    """The results in a Dataset or file, which have to have the variables ``names``; of a file only these."""
+    """The results in a Dataset or file, which have to have the variables ``names``; of
+    a file only these."""
     return with_variables(data_in(data, None if is_dataset(data) else names), name, names)
 
 
@@ -75,18 +84,25 @@ def with_variables(data: Results | Trace, name: str, names: Iterable[str]) -> Re
     if isinstance(data, Trace):
         raise InputError(f"{name}: found a trace; allowed: results of a sweep.")
     if lacking := [variable for variable in dict.fromkeys(names) if variable not in data.variables]:
-        raise InputError(f"{name}: found results without {_listed(lacking)}; allowed: results that have them.")
+        raise InputError(
+            f"{name}: found results without {_listed(lacking)}; allowed: results that have them."
+        )
     return data
 
 
 def _listed(names: Sequence[str]) -> str:
     few = 4
-    return ", ".join(names) if len(names) <= few else f"{', '.join(names[:few])} and {len(names) - few} more"
+    return (
+        ", ".join(names)
+        if len(names) <= few
+        else f"{', '.join(names[:few])} and {len(names) - few} more"
+    )
 
 
 @contextmanager
 def of_whole(name: str) -> Iterator[None]:
-    """Where a variable is looked for that a Dataset does not have, an error that says so."""
+    """Where a variable is looked for that a Dataset does not have, an error that says
+    so."""
     try:
         yield
     except KeyError as error:
@@ -94,11 +110,14 @@ def of_whole(name: str) -> Iterator[None]:
 
         if not error.args or error.args[0] not in BY_NAME:
             raise
-        raise InputError(f"{name}: found results without {error.args[0]}; allowed: results that have it.") from error
+        raise InputError(
+            f"{name}: found results without {error.args[0]}; allowed: results that have it."
+        ) from error
 
 
 def branches_in(data: Any) -> Any:
-    """The Dataset where ``data`` are branches, or the name of a file of them; else None."""
+    """The Dataset where ``data`` are branches, or the name of a file of them; else
+    None."""
     from nsdrill.app.reading import is_branches
     from nsdrill.store import open_branches
 
@@ -109,11 +128,16 @@ def branches_in(data: Any) -> Any:
 
 
 def outline_in(data: Any) -> Results | Trace:
-    """As :func:`data_in`, but results have zeros for their variables, which take no memory: to see what there is."""
+    """As :func:`data_in`, but results have zeros for their variables, which take no
+    memory: to see what there is."""
     from nsdrill.app.reading import outline, outlined
     from nsdrill.models.vocabulary import BY_NAME
 
     if not is_dataset(data):
         return outline(name_in(data))
     found = data_in(data, ())
-    return found if isinstance(found, Trace) else outlined(found, [str(n) for n in data.data_vars if n in BY_NAME])
+    return (
+        found
+        if isinstance(found, Trace)
+        else outlined(found, [str(n) for n in data.data_vars if n in BY_NAME])
+    )

@@ -1,4 +1,5 @@
-"""What differs between two files: the studies, what they were made with, and the numbers."""
+"""What differs between two files: the studies, what they were made with, and the
+numbers."""
 
 from __future__ import annotations
 
@@ -42,15 +43,20 @@ OF_A_RUN = {
 }  # attributes of a trace
 
 
-def diff(a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str | os.PathLike[str]) -> dict[str, Any]:
-    """What differs between ``a`` and ``b``, results, unfinished runs or traces, in memory or files, as plain data in SI
-    units.
+def diff(
+    a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str | os.PathLike[str]
+) -> dict[str, Any]:
+    """What differs between ``a`` and ``b``, results, unfinished runs or traces, in
+    memory or files, as plain data in SI units.
 
-    ``same_study`` (but for the title) and ``same_numbers``, to the bit; ``study``: the keys that differ, with both
-    values as a study file has them (None: not there), the thresholds those in force; ``run``: the attributes of two
-    traces that differ; ``made``: when, by which versions and where, as far as that differs; ``kinds`` of the two; and
-    of two of one kind what :func:`nsdrill.analysis.comparison.compare_results` or ``compare_traces`` give: ``axes``,
-    ``points``, ``responses``, ``variables``, ``only_a``, ``only_b``. FileError for a file that cannot be read.
+    ``same_study`` (but for the title) and ``same_numbers``, to the bit; ``study``: the
+    keys that differ, with both values as a study file has them (None: not there), the
+    thresholds those in force; ``run``: the attributes of two traces that differ;
+    ``made``: when, by which versions and where, as far as that differs; ``kinds`` of
+    the two; and of two of one kind what
+    :func:`nsdrill.analysis.comparison.compare_results` or ``compare_traces`` give:
+    ``axes``, ``points``, ``responses``, ``variables``, ``only_a``, ``only_b``.
+    FileError for a file that cannot be read.
     """
     one, two = (data if isinstance(data, Results | Trace) else read_any(data) for data in (a, b))
     names = [
@@ -61,7 +67,9 @@ def diff(a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str |
         differing = changes(_study(one.attrs), _study(two.attrs))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         where = " or ".join(names)
-        raise FileError(f"{where}: study_resolved in the file does not hold a study ({error}). {EDITED}") from error
+        raise FileError(
+            f"{where}: study_resolved in the file does not hold a study ({error}). {EDITED}"
+        ) from error
     study = [{"key": key, "a": old, "b": new} for key, old, new in differing]
     found: dict[str, Any] = {
         "kind": "diff",
@@ -99,10 +107,17 @@ def _study(attrs: Mapping[str, Any]) -> dict[str, Any]:
     return study
 
 
-def _attributes(a: Mapping[str, Any], b: Mapping[str, Any], units: Mapping[str, str]) -> list[dict[str, Any]]:
-    """The attributes that differ, as text with their units; None where one is not there."""
+def _attributes(
+    a: Mapping[str, Any], b: Mapping[str, Any], units: Mapping[str, str]
+) -> list[dict[str, Any]]:
+    """The attributes that differ, as text with their units; None where one is not
+    there."""
 
     def told(attrs: Mapping[str, Any], name: str) -> str | None:
         return f"{attrs[name]} {units[name]}".strip() if name in attrs else None
 
-    return [{"name": name, "a": told(a, name), "b": told(b, name)} for name in units if told(a, name) != told(b, name)]
+    return [
+        {"name": name, "a": told(a, name), "b": told(b, name)}
+        for name in units
+        if told(a, name) != told(b, name)
+    ]

@@ -1,4 +1,5 @@
-"""Adjust the unknown numbers of a study to measurements: run an ensemble, weigh it, say what the data tell."""
+"""Adjust the unknown numbers of a study to measurements: run an ensemble, weigh it, say
+what the data tell."""
 
 from __future__ import annotations
 
@@ -52,9 +53,10 @@ FAR = 3.0  # times beyond the ends of the sweep, where a measured setting may be
 
 @dataclass(frozen=True)
 class Fit:
-    """What came of a fit: ``note`` in plain data (SI), ``study`` the text of the study with the posterior samples as
-    its section uncertain; for pictures the ``prior`` and ``samples`` of each unknown by key and the ``predicted``
-    values [samples, points] by name."""
+    """What came of a fit: ``note`` in plain data (SI), ``study`` the text of the study
+    with the posterior samples as its section uncertain; for pictures the ``prior`` and
+    ``samples`` of each unknown by key and the ``predicted`` values [samples, points] by
+    name."""
 
     note: dict[str, Any]
     study: str
@@ -64,30 +66,52 @@ class Fit:
     predicted: dict[str, Array]
 
     def picture(self, units: str = "si") -> Figure:
-        """The unknowns before and after, and measured beside predicted values, in ``units`` "si" or "field"."""
+        """The unknowns before and after, and measured beside predicted values, in
+        ``units`` "si" or "field"."""
         from nsdrill.plot.fitted import draw
 
-        return draw(self.note["title"], self.measured, self.prior, self.samples, self.predicted, units)
+        return draw(
+            self.note["title"], self.measured, self.prior, self.samples, self.predicted, units
+        )
 
 
 def fit(
-    study: Study, measured: Measured, *, batch: int = 128, rounds: int = 8, samples: int = 128,
-    workers: int | None = None, watch: Watch = lambda progress: None, kept: Rounds | None = None,
-) -> Fit:  # fmt: skip
-    """Adjust the unknowns of ``study`` to ``measured``; the sweep of the study is not run. ``kept`` keeps the runs, and
-    has those of an interrupted fit. InputError where there is nothing to adjust, or where no run ends well."""
+    study: Study,
+    measured: Measured,
+    *,
+    batch: int = 128,
+    rounds: int = 8,
+    samples: int = 128,
+    workers: int | None = None,
+    watch: Watch = lambda progress: None,
+    kept: Rounds | None = None,
+) -> Fit:
+    """Adjust the unknowns of ``study`` to ``measured``; the sweep of the study is not
+    run. ``kept`` keeps the runs, and has those of an interrupted fit. InputError where
+    there is nothing to adjust, or where no run ends well."""
     keys = unknowns_of(study)
     if clash := [key for key in measured.at if key in keys]:
-        raise InputError(f"{measured.source}: found a column of {clash[0]}, which is an unknown; allowed: one of both.")
+        raise InputError(
+            f"{measured.source}: found a column of {clash[0]}, which is an unknown; "
+            f"allowed: one of both."
+        )
     _check_points(study, measured)
     kept = kept or Rounds()
-    run = _Runs(study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2), kept.runs)
+    run = _Runs(
+        study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2), kept.runs
+    )
     simulate = kept.of(run)
     values, errors, there = measured.flat
     seed = study.resolved["uncertain"]["seed"]
     try:
         found = posterior(
-            lambda z: simulate(z)[:, there], values, errors, len(keys), seed=seed, batch=batch, rounds=rounds
+            lambda z: simulate(z)[:, there],
+            values,
+            errors,
+            len(keys),
+            seed=seed,
+            batch=batch,
+            rounds=rounds,
         )
     except ValueError as error:
         raise InputError(
@@ -97,7 +121,9 @@ def fit(
     drawn = _values(keys, found.z[chosen])
     predicted = np.full((samples, measured.points * len(measured.values)), np.nan)
     predicted[:, there] = found.found[chosen]
-    by_name = dict(zip(measured.values, np.split(predicted, len(measured.values), axis=1), strict=True))
+    by_name = dict(
+        zip(measured.values, np.split(predicted, len(measured.values), axis=1), strict=True)
+    )
     rng = np.random.default_rng(0)
     prior = {key: quantile(numbers, rng.random(2000)) for key, numbers in keys.items()}
     note = _note(study, measured, keys, found, by_name)
@@ -105,27 +131,36 @@ def fit(
 
 
 def unknowns_of(study: Study) -> dict[str, Any]:
-    """The distributions of the unknowns of ``study`` by key; InputError where there is none to adjust."""
+    """The distributions of the unknowns of ``study`` by key; InputError where there is
+    none to adjust."""
     section = study.resolved.get("uncertain") or {}
     keys = {key: numbers for key, numbers in section.items() if key not in HOW}
     source = study.source or "the study"
     if section.get("table"):
-        raise InputError(f"{source}: found uncertain.table; allowed: distributions, which are what a fit begins with.")
+        raise InputError(
+            f"{source}: found uncertain.table; allowed: distributions, which are "
+            f"what a fit begins with."
+        )
     if not keys:
         raise InputError(
-            f"{source}: found no unknown; allowed: a section `uncertain` that says of each number to adjust what is "
+            f"{source}: found no unknown; allowed: a section `uncertain` that says of each number "
+            f"to adjust what is "
             "known of it before, e.g. uncertain: {bit.friction.static: {uniform: [0.2, 0.6]}}."
         )
     if section["correlations"]:
-        raise InputError(f"{source}: found uncertain.correlations; allowed: unknowns that do not go together.")
+        raise InputError(
+            f"{source}: found uncertain.correlations; allowed: unknowns that do not go together."
+        )
     if listed := [key for key, numbers in keys.items() if "values" in numbers]:
-        raise InputError(f"{source}: uncertain.{listed[0]}: found a list of values; allowed: a distribution.")
+        raise InputError(
+            f"{source}: uncertain.{listed[0]}: found a list of values; allowed: a distribution."
+        )
     return keys
 
 
 def far_from_the_sweep(study: Study, measured: Measured, units: str = "si") -> list[str]:
-    """In words, in ``units`` "si" or "field", the settings that lie far outside of what the study sweeps: a unit may be
-    wrong."""
+    """In words, in ``units`` "si" or "field", the settings that lie far outside of what
+    the study sweeps: a unit may be wrong."""
     leaves = keys_of(study.model).axes
     said = []
     for key, values in measured.at.items():
@@ -135,34 +170,46 @@ def far_from_the_sweep(study: Study, measured: Measured, units: str = "si") -> l
         low, high = float(swept[0]), float(swept[-1])
         bad = np.flatnonzero((values < low / FAR) | (values > high * FAR))
         if bad.size:
-            found, first, last = (_setting(leaves[key], float(one), units) for one in (values[bad[0]], low, high))
+            found, first, last = (
+                _setting(leaves[key], float(one), units) for one in (values[bad[0]], low, high)
+            )
             said.append(
-                f"{measured.source}, {measured.where[bad[0]]}: {key} is {found}, and the study sweeps {first} to "
+                f"{measured.source}, {measured.where[bad[0]]}: {key} is {found}, and the study "
+                f"sweeps {first} to "
                 f"{last}. Is the unit in the head right?"
             )
     return said
 
 
 def _setting(leaf: Leaf, value: float, units: str) -> str:
-    """A setting in words: in SI in the unit in which it is round, as it was written, where there is one."""
+    """A setting in words: in SI in the unit in which it is round, as it was written,
+    where there is one."""
     exact = leaf.text(value)
-    return exact if units == "si" and len(exact) <= SHORT else quantity(leaf.key).text(value, units, 4)
+    return (
+        exact if units == "si" and len(exact) <= SHORT else quantity(leaf.key).text(value, units, 4)
+    )
 
 
 def _check_points(study: Study, measured: Measured) -> None:
-    """FileError where the study does not hold at a point: where a setting is least or greatest, as a depth above the
-    length of the collars."""
+    """FileError where the study does not hold at a point: where a setting is least or
+    greatest, as a depth above the length of the collars."""
     leaves = keys_of(study.model).axes
     text = study_text(study.resolved)
-    for place in sorted({int(end(values)) for values in measured.at.values() for end in (np.argmin, np.argmax)}):
+    for place in sorted(
+        {int(end(values)) for values in measured.at.values() for end in (np.argmin, np.argmax)}
+    ):
         point = {key: leaves[key].text(float(values[place])) for key, values in measured.at.items()}
-        sets = [f"{f'operation.{key}' if key in OPERATION else key}={value}" for key, value in point.items()]
+        sets = [
+            f"{f'operation.{key}' if key in OPERATION else key}={value}"
+            for key, value in point.items()
+        ]
         try:
             parse_study(text, study.source, ["sweep={}", *sets])
         except StudyError as error:
             fault = error.faults[0]
             raise FileError(
-                f"{measured.source}, {measured.where[place]}: {fault.key}: found {fault.found}; allowed: "
+                f"{measured.source}, {measured.where[place]}: {fault.key}: found {fault.found}; "
+                f"allowed: "
                 f"{fault.allowed}."
             ) from error
 
@@ -187,7 +234,10 @@ class _Runs:
         """The model's values [samples, names x points], NaN where a run failed."""
         n, points = len(z), self.measured.points
         operation = self.study.operation
-        table = {name: np.full(points, getattr(operation, name)) for name in ("depth", "wob", "rotary_speed")}
+        table = {
+            name: np.full(points, getattr(operation, name))
+            for name in ("depth", "wob", "rotary_speed")
+        }
         table |= self.measured.at
         table = {key: np.tile(values, n) for key, values in table.items()}
         table |= {key: np.repeat(values, points) for key, values in _values(self.keys, z).items()}
@@ -199,7 +249,15 @@ class _Runs:
         study = self.study
         plan, order = Rows.of(table)
         record = Record(peaks=0)
-        work = Work(plan, study.parameters, study.initial, study.simulation, study.thresholds, record, study.model)
+        work = Work(
+            plan,
+            study.parameters,
+            study.initial,
+            study.simulation,
+            study.thresholds,
+            record,
+            study.model,
+        )
         out = {name: np.full(plan.points, np.nan) for name in self.measured.values}
 
         def deliver(points: Array, columns: dict[str, Array]) -> None:
@@ -209,7 +267,9 @@ class _Runs:
 
         def watch(now: Progress) -> None:
             total = max(self.most * self.measured.points, self.before + self.done + now.done)
-            self.watch(replace(now, total=total, before=self.before, done=self.done + now.done, note="fit"))
+            self.watch(
+                replace(now, total=total, before=self.before, done=self.done + now.done, note="fit")
+            )
 
         share = -(-plan.points // self.workers)
         with ThreadPoolExecutor(self.workers) as threads:
@@ -226,11 +286,17 @@ def _values(keys: dict[str, Any], z: Array) -> dict[str, Array]:
     from scipy.special import ndtr
 
     u = np.clip(ndtr(z), 2.0**-54, 1 - 2.0**-54)
-    return {key: rounded(quantile(numbers, u[:, i])) for i, (key, numbers) in enumerate(keys.items())}
+    return {
+        key: rounded(quantile(numbers, u[:, i])) for i, (key, numbers) in enumerate(keys.items())
+    }
 
 
 def _note(
-    study: Study, measured: Measured, keys: dict[str, Any], found: Posterior, predicted: dict[str, Array]
+    study: Study,
+    measured: Measured,
+    keys: dict[str, Any],
+    found: Posterior,
+    predicted: dict[str, Array],
 ) -> dict[str, Any]:
     from scipy.special import ndtr
 
@@ -242,22 +308,35 @@ def _note(
         edges = np.cumsum(found.weights[order[:, i]])
         ranked = part[order[:, i], i]
         at = [float(ranked[min(int(np.searchsorted(edges, q)), len(edges) - 1)]) for q in QUANTILES]
-        low, high = (float(found.weights @ side) for side in (part[:, i] < AT_THE_END, part[:, i] > 1 - AT_THE_END))
+        low, high = (
+            float(found.weights @ side)
+            for side in (part[:, i] < AT_THE_END, part[:, i] > 1 - AT_THE_END)
+        )
         width = float(widths[i])
-        unknowns.append({
-            "key": key,
-            "units": next(axis.units for axis in study.unknowns if axis.key == key),
-            "prior": quantile(numbers, np.array(QUANTILES)).tolist(),
-            "posterior": quantile(numbers, np.clip(np.array(at), 2.0**-54, 1 - 2.0**-54)).tolist(),
-            "width": width,
-            "told": "well" if width < GOOD_GAIN else "partly" if width < LEAST_GAIN else "not",
-            "at_the_end": "low" if low > 10 * AT_THE_END else "high" if high > 10 * AT_THE_END else None,
-        })  # fmt: skip
+        unknowns.append(
+            {
+                "key": key,
+                "units": next(axis.units for axis in study.unknowns if axis.key == key),
+                "prior": quantile(numbers, np.array(QUANTILES)).tolist(),
+                "posterior": quantile(
+                    numbers, np.clip(np.array(at), 2.0**-54, 1 - 2.0**-54)
+                ).tolist(),
+                "width": width,
+                "told": "well" if width < GOOD_GAIN else "partly" if width < LEAST_GAIN else "not",
+                "at_the_end": "low"
+                if low > 10 * AT_THE_END
+                else "high"
+                if high > 10 * AT_THE_END
+                else None,
+            }
+        )
     names = list(keys)
     pairs = [
         {"keys": [names[i], names[j]], "correlation": float(correlations[i, j])}
-        for i in range(len(names)) for j in range(i) if abs(correlations[i, j]) > TIGHT and max(widths[[i, j]]) < 1.5
-    ]  # fmt: skip
+        for i in range(len(names))
+        for j in range(i)
+        if abs(correlations[i, j]) > TIGHT and max(widths[[i, j]]) < 1.5
+    ]
     freedom = max(len(found.spread) - len(keys), 1)
     chance = float(chi2.sf(found.misfit, freedom))
     return {
@@ -267,7 +346,9 @@ def _note(
         "points": measured.points,
         "values": len(found.spread),
         "notes": list(measured.notes),
-        "features": [_of_feature(name, measured, predicted[name], found) for name in measured.values],
+        "features": [
+            _of_feature(name, measured, predicted[name], found) for name in measured.values
+        ],
         "unknowns": unknowns,
         "together": pairs,
         "runs": found.runs * measured.points,
@@ -282,7 +363,9 @@ def _note(
     }
 
 
-def _of_feature(name: str, measured: Measured, predicted: Array, found: Posterior) -> dict[str, Any]:
+def _of_feature(
+    name: str, measured: Measured, predicted: Array, found: Posterior
+) -> dict[str, Any]:
     there = np.isfinite(measured.values[name])
     places = list(measured.values).index(name) * measured.points + np.flatnonzero(there)
     at = np.searchsorted(measured.flat[2], places)
@@ -303,11 +386,16 @@ def _text(study: Study, measured: Measured, drawn: dict[str, Array], note: dict[
     resolved = copy.deepcopy(study.resolved)
     section = {key: value for key, value in resolved["uncertain"].items() if key in HOW}
     table = {key: values.tolist() for key, values in drawn.items()}
-    resolved["uncertain"] = section | {"samples": len(next(iter(table.values()))), "table": table, "correlations": []}
+    resolved["uncertain"] = section | {
+        "samples": len(next(iter(table.values()))),
+        "table": table,
+        "correlations": [],
+    }
     source = study.source or "a study"
     told = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
     head = (
-        f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: {note['points']} operating points, "
+        f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: {note['points']} "
+        f"operating points, "
         f"{note['values']} measured values, effective number of samples {note['effective']:.0f}.",
         f"What the data tell: {told}.",
     )

@@ -1,10 +1,12 @@
-"""Measurements of a well, from a table as rigs export them: CSV with a name and a unit over every column.
+"""Measurements of a well, from a table as rigs export them: CSV with a name and a unit
+over every column.
 
-There are two forms. Over *operating points* a row is one setting (``wob``, ``rotary_speed``, ``depth`` or any key of
-the study) with the features and severities that were measured there. Over *time*, with a column ``time``, the columns
-are signals; rows in which the settings stay the same are a stretch, and every stretch is an operating point with the
-features that follow from its signals: ``surface_torque`` gives surface_torque_mean, surface_torque_min and
-surface_torque_max.
+There are two forms. Over *operating points* a row is one setting (``wob``,
+``rotary_speed``, ``depth`` or any key of the study) with the features and severities
+that were measured there. Over *time*, with a column ``time``, the columns are signals;
+rows in which the settings stay the same are a stretch, and every stretch is an
+operating point with the features that follow from its signals: ``surface_torque`` gives
+surface_torque_mean, surface_torque_min and surface_torque_max.
 """
 
 from __future__ import annotations
@@ -29,7 +31,8 @@ from nsdrill.units import QuantityError, kind_of, plain_units, to_si
 from nsdrill.variables import dimension_of
 
 MOST_BYTES = 200_000_000
-RELATIVE, ABSOLUTE = 0.05, 0.02  # the error of a value where none is given, of itself and of the greatest of its column
+# the error of a value where none is given, of itself and of the greatest of its column
+RELATIVE, ABSOLUTE = 0.05, 0.02
 GRADE = 0.5  # of a severity
 NULLS = ("", "nan", "null", "-999", "-999.25", "-9999", "na", "n/a")
 SAME = 0.05  # a setting stays the same while it is within this part of its mean
@@ -42,15 +45,18 @@ TIME = "time"
 ERROR = "_error"
 MEAN, CHANGE = "_mean", "_change"
 _HEAD = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))?\s*")
-_JOINED = re.compile(r"(?<=[A-Za-z])[.\-·](?=[A-Za-z])")  # kft.lbf and kft-lbf, as rigs write kft*lbf
+# kft.lbf and kft-lbf, as rigs write kft*lbf
+_JOINED = re.compile(r"(?<=[A-Za-z])[.\-·](?=[A-Za-z])")
 
 
 @dataclass(frozen=True)
 class Reading:
-    """How a table is read: ``rename`` has the names of nsdrill by the heads of the file, ``ignore`` the heads that are
-    passed over, ``*`` for all that are not known; ``errors`` the standard deviations by name, as texts (``0.5
-    kft*lbf``, ``10 percent``) or in SI as numbers; ``gaps`` whether rows with gaps are passed over; and of a table
-    over time how long a stretch lasts at least and what of its beginning is not used [s]."""
+    """How a table is read: ``rename`` has the names of nsdrill by the heads of the
+    file, ``ignore`` the heads that are passed over, ``*`` for all that are not known;
+    ``errors`` the standard deviations by name, as texts (``0.5 kft*lbf``,
+    ``10 percent``) or in SI as numbers; ``gaps`` whether rows with gaps are passed
+    over; and of a table over time how long a stretch lasts at least and what of its
+    beginning is not used [s]."""
 
     rename: Mapping[str, str] = field(default_factory=dict)
     ignore: Sequence[str] = ()
@@ -70,9 +76,11 @@ class Column:
     scale: float
 
 
-def read_measured(path: str | os.PathLike[str], study: Study, how: Reading | None = None) -> Measured:
-    """The measurements in the CSV file ``path``, to be compared with runs of ``study``; FileError, with the line, where
-    something in it cannot be used."""
+def read_measured(
+    path: str | os.PathLike[str], study: Study, how: Reading | None = None
+) -> Measured:
+    """The measurements in the CSV file ``path``, to be compared with runs of ``study``;
+    FileError, with the line, where something in it cannot be used."""
     how = how or Reading()
     lines = _rows(path)
     number, heads, units, body = _heads(path, lines)
@@ -86,18 +94,22 @@ def read_measured(path: str | os.PathLike[str], study: Study, how: Reading | Non
     settings = {names.settings[name]: table[name] for name in table if name in names.settings}
     values = {name: table[name] for name in names.results if name in given}
     if not values:
-        raise FileError(f"{path}, line {number}: found no measured value; allowed: {names.some_results()}.")
+        raise FileError(
+            f"{path}, line {number}: found no measured value; allowed: {names.some_results()}."
+        )
     _in_range(path, settings, at, names)
     errors = {name: table[name + ERROR] for name in values if name + ERROR in given}
     if any(np.any(~(error[np.isfinite(values[name])] > 0)) for name, error in errors.items()):
-        raise FileError(f"{path}: found an error of 0 or less, or none beside a value; allowed: one above 0.")
+        raise FileError(
+            f"{path}: found an error of 0 or less, or none beside a value; allowed: one above 0."
+        )
     return _made(path, settings, values, errors, [f"line {line}" for line in at], names, how, notes)
 
 
 @dataclass(frozen=True)
 class _Names:
-    """What a column may be: ``settings``, keys of the study by their names as columns; ``results`` [name -> SI units]
-    of what a run gives; ``signals`` of a trace."""
+    """What a column may be: ``settings``, keys of the study by their names as columns;
+    ``results`` [name -> SI units] of what a run gives; ``signals`` of a trace."""
 
     keys: Keys
     settings: dict[str, str]
@@ -109,7 +121,11 @@ class _Names:
         keys, model = keys_of(study.model), described(study.model)
         options = (*model.states(study.parameters), *model.options(study.parameters), "drilled")
         settings = {name: key for key in keys.axes for name in (key, dimension_of(key))}
-        results = {v.name: v.units for v in (*model.features, *model.derived) if v.only is None or v.only in options}
+        results = {
+            v.name: v.units
+            for v in (*model.features, *model.derived)
+            if v.only is None or v.only in options
+        }
         results |= {name: "" for name in model.severities}
         signals: dict[str, str] = {}
         for name in results:
@@ -117,8 +133,12 @@ class _Names:
                 if name.endswith(end):
                     signals.setdefault(name.removesuffix(end), results[name])
                     break
-        return cls(keys, settings, {name: "" if u == "1" else plain_units(u) for name, u in results.items()},
-                   {name: "" if u == "1" else plain_units(u) for name, u in signals.items()})  # fmt: skip
+        return cls(
+            keys,
+            settings,
+            {name: "" if u == "1" else plain_units(u) for name, u in results.items()},
+            {name: "" if u == "1" else plain_units(u) for name, u in signals.items()},
+        )
 
     def units(self, name: str, timed: bool) -> str | None:
         """The SI units of a column of this name, None where there is none such."""
@@ -139,13 +159,20 @@ def _rows(path: str | os.PathLike[str]) -> list[tuple[int, list[str]]]:
     """The rows of the file with their line numbers, without empty ones and comments."""
     try:
         if Path(path).stat().st_size > MOST_BYTES:
-            raise FileError(f"{path}: found a file of more than {MOST_BYTES // 10**6} MB; allowed: a part of it.")
+            raise FileError(
+                f"{path}: found a file of more than {MOST_BYTES // 10**6} MB; "
+                f"allowed: a part of it."
+            )
         text = Path(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
-        raise FileError(f"{path}: this is no text in UTF-8; a table in CSV is needed here.") from None
+        raise FileError(
+            f"{path}: this is no text in UTF-8; a table in CSV is needed here."
+        ) from None
     except OSError as error:
         raise FileError(f"{path}: {error.strerror or error}.") from error
-    first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    first = next(
+        (line for line in text.splitlines() if line.strip() and not line.startswith("#")), ""
+    )
     delimiter = max(",;\t", key=first.count)
     reader = csv.reader(text.splitlines(), delimiter=delimiter, skipinitialspace=True)
     try:
@@ -158,9 +185,13 @@ def _rows(path: str | os.PathLike[str]) -> list[tuple[int, list[str]]]:
 def _heads(
     path: str | os.PathLike[str], rows: list[tuple[int, list[str]]]
 ) -> tuple[int, list[tuple[str, str | None]], bool, list[tuple[int, list[str]]]]:
-    """The line of the head, the (name, unit) of each column, whether the units have a row of their own, the rest."""
+    """The line of the head, the (name, unit) of each column, whether the units have a
+    row of their own, the rest."""
     if len(rows) < 2:
-        raise FileError(f"{path}: found no table; allowed: a head of names with units and at least one row of numbers.")
+        raise FileError(
+            f"{path}: found no table; allowed: a head of names with units and at "
+            f"least one row of numbers."
+        )
     number, head = rows[0]
     heads = []
     for cell in head:
@@ -169,10 +200,17 @@ def _heads(
         unit = match["square"] if match["square"] is not None else match["round"]
         heads.append((match["name"], unit))
     second = rows[1][1]
-    if all(unit is None for _, unit in heads) and not any(_number(cell) is not None for cell in second):
+    if all(unit is None for _, unit in heads) and not any(
+        _number(cell) is not None for cell in second
+    ):
         units = [cell.strip("[]() ") for cell in second]
         units += [""] * (len(heads) - len(units))
-        return number, [(name, unit) for (name, _), unit in zip(heads, units, strict=False)], True, rows[2:]
+        return (
+            number,
+            [(name, unit) for (name, _), unit in zip(heads, units, strict=False)],
+            True,
+            rows[2:],
+        )
     return number, heads, False, rows[1:]
 
 
@@ -182,16 +220,24 @@ def _name(head: str, how: Reading) -> str:
 
 
 def _columns(
-    path: str | os.PathLike[str], line: int, heads: list[tuple[str, str | None]], own_row: bool, names: _Names,
-    how: Reading, timed: bool,
-) -> tuple[list[Column], list[str]]:  # fmt: skip
+    path: str | os.PathLike[str],
+    line: int,
+    heads: list[tuple[str, str | None]],
+    own_row: bool,
+    names: _Names,
+    how: Reading,
+    timed: bool,
+) -> tuple[list[Column], list[str]]:
     where = f"{path}, line {line}"
     notes: list[str] = []
     there = {head for head, _ in heads}
     for option, asked in (("--rename", how.rename), ("--ignore", how.ignore)):
         if strange := [head for head in asked if head not in there and head != "*"]:
             listed = ", ".join(there)
-            raise FileError(f"{where}: {option}: found no column {strange[0]!r}; allowed: those of the file, {listed}.")
+            raise FileError(
+                f"{where}: {option}: found no column {strange[0]!r}; allowed: those "
+                f"of the file, {listed}."
+            )
     columns: list[Column] = []
     ignored = []
     for place, (head, unit) in enumerate(heads):
@@ -207,16 +253,23 @@ def _columns(
             raise FileError(_unknown(where, head, name, names, timed))
         if any(column.name == name for column in columns):
             raise FileError(f"{where}: found two columns of {name}; allowed: one of each.")
-        columns.append(Column(place, head, name, _scale(where, head, unit, si, name in names.results)))
+        columns.append(
+            Column(place, head, name, _scale(where, head, unit, si, name in names.results))
+        )
     if ignored:
-        notes.append(f"passed over: {', '.join(head for head in ignored if head) or 'columns without a name'}")
+        notes.append(
+            f"passed over: "
+            f"{', '.join(head for head in ignored if head) or 'columns without a name'}"
+        )
     return columns, notes
 
 
 def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> str:
     known = names.known(timed)
     near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
-    near += [one for one in known if name and (name in one or one in name) and one not in near][: 3 - len(near)]
+    near += [one for one in known if name and (name in one or one in name) and one not in near][
+        : 3 - len(near)
+    ]
     hint = f" Did you mean {' or '.join(near)}?" if near else ""
     models = _models_with(name)
     if models and names.keys.model.name not in models:
@@ -226,8 +279,10 @@ def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> st
     what = "signals over time" if timed else "features and severities of a run"
     some = ", ".join(list(names.signals if timed else names.results)[:8])
     return (
-        f"{where}: found the column {head!r}, which is not known.{hint} Allowed: time, settings (depth, wob, "
-        f"rotary_speed or a key of the study) and {what} ({some}, ...). --rename '{head}=NAME' says what it is, "
+        f"{where}: found the column {head!r}, which is not known.{hint} Allowed: time, settings "
+        f"(depth, wob, "
+        f"rotary_speed or a key of the study) and {what} ({some}, ...). --rename '{head}=NAME' "
+        f"says what it is, "
         f"--ignore '{head}' passes over it, --ignore '*' over all that are not known."
     )
 
@@ -236,15 +291,22 @@ def _models_with(name: str) -> list[str]:
     """The models of which a run, or a trace, gives this value."""
     ends = ("", MEAN, "_max", f"{CHANGE}_max")
     return [
-        model for model in NAMES if {f"{name}{end}" for end in ends} & {one.name for one in described(model).features}
+        model
+        for model in NAMES
+        if {f"{name}{end}" for end in ends} & {one.name for one in described(model).features}
     ]
 
 
 def _scale(where: str, head: str, unit: str | None, si: str, of_result: bool) -> float:
-    """The SI value of one ``unit``. A fraction of time may be in percent, and a percentage a plain number."""
+    """The SI value of one ``unit``. A fraction of time may be in percent, and a
+    percentage a plain number."""
     text = (unit or "").strip().replace("%", "percent")
     if si in ("", "percent"):
-        factors = {"": 1.0, "1": 1.0, "-": 1.0, "percent": 0.01} if si == "" else {"percent": 1.0, "1": 100.0}
+        factors = (
+            {"": 1.0, "1": 1.0, "-": 1.0, "percent": 0.01}
+            if si == ""
+            else {"percent": 1.0, "1": 100.0}
+        )
         if text not in factors:
             found = f"the unit {unit!r}" if unit else "no unit"
             allowed = "none, or percent" if si == "" else "percent, or 1 for a part of one"
@@ -252,7 +314,8 @@ def _scale(where: str, head: str, unit: str | None, si: str, of_result: bool) ->
         return factors[text]
     if not text:
         raise FileError(
-            f"{where}: {head}: found no unit; allowed: {head} [{_example(si)}] or another unit of {kind_of(si)} in "
+            f"{where}: {head}: found no unit; allowed: {head} [{_example(si)}] or another unit of "
+            f"{kind_of(si)} in "
             "brackets."
         )
     try:
@@ -276,9 +339,14 @@ def _number(cell: str) -> float | None:
 
 
 def _numbers(
-    path: str | os.PathLike[str], body: list[tuple[int, list[str]]], columns: list[Column], names: _Names, how: Reading,
-    timed: bool, notes: list[str],
-) -> tuple[dict[str, Array], list[int]]:  # fmt: skip
+    path: str | os.PathLike[str],
+    body: list[tuple[int, list[str]]],
+    columns: list[Column],
+    names: _Names,
+    how: Reading,
+    timed: bool,
+    notes: list[str],
+) -> tuple[dict[str, Array], list[int]]:
     """The columns in SI and the lines of their rows."""
     found: list[list[float]] = []
     lines: list[int] = []
@@ -292,14 +360,19 @@ def _numbers(
                 value = math.nan
             if value is None:
                 hint = " Write a decimal point and no thousands separators." if "," in cell else ""
-                raise FileError(f"{path}, line {line}: {column.head}: found {cell!r}; allowed: a number.{hint}")
+                raise FileError(
+                    f"{path}, line {line}: {column.head}: found {cell!r}; allowed: a number.{hint}"
+                )
             values.append(value * column.scale)
-        lacking = {column.name for column, value in zip(columns, values, strict=True) if math.isnan(value)}
+        lacking = {
+            column.name for column, value in zip(columns, values, strict=True) if math.isnan(value)
+        }
         if lacking:
             if not how.gaps:
                 head = columns[[math.isnan(value) for value in values].index(True)].head
                 raise FileError(
-                    f"{path}, line {line}: {head}: found a gap; allowed: a number. --skip-gaps passes over rows with "
+                    f"{path}, line {line}: {head}: found a gap; allowed: a number. --skip-gaps "
+                    f"passes over rows with "
                     "gaps, and of operating points over the values that are not there."
                 )
             measured = {column.name for column in columns} & names.results.keys()
@@ -314,12 +387,17 @@ def _numbers(
     if missing:
         notes.append(f"in {missing} of {len(body)} rows some values are not measured")
     if not found:
-        raise FileError(f"{path}: found no row of numbers{' without gaps' if skipped else ''}; allowed: at least one.")
+        raise FileError(
+            f"{path}: found no row of numbers{' without gaps' if skipped else ''}; "
+            f"allowed: at least one."
+        )
     table = np.array(found)
     return {column.name: table[:, i] for i, column in enumerate(columns)}, lines
 
 
-def _in_range(path: str | os.PathLike[str], settings: dict[str, Array], at: list[int], names: _Names) -> None:
+def _in_range(
+    path: str | os.PathLike[str], settings: dict[str, Array], at: list[int], names: _Names
+) -> None:
     """FileError where a setting lies outside the range of its key."""
     for key, values in settings.items():
         leaf = names.keys.axes[key]
@@ -327,13 +405,19 @@ def _in_range(path: str | os.PathLike[str], settings: dict[str, Array], at: list
         if bad.size:
             value = leaf.text(float(f"{values[bad[0]]:.6g}"))
             raise FileError(
-                f"{path}, line {at[bad[0]]}: {key}: found {value}; allowed: {leaf.range()}. Is the unit in the head "
+                f"{path}, line {at[bad[0]]}: {key}: found {value}; allowed: {leaf.range()}. Is "
+                f"the unit in the head "
                 "right?"
             )
 
 
 def _over_time(
-    path: str | os.PathLike[str], table: dict[str, Array], at: list[int], names: _Names, how: Reading, notes: list[str]
+    path: str | os.PathLike[str],
+    table: dict[str, Array],
+    at: list[int],
+    names: _Names,
+    how: Reading,
+    notes: list[str],
 ) -> Measured:
     """Features of stretches in which the settings stay the same."""
     time = table.pop(TIME)
@@ -341,13 +425,20 @@ def _over_time(
     if back.size:
         line = at[back[0] + 1]
         raise FileError(
-            f"{path}, line {line}: time: found {time[back[0] + 1]:g} s after {time[back[0]]:g} s; allowed: a time that "
+            f"{path}, line {line}: time: found {time[back[0] + 1]:g} s after {time[back[0]]:g} s; "
+            f"allowed: a time that "
             "goes on."
         )
     settings = {names.settings[name]: table[name] for name in table if name in names.settings}
-    signals = {name: table[name] for name in table if name in names.signals and name not in names.settings}
+    signals = {
+        name: table[name] for name in table if name in names.signals and name not in names.settings
+    }
     if not settings or not signals:
-        lacking = "setting (wob, rotary_speed, depth)" if not settings else f"signal ({', '.join(names.signals)})"
+        lacking = (
+            "setting (wob, rotary_speed, depth)"
+            if not settings
+            else f"signal ({', '.join(names.signals)})"
+        )
         raise FileError(f"{path}: found no {lacking} beside the time; allowed: at least one.")
     _in_range(path, settings, at, names)
     step = float(np.median(np.diff(time))) if len(time) > 1 else math.inf
@@ -361,7 +452,8 @@ def _over_time(
         kept.append((start, stop))
     if not kept:
         raise FileError(
-            f"{path}: found no stretch of at least {how.shortest:g} s in which the settings stay within "
+            f"{path}: found no stretch of at least {how.shortest:g} s in which the settings stay "
+            f"within "
             f"{100 * SAME:g} % of their mean; allowed: at least one. --shortest takes shorter ones."
         )
     notes.append(
@@ -376,14 +468,24 @@ def _over_time(
     for name, values in signals.items():
         parts = [values[a:b] for a, b in kept]
         means = np.array([part.mean() for part in parts])
-        low, high = np.array([part.min() for part in parts]), np.array([part.max() for part in parts])
-        # Noise makes a greatest value greater: by nothing at a sharp peak, by sqrt(2 ln n) deviations of a steady one.
-        # Of samples as slow as the motion it is not known to be noise: the extremes stay, and the doubt is their error.
+        low, high = (
+            np.array([part.min() for part in parts]),
+            np.array([part.max() for part in parts]),
+        )
+        # Noise makes a greatest value greater: by nothing at a sharp peak, by sqrt(2 ln
+        # n) deviations of a steady one. Of samples as slow as the motion it is not
+        # known to be noise: the extremes stay, and the doubt is their error.
         noise = np.array([noise_of(part) for part in parts])
         half = 0.5 * noise * np.sqrt(2.0 * np.log([len(part) for part in parts]))
         if step <= FINE:
             low, high = low + half, high - half
-        every = {MEAN: means, "_min": low, "_max": high, f"{CHANGE}_min": low - means, f"{CHANGE}_max": high - means}
+        every = {
+            MEAN: means,
+            "_min": low,
+            "_max": high,
+            f"{CHANGE}_min": low - means,
+            f"{CHANGE}_max": high - means,
+        }
         wanted = {f"{name}{end}": one for end, one in every.items() if not coarse or end == MEAN}
         found |= {full: one for full, one in wanted.items() if full in names.results}
         ends = {full: half for full in wanted if full in names.results and not full.endswith(MEAN)}
@@ -391,37 +493,45 @@ def _over_time(
             beyond |= ends
             whole = 100.0 / max(float(np.abs(means).max()), 1e-300)
             notes.append(
-                f"noise of {name}: up to {whole * noise.max():.2g} % of its mean; its extremes are taken up to "
+                f"noise of {name}: up to {whole * noise.max():.2g} % of its mean; its extremes "
+                f"are taken up to "
                 f"{whole * half.max():.2g} % inwards, which is added to their error"
                 if step <= FINE
-                else f"{name}, with a sample every {step:g} s, has noise or a motion as fast as the samples: which, "
-                f"they cannot tell. Its extremes stay as they are, with up to {whole * half.max():.2g} % of the mean "
+                else f"{name}, with a sample every {step:g} s, has noise or a motion as fast as "
+                f"the samples: which, "
+                f"they cannot tell. Its extremes stay as they are, with up to "
+                f"{whole * half.max():.2g} % of the mean "
                 f"added to their error; samples every {FINE:g} s or less tell"
             )
     if not found:
         raise FileError(
-            f"{path}: found signals of which no feature follows{' but extremes' * coarse}; allowed: others."
+            f"{path}: found signals of which no feature follows{' but extremes' * coarse}; "
+            f"allowed: others."
         )
     where = [f"lines {at[a]} to {at[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
     return _made(path, at_, found, {}, where, names, how, notes, beyond)
 
 
 def noise_of(values: Array) -> float:
-    """The standard deviation of the white noise in evenly spaced samples of a smooth signal, 0 where there is none that
-    can be told: differences of order 6 and 8 pass over the signal, and of white noise give the same (their squares sum
-    to the binomial coefficients of 12 over 6 and 16 over 8). The upper half of its spectrum has to be that of white
-    noise as well, flat and without lines, which a motion of sharp turns is not."""
+    """The standard deviation of the white noise in evenly spaced samples of a smooth
+    signal, 0 where there is none that can be told: differences of order 6 and 8 pass
+    over the signal, and of white noise give the same (their squares sum to the binomial
+    coefficients of 12 over 6 and 16 over 8). The upper half of its spectrum has to be
+    that of white noise as well, flat and without lines, which a motion of sharp turns
+    is not."""
     if len(values) < LEAST_FOR_NOISE:
         return 0.0
     six, eight = (
-        float(np.sqrt(np.mean(np.diff(values, order) ** 2) / math.comb(2 * order, order))) for order in (6, 8)
+        float(np.sqrt(np.mean(np.diff(values, order) ** 2) / math.comb(2 * order, order)))
+        for order in (6, 8)
     )
     return eight if six > 0.0 and 1.0 / WHITE < eight / six < WHITE and _white(values) else 0.0
 
 
 def _white(values: Array) -> bool:
-    """Whether the frequencies above half the greatest look like white noise: as much power in their lower half as in
-    their upper one (F test), and none with more than chance gives (Fisher 1929, g test)."""
+    """Whether the frequencies above half the greatest look like white noise: as much
+    power in their lower half as in their upper one (F test), and none with more than
+    chance gives (Fisher 1929, g test)."""
     from scipy.signal import periodogram
     from scipy.stats import f as f_distribution
 
@@ -433,14 +543,16 @@ def _white(values: Array) -> bool:
     widened = 1.5  # bins of a Hann window that are as one independent one
     freedom = [2.0 * len(part) / widened for part in (lower, higher)]
     ratio = float(lower.mean() / higher.mean())
-    even = 2.0 * min(float(f_distribution.sf(ratio, *freedom)), float(f_distribution.cdf(ratio, *freedom)))
+    even = 2.0 * min(
+        float(f_distribution.sf(ratio, *freedom)), float(f_distribution.cdf(ratio, *freedom))
+    )
     line = 1.0 - (1.0 - math.exp(-float(upper.max() / upper.mean()))) ** (len(upper) / widened)
     return even > CHANCE and line > CHANCE
 
 
 def _stretches(time: Array, settings: dict[str, Array], step: float) -> list[tuple[int, int]]:
-    """First and beyond the last row of each stretch in which every setting stays within :data:`SAME` of its mean, and
-    no time is missing."""
+    """First and beyond the last row of each stretch in which every setting stays within
+    :data:`SAME` of its mean, and no time is missing."""
     table = np.stack(list(settings.values()), axis=1)
     size = np.maximum(np.abs(table).max(axis=0), 1e-300)
     found, start, total = [], 0, table[0].copy()
@@ -459,11 +571,20 @@ def _stretches(time: Array, settings: dict[str, Array], step: float) -> list[tup
 
 
 def _made(
-    path: str | os.PathLike[str], settings: dict[str, Array], values: dict[str, Array], errors: dict[str, Array],
-    where: list[str], names: _Names, how: Reading, notes: list[str], beyond: Mapping[str, Array] | None = None,
-) -> Measured:  # fmt: skip
+    path: str | os.PathLike[str],
+    settings: dict[str, Array],
+    values: dict[str, Array],
+    errors: dict[str, Array],
+    where: list[str],
+    names: _Names,
+    how: Reading,
+    notes: list[str],
+    beyond: Mapping[str, Array] | None = None,
+) -> Measured:
     if strange := [name for name in how.errors if name not in values]:
-        raise InputError(f"--error: found {strange[0]}, which is not measured; allowed: {', '.join(values)}.")
+        raise InputError(
+            f"--error: found {strange[0]}, which is not measured; allowed: {', '.join(values)}."
+        )
     assumed = []
     for name, found in values.items():
         if name in how.errors:
@@ -471,33 +592,47 @@ def _made(
         elif name not in errors:
             greatest = float(np.nanmax(np.abs(found)))
             grade = name.endswith("_severity")
-            errors[name] = np.full(found.shape, GRADE) if grade else np.hypot(RELATIVE * found, ABSOLUTE * greatest)
+            errors[name] = (
+                np.full(found.shape, GRADE)
+                if grade
+                else np.hypot(RELATIVE * found, ABSOLUTE * greatest)
+            )
             errors[name] = np.maximum(errors[name], 1e-12)
             assumed.append(name)
         if beyond and name in beyond:
             errors[name] = np.hypot(errors[name], beyond[name])
     if assumed:
         notes.append(
-            f"error assumed of {', '.join(assumed)}: {100 * RELATIVE:g} % of the value and {100 * ABSOLUTE:g} % of the "
+            f"error assumed of {', '.join(assumed)}: {100 * RELATIVE:g} % of the value and "
+            f"{100 * ABSOLUTE:g} % of the "
             f"greatest, of severities {GRADE}; --error or a column NAME_error gives it"
         )
     return Measured(str(path), settings, values, errors, tuple(where), tuple(notes))
 
 
 def _error(name: str, text: str | float, si: str, values: Array) -> Array:
-    """The standard deviations that an option gives, as a quantity, in percent of the values, or as a number in SI."""
+    """The standard deviations that an option gives, as a quantity, in percent of the
+    values, or as a number in SI."""
     if not isinstance(text, str):
-        if isinstance(text, bool) or not isinstance(text, int | float | np.number) or not 0 < text < math.inf:
+        if (
+            isinstance(text, bool)
+            or not isinstance(text, int | float | np.number)
+            or not 0 < text < math.inf
+        ):
             raise InputError(
-                f"errors, {name}: found {text!r}; allowed: a number above 0 in SI{f' [{si}]' if si else ''}, or a text "
+                f"errors, {name}: found {text!r}; allowed: a number above 0 in "
+                f"SI{f' [{si}]' if si else ''}, or a text "
                 "with its unit or in percent."
             )
         return np.full(values.shape, float(text))
     plain = text.replace("%", "percent").strip()
     try:
         share = plain.endswith("percent") and si != "percent"
-        number = float(plain.removesuffix("percent")) if share or si in ("", "percent") else to_si(
-            _JOINED.sub("*", plain), si)  # fmt: skip
+        number = (
+            float(plain.removesuffix("percent"))
+            if share or si in ("", "percent")
+            else to_si(_JOINED.sub("*", plain), si)
+        )
         if not number > 0 or not math.isfinite(number):
             raise ValueError
     except QuantityError as error:
@@ -508,5 +643,7 @@ def _error(name: str, text: str | float, si: str, values: Array) -> Array:
         ) from None
     found = number / 100 * np.abs(values) if share else np.full(values.shape, number)
     if np.any(found <= 0):
-        raise InputError(f"--error {name}: found {text!r} of a value of 0; allowed: an error above 0.")
+        raise InputError(
+            f"--error {name}: found {text!r} of a value of 0; allowed: an error above 0."
+        )
     return found

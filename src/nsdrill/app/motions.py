@@ -1,7 +1,9 @@
-"""Motions of one operating point, at the speed of a hand on a slider: of a stored point once more, from its own start;
-on from any state with any numbers of the study changed; and of many points around it, all from one state.
+"""Motions of one operating point, at the speed of a hand on a slider: of a stored point
+once more, from its own start; on from any state with any numbers of the study changed;
+and of many points around it, all from one state.
 
-All that a file says is read once, so that one motion costs little more than its integration.
+All that a file says is read once, so that one motion costs little more than its
+integration.
 """
 
 from __future__ import annotations
@@ -44,9 +46,11 @@ LARGEST_STATE = 1e12  # of a state to go on from
 
 @dataclass(frozen=True)
 class Motion:
-    """One run: ``time`` [s] and ``variables`` of a trace [samples], ``initial`` and ``final`` states with the phase
-    last, its ``status``, how many ``steps`` were tried in how many ``seconds``. ``found`` are features and labels of
-    all of it, empty of a stored point; ``same_bits`` says of that whether the run ends in the stored state."""
+    """One run: ``time`` [s] and ``variables`` of a trace [samples], ``initial`` and
+    ``final`` states with the phase last, its ``status``, how many ``steps`` were tried
+    in how many ``seconds``. ``found`` are features and labels of all of it, empty of a
+    stored point; ``same_bits`` says of that whether the run ends in the stored
+    state."""
 
     time: Array
     variables: dict[str, Array]
@@ -60,13 +64,15 @@ class Motion:
 
 
 class Motions:
-    """The motions of ``study``, and of the points of its ``results`` where there are any."""
+    """The motions of ``study``, and of the points of its ``results`` where there are
+    any."""
 
     def __init__(self, study: Study, results: Results | None = None) -> None:
         self.study, self.results, self.plan = study, results, plan_of(study)
         if model_named(study.model).switches(study.parameters) is not None:
             raise InputError(
-                f"{study.source or 'the study'}: found something that is switched on within the run (drive.on_at); "
+                f"{study.source or 'the study'}: found something that is switched on within the "
+                f"run (drive.on_at); "
                 "allowed: a study without. Use nsdrill simulate."
             )
         self._texts = lru_cache(64)(self._text)
@@ -74,7 +80,8 @@ class Motions:
     # Which point
 
     def values(self, place: Sequence[int]) -> dict[str, float]:
-        """The values of all that differs from point to point at a place of the grid of the results, by their keys."""
+        """The values of all that differs from point to point at a place of the grid of
+        the results, by their keys."""
         number = np.array([np.ravel_multi_index(tuple(place), self.plan.grid)])
         return {key: float(values[0]) for key, values in self.plan.values(number).items()}
 
@@ -82,20 +89,28 @@ class Motions:
     def own(self) -> dict[str, float]:
         """The values of the axes at the study's own operating point."""
         operation = {name: float(getattr(self.study.operation, name)) for name in OPERATION}
-        swept = {key: float(values[len(values) // 2]) for key, values in self.plan.axes.items() if len(values) > 1}
+        swept = {
+            key: float(values[len(values) // 2])
+            for key, values in self.plan.axes.items()
+            if len(values) > 1
+        }
         return {key: float(values[0]) for key, values in self.plan.axes.items()} | operation | swept
 
     def at(self, values: Mapping[str, float], changes: Mapping[str, str] | None = None) -> Study:
-        """The study of one point, at these ``values`` of the axes, with further keys changed (texts as in a study).
-        InputError where that is no valid study."""
+        """The study of one point, at these ``values`` of the axes, with further keys
+        changed (texts as in a study). InputError where that is no valid study."""
         from nsdrill.study import parse_study
 
-        texts = [f"{key if '.' in key else f'operation.{key}'}={text}" for key, text in (changes or {}).items()]
+        texts = [
+            f"{key if '.' in key else f'operation.{key}'}={text}"
+            for key, text in (changes or {}).items()
+        ]
         try:
             return parse_study(self._texts(tuple(values.items())), "the point", texts)
         except StudyError as error:
             found = "; ".join(
-                f"{fault.key.removeprefix('operation.')}: found {fault.found.partition(' (--set')[0]}; allowed: "
+                f"{fault.key.removeprefix('operation.')}: found "
+                f"{fault.found.partition(' (--set')[0]}; allowed: "
                 f"{fault.allowed}"
                 for fault in error.faults[:3]
             )
@@ -112,7 +127,9 @@ class Motions:
         resolved["sweep"] = {"procedure": "same", "along": None, "refine": 0}
         for section in ("ramps", "uncertain", "continue"):  # of a sweep, or of time
             resolved.pop(section, None)
-        resolved["initial"] |= {name: value for name, value in _ONE_START.items() if name in resolved["initial"]}
+        resolved["initial"] |= {
+            name: value for name, value in _ONE_START.items() if name in resolved["initial"]
+        }
         leaves = keys_of(self.study.model).axes
         for key, value in values.items():
             *sections, name = (key if "." in key else f"operation.{key}").split(".")
@@ -120,7 +137,11 @@ class Motions:
             for section in sections:
                 inside = inside[section]
             inside[name] = (
-                word_at(key, value) if words_of(key) else int(value) if leaves[key].kind == "whole" else value
+                word_at(key, value)
+                if words_of(key)
+                else int(value)
+                if leaves[key].kind == "whole"
+                else value
             )
         return resolved
 
@@ -135,28 +156,36 @@ class Motions:
         return [*model.states(model.variant(study.parameters)), "drive_angle"]
 
     def fitted(self, study: Study, state: Mapping[str, float]) -> Array:
-        """A state with the states that the string of ``study`` has: those that it lacks begin as in the study, say the
-        speed of a drive that was ideal before."""
+        """A state with the states that the string of ``study`` has: those that it lacks
+        begin as in the study, say the speed of a drive that was ideal before."""
         names, own = self.states(study), self.start(study)
         if not state.keys() & set(names):
-            raise InputError(f"states: found none of {', '.join(names)}; allowed: these. Choose a point again.")
-        return np.array([state.get(name, float(value)) for name, value in zip(names, own, strict=True)])
+            raise InputError(
+                f"states: found none of {', '.join(names)}; allowed: these. Choose a point again."
+            )
+        return np.array(
+            [state.get(name, float(value)) for name, value in zip(names, own, strict=True)]
+        )
 
     def with_start(self, study: Study, state: Array) -> dict[str, Any] | None:
-        """The resolved study of one point with ``state`` as its start; None where its states are no keys of a study."""
+        """The resolved study of one point with ``state`` as its start; None where its
+        states are no keys of a study."""
         names = self.states(study)
         there, held = study.resolved["initial"], model_named(study.model).held(study.parameters)
         if not all(name in there for name in names):
             return None
         state = self.checked(study, state)
-        moved = {name: float(value) for name, value in zip(names, state, strict=True) if name not in held}
+        moved = {
+            name: float(value) for name, value in zip(names, state, strict=True) if name not in held
+        }
         return {**study.resolved, "initial": {**there, **moved}}
 
     # What it does
 
     def replay(self, place: Sequence[int], seconds: float, sample: float) -> Motion:
-        """The run of a stored point once more, from its stored initial state, sampled every ``sample`` [s] in its last
-        ``seconds``. InputError for a point that has not been run, or that takes too many steps."""
+        """The run of a stored point once more, from its stored initial state, sampled
+        every ``sample`` [s] in its last ``seconds``. InputError for a point that has
+        not been run, or that takes too many steps."""
         assert self.results is not None
         place, values = tuple(place), self.values(place)
         point = {name: self.results[name][place] for name in _STORED}
@@ -166,37 +195,54 @@ class Motions:
                 + (
                     "the sweep is not finished."
                     if point["status"] == PENDING
-                    else "all points around it have one response, so the refinement passed it over. Move a slider, "
+                    else "all points around it have one response, so the refinement passed it "
+                    "over. Move a slider, "
                     "and it is run."
                 )
             )
         if (steps := int(point["steps"]) + int(point["rejected"])) > MOST_STEPS:
             raise InputError(
-                f"This point took {steps} steps, which is too long to wait for here. Use the command line below."
+                f"This point took {steps} steps, which is too long to wait for here. Use the "
+                f"command line below."
             )
         here = values_at(self.study.parameters, self.study.initial, values)
         study = replace(self.study, parameters=here.parameters, initial=here.initial)
         names = self.results.coords["state"]
-        initial, final = (own_state(study, names, point[name]) for name in ("initial_state", "final_state"))
+        initial, final = (
+            own_state(study, names, point[name]) for name in ("initial_state", "final_state")
+        )
         number = np.array([np.ravel_multi_index(place, self.plan.grid)])
         simulation = _by(study.simulation, bool(chosen_of(self.study).points(number)[0]))
         motion = _motion(study, Operation(*here.operation), simulation, initial, seconds, sample)
-        same = motion.status == int(point["status"]) and np.array_equal(motion.final, final, equal_nan=True)
+        same = motion.status == int(point["status"]) and np.array_equal(
+            motion.final, final, equal_nan=True
+        )
         return replace(motion, same_bits=bool(same))
 
     def glance(self, study: Study, state: Array) -> Motion:
-        """A tenth of a second from ``state``: what is compiled for a replay is made ready."""
+        """A tenth of a second from ``state``: what is compiled for a replay is made
+        ready."""
         simulation = _work(
-            study, replace(study.simulation, transient=0.0, observe=0.1), Record(peaks=0), self.checked(study, state)
+            study,
+            replace(study.simulation, transient=0.0, observe=0.1),
+            Record(peaks=0),
+            self.checked(study, state),
         ).simulation
         return _motion(study, study.operation, simulation, self.checked(study, state), 0.1, 0.01)
 
     def go_on(
-        self, study: Study, state: Array, seconds: float, sample: float, *, settle: float = 0.0, observe: float = 0.0
+        self,
+        study: Study,
+        state: Array,
+        seconds: float,
+        sample: float,
+        *,
+        settle: float = 0.0,
+        observe: float = 0.0,
     ) -> Motion:
-        """On from ``state`` with what the ``study`` of one point says: after ``settle`` seconds observed for
-        ``observe`` (by default for ``seconds``), sampled in its last ``seconds``. Features and labels are of what is
-        observed."""
+        """On from ``state`` with what the ``study`` of one point says: after ``settle``
+        seconds observed for ``observe`` (by default for ``seconds``), sampled in its
+        last ``seconds``. Features and labels are of what is observed."""
         simulation = replace(
             study.simulation,
             transient=settle,
@@ -209,14 +255,19 @@ class Motions:
         gang = work.new_gang(1, 1)
         gang.add(np.array([0]), runs)
         found = work.columns(gang.run_alone(compiled_parts(1, work.variant)))
-        return replace(motion, found={name: v[0].item() for name, v in found.items() if np.ndim(v) == 1})
+        return replace(
+            motion, found={name: v[0].item() for name, v in found.items() if np.ndim(v) == 1}
+        )
 
     def around(
         self, study: Study, state: Array, key: str, values: Array, *, settle: float, observe: float
     ) -> dict[str, Array]:
-        """The points at ``values`` of the axis ``key`` [n], each from ``state``, after ``settle`` seconds observed for
-        ``observe``: status, features, labels and peaks [n, ...] as in a results file."""
-        work, workers, lanes = self._group(study, state, {key: np.asarray(values, dtype=float)}, settle, observe)
+        """The points at ``values`` of the axis ``key`` [n], each from ``state``, after
+        ``settle`` seconds observed for ``observe``: status, features, labels and peaks
+        [n, ...] as in a results file."""
+        work, workers, lanes = self._group(
+            study, state, {key: np.asarray(values, dtype=float)}, settle, observe
+        )
         compiled_parts(lanes, work.variant)
         kept: dict[str, Array] = {}
 
@@ -231,12 +282,15 @@ class Motions:
         return kept
 
     def ready(self, study: Study, state: Array, key: str = "", values: Array | None = None) -> None:
-        """Make the machine code of :meth:`go_on`, or of :meth:`around` where there is a ``key``; others may compute
-        meanwhile."""
+        """Make the machine code of :meth:`go_on`, or of :meth:`around` where there is a
+        ``key``; others may compute meanwhile."""
         if values is not None:
             work, _, lanes = self._group(study, state, {key: np.atleast_1d(values)}, 0.0, 1.0)
         else:
-            work, lanes = self._alone(study, replace(study.simulation, transient=0.0, observe=1.0), state), 1
+            work, lanes = (
+                self._alone(study, replace(study.simulation, transient=0.0, observe=1.0), state),
+                1,
+            )
         compiled_parts(lanes, work.variant)
 
     def _alone(self, study: Study, simulation: Simulation, state: Array) -> _From:
@@ -245,9 +299,13 @@ class Motions:
     def _group(
         self, study: Study, state: Array, axes: Mapping[str, Array], settle: float, observe: float
     ) -> tuple[_From, int, int]:
-        """The points along an axis, with the count of workers and that of lanes which serve them best."""
+        """The points along an axis, with the count of workers and that of lanes which
+        serve them best."""
         simulation = replace(
-            study.simulation, transient=settle, observe=observe, max_steps=min(study.simulation.max_steps, MOST_STEPS)
+            study.simulation,
+            transient=settle,
+            observe=observe,
+            max_steps=min(study.simulation.max_steps, MOST_STEPS),
         )
         work = _work(study, simulation, Record(), self.checked(study, state), axes)
         count = math.prod(len(values) for values in axes.values())
@@ -255,12 +313,15 @@ class Motions:
         return work, workers, choose_lanes(-(-count // workers))
 
     def checked(self, study: Study, state: Array) -> Array:
-        """A state to go on from, with the phase last; InputError where it is none of this string."""
+        """A state to go on from, with the phase last; InputError where it is none of
+        this string."""
         state = np.asarray(state, dtype=float)
         names = self.states(study)
-        if state.shape != (len(names),) or not np.all(np.abs(state) < LARGEST_STATE):  # which no NaN is
+        # which no NaN is
+        if state.shape != (len(names),) or not np.all(np.abs(state) < LARGEST_STATE):
             raise InputError(
-                f"state: found {state.size} numbers; allowed: {len(names)} finite ones. Choose a point again."
+                f"state: found {state.size} numbers; allowed: {len(names)} finite ones. Choose a "
+                f"point again."
             )
         return state
 
@@ -271,7 +332,8 @@ _ONE_START: dict[str, Any] = {"ensemble": 0, "slice": {}}
 
 @dataclass(frozen=True, kw_only=True)
 class _From(Work):
-    """Points that all begin in one ``state``, with the phase last, but for what does not move."""
+    """Points that all begin in one ``state``, with the phase last, but for what does
+    not move."""
 
     state: Array
 
@@ -284,16 +346,30 @@ class _From(Work):
 
 
 def _work(
-    study: Study, simulation: Simulation, record: Record, state: Array, axes: Mapping[str, Array] | None = None
+    study: Study,
+    simulation: Simulation,
+    record: Record,
+    state: Array,
+    axes: Mapping[str, Array] | None = None,
 ) -> _From:
     operation = {name: np.array([float(getattr(study.operation, name))]) for name in OPERATION}
     plan = Plan({**operation, **(axes or {})}, "same", None)
     simulation = _settled(plan, study, simulation)
-    return _From(plan, study.parameters, study.initial, simulation, study.thresholds, record, study.model, state=state)
+    return _From(
+        plan,
+        study.parameters,
+        study.initial,
+        simulation,
+        study.thresholds,
+        record,
+        study.model,
+        state=state,
+    )
 
 
 def _settled(plan: Plan, study: Study, simulation: Simulation) -> Simulation:
-    """``simulation`` with the method left open no more: implicit where friction is steep at one of the points."""
+    """``simulation`` with the method left open no more: implicit where friction is
+    steep at one of the points."""
     chosen = Chosen(plan, study.parameters, study.initial, study.model, simulation.method)
     return _by(simulation, bool(chosen.points(np.arange(plan.points)).any()))
 
@@ -304,19 +380,29 @@ def _by(simulation: Simulation, implicit: bool) -> Simulation:
 
 def _points(study: Study) -> Values:
     operation = study.operation
-    return Values(study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
+    return Values(
+        study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed)
+    )
 
 
 def _motion(
-    study: Study, operation: Operation, simulation: Simulation, initial: Array, seconds: float, sample: float
+    study: Study,
+    operation: Operation,
+    simulation: Simulation,
+    initial: Array,
+    seconds: float,
+    sample: float,
 ) -> Motion:
-    """A run, sampled in its last ``seconds``; of one that ended before these, all of it, more coarsely."""
+    """A run, sampled in its last ``seconds``; of one that ended before these, all of
+    it, more coarsely."""
     total, schedule = simulation.transient + simulation.observe, Schedule(operation, {})
     begin, sample = max(0.0, total - seconds), float(sample)
     sample = max(sample, (total - begin) / MOST_SAMPLES)
     for _ in range(2):
         samples = math.floor((total - begin) / sample * (1 + 1e-12)) + 1
-        taken, status, accepted, rejected, final = run_at(study, operation, simulation, initial, samples, sample, begin)
+        taken, status, accepted, rejected, final = run_at(
+            study, operation, simulation, initial, samples, sample, begin
+        )
         if len(taken) > 1 or begin == 0.0:
             break
         begin, sample = 0.0, max(sample, total / MOST_SAMPLES)

@@ -22,14 +22,18 @@ from nsdrill.study.study import Study
 from nsdrill.study.written import told_changes
 
 FEWEST_SAMPLES = 400  # of one period
-_ITS_STUDY = "Give the study that the branches were made from, with its --set: nsdrill show --study prints it."
+_ITS_STUDY = (
+    "Give the study that the branches were made from, with its --set: nsdrill show --study prints "
+    "it."
+)
 
 
 @dataclass(frozen=True)
 class OrbitPoint:
-    """A point of a file of branches: its ``number``, the ``state`` at the drive angle 0 with that angle last, its
-    ``period`` [s], the ``values`` of the operating point and of the number that is continued by their keys, and the
-    count of ``unstable`` directions."""
+    """A point of a file of branches: its ``number``, the ``state`` at the drive angle 0
+    with that angle last, its ``period`` [s], the ``values`` of the operating point and
+    of the number that is continued by their keys, and the count of ``unstable``
+    directions."""
 
     number: int
     state: np.ndarray
@@ -43,7 +47,9 @@ def orbit_point(path: str | os.PathLike[str], number: int) -> tuple[OrbitPoint, 
     data = open_branches(path)
     points = int(data.sizes["point"])
     if not 0 <= number < points:
-        raise InputError(f"--point: found {number}; allowed: 0 to {points - 1}, the points of the file.")
+        raise InputError(
+            f"--point: found {number}; allowed: 0 to {points - 1}, the points of the file."
+        )
     key = str(data.attrs.get("along_key", "rotary_speed"))
     along = str(data.attrs.get("along", "rotary_speed"))
     state = np.append(data["state"].values[number], 0.0)
@@ -54,12 +60,18 @@ def orbit_point(path: str | os.PathLike[str], number: int) -> tuple[OrbitPoint, 
 
 
 def trace_of(
-    study: Study, changed: Callable[[list[str]], Study], path: str | os.PathLike[str], number: int, *,
-    duration: float | None = None, sample: float | None = None,
-) -> tuple[Trajectory, OrbitPoint]:  # fmt: skip
-    """The trace of the motion at the point of this ``number``, over one period or ``duration`` [s], sampled every
-    ``sample`` [s], and the point. ``changed`` gives the ``study`` with other values, texts ``key=value``. FileError
-    where the branches are not those of the study's string."""
+    study: Study,
+    changed: Callable[[list[str]], Study],
+    path: str | os.PathLike[str],
+    number: int,
+    *,
+    duration: float | None = None,
+    sample: float | None = None,
+) -> tuple[Trajectory, OrbitPoint]:
+    """The trace of the motion at the point of this ``number``, over one period or
+    ``duration`` [s], sampled every ``sample`` [s], and the point. ``changed`` gives the
+    ``study`` with other values, texts ``key=value``. FileError where the branches are
+    not those of the study's string."""
     point, attrs = orbit_point(path, number)
     here = changed(settings_for(study, point))
     check_study(path, here, point, attrs)
@@ -76,18 +88,24 @@ def settings_for(study: Study, point: OrbitPoint) -> list[str]:
     return texts
 
 
-def check_study(path: str | os.PathLike[str], study: Study, point: OrbitPoint, attrs: dict[str, Any]) -> None:
-    """FileError where the branches are of another string than the ``study``, beyond the numbers of the ``point``."""
+def check_study(
+    path: str | os.PathLike[str], study: Study, point: OrbitPoint, attrs: dict[str, Any]
+) -> None:
+    """FileError where the branches are of another string than the ``study``, beyond the
+    numbers of the ``point``."""
     if str(attrs.get("model")) != study.model:
         raise FileError(
-            f"{path}: branches of the model {attrs.get('model')}, the study has {study.model}. {_ITS_STUDY}"
+            f"{path}: branches of the model {attrs.get('model')}, the study has {study.model}. "
+            f"{_ITS_STUDY}"
         )
     own = {keys_of(study.model).axes[key].key for key in point.values}
     there = resolved_study(attrs)
     keys = [key for key, _, _ in string_differences(there, study.resolved, own)]
     if keys:
         told = told_changes(there, study.resolved, keys)
-        raise FileError(f"{path}: made from another string than that of the study ({told}). {_ITS_STUDY}")
+        raise FileError(
+            f"{path}: made from another string than that of the study ({told}). {_ITS_STUDY}"
+        )
 
 
 def simulate_orbit(
@@ -98,10 +116,14 @@ def simulate_orbit(
     duration: float | None = None,
     sample: float | None = None,
 ) -> Trajectory:
-    """The trace of the motion at ``point``, over one period or ``duration`` [s]. ``study`` has the point's numbers."""
+    """The trace of the motion at ``point``, over one period or ``duration`` [s].
+    ``study`` has the point's numbers."""
     states = described(study.model).states(study.parameters)
     if len(states) != len(point.state):
-        raise FileError(f"{path}: its motions have {len(point.state)} states, the study {len(states)}. {_ITS_STUDY}")
+        raise FileError(
+            f"{path}: its motions have {len(point.state)} states, the study "
+            f"{len(states)}. {_ITS_STUDY}"
+        )
     span = point.period if duration is None else duration
     fine = replace(study, simulation=replace(study.simulation, rtol=RTOL))
     return simulate(

@@ -1,5 +1,5 @@
-"""The study of a file as it was run, and what ``--set`` changed in it; of a file that does not say that, found by
-reading the text of its study again."""
+"""The study of a file as it was run, and what ``--set`` changed in it; of a file that
+does not say that, found by reading the text of its study again."""
 
 from __future__ import annotations
 
@@ -18,14 +18,16 @@ Data = TypeVar("Data", Results, Trace)
 def overrides_of(attrs: Mapping[str, Any]) -> list[str]:
     """The overrides ``key=value`` of a file with the root attributes ``attrs``.
 
-    Where they are not recorded (early replays lost them), they are the keys in which the study that was run differs
-    from its text; none where that text is no study of this version.
+    Where they are not recorded (early replays lost them), they are the keys in which
+    the study that was run differs from its text; none where that text is no study of
+    this version.
     """
     if found := overrides(attrs):
         return [f"{key}={value}" for key, value in found.items()]
     if OVERRIDES in attrs and "replay_of" not in attrs:
         return []
-    from nsdrill.study import parse_study  # late: the parser is slow to import, and most files do not need it
+    # late: the parser is slow to import, and most files do not need it
+    from nsdrill.study import parse_study
     from nsdrill.study.written import changes
 
     try:
@@ -46,14 +48,21 @@ def with_overrides(data: Data) -> Data:
 
 
 def study_of(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> str:
-    """The study of the file ``path`` with the root attributes ``attrs`` as a study file: every key, with the overrides
-    applied. FileError where the file has none that this version can use."""
+    """The study of the file ``path`` with the root attributes ``attrs`` as a study
+    file: every key, with the overrides applied. FileError where the file has none that
+    this version can use."""
     if "study_resolved" not in attrs:
-        raise FileError(f"{path}: found no study in the file; allowed: an output of nsdrill run, simulate or replay.")
+        raise FileError(
+            f"{path}: found no study in the file; allowed: an output of nsdrill run, "
+            f"simulate or replay."
+        )
     from nsdrill.study.written import study_text
 
     study = study_from_resolved(json.loads(attrs["study_resolved"]), source=str(path))
-    head = [f"The study as nsdrill {attrs.get('nsdrill_version', '')} ran it on {attrs.get('created', '')}: every key."]
+    head = [
+        f"The study as nsdrill {attrs.get('nsdrill_version', '')} ran it on "
+        f"{attrs.get('created', '')}: every key."
+    ]
     if found := overrides_of(attrs):
         head.append(f"Changed by --set: {'; '.join(found)}")
     return study_text(study.resolved, head)

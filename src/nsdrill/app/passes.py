@@ -1,4 +1,5 @@
-"""Several runs of the engine over one log, counted as one: the sweep, its refinement, the checks of its points."""
+"""Several runs of the engine over one log, counted as one: the sweep, its refinement,
+the checks of its points."""
 
 from __future__ import annotations
 
@@ -28,8 +29,8 @@ _BLOCK = 1 << 18  # points looked at at once
 
 @dataclass
 class Passes:
-    """What the engine runs on, and how far all of it is. Whoever makes a pass sets ``progress.total`` and, where
-    points were there before, ``progress.before``."""
+    """What the engine runs on, and how far all of it is. Whoever makes a pass sets
+    ``progress.total`` and, where points were there before, ``progress.before``."""
 
     log: Sink
     executor: Executor
@@ -37,12 +38,17 @@ class Passes:
     lanes: int
     watch: Watch = lambda progress: None
     remote: bool = False
-    chains: int = 0  # of the study, a worker: whether work that gains from more lanes than these has them
+    # of the study, a worker: whether work that gains from more lanes than these has
+    # them
+    chains: int = 0
     progress: Progress = field(default_factory=lambda: Progress(total=0))
     synced: float = field(default_factory=time.monotonic)
 
-    def run(self, work: Work, deliver: Deliver, starts: Starts | None, pending: Array, note: str = "") -> None:
-        """Run these points of ``work`` with the engine; ``note`` says to the watcher what they are for."""
+    def run(
+        self, work: Work, deliver: Deliver, starts: Starts | None, pending: Array, note: str = ""
+    ) -> None:
+        """Run these points of ``work`` with the engine; ``note`` says to the watcher
+        what they are for."""
         base, own = replace(self.progress), self.progress
         own.note = note
 
@@ -60,12 +66,16 @@ class Passes:
             lanes = widened(self.lanes, self.chains, one.variant.rows)
             if not one.compiled:
                 compiled_parts(lanes, one.variant)
-            return Engine(one, self.executor, self.workers, lanes, deliver, watch, remote=self.remote, **more)
+            return Engine(
+                one, self.executor, self.workers, lanes, deliver, watch, remote=self.remote, **more
+            )
 
         for part, points in work.parts(pending):
             if part.plan.chain_length > 1:
                 if starts is None:
-                    starts = Starts(np.arange(part.plan.chains), np.zeros(part.plan.chains, np.int64))
+                    starts = Starts(
+                        np.arange(part.plan.chains), np.zeros(part.plan.chains, np.int64)
+                    )
                 for one, begun, reach, handed in _carried(part, starts):
                     chains = engine(one, reach=reach)
                     add(chains.run(begun, points))
@@ -82,7 +92,8 @@ class Passes:
             self.synced = time.monotonic()
 
     def store(self, points: Array, columns: dict[str, Array]) -> None:
-        """Put the results of finished points into the log; what they do not have stays as in a pending one."""
+        """Put the results of finished points into the log; what they do not have stays
+        as in a pending one."""
         records = pending_records(len(points), self.log.kept)
         for name in records.dtype.names or ():
             if name in columns:
@@ -93,8 +104,8 @@ class Passes:
 def _carried(
     work: Work, starts: Starts
 ) -> Iterator[tuple[Work, Starts, Callable[[Array], int], list[tuple[int, int, Array | None]]]]:
-    """The work of one method after the other, the chains that it goes on with, how far, and a list for those which it
-    hands to the other method; until no chain is left."""
+    """The work of one method after the other, the chains that it goes on with, how far,
+    and a list for those which it hands to the other method; until no chain is left."""
     if work.simulation.method == "explicit":
         yield work, starts, len, []
         return
@@ -125,7 +136,8 @@ def sweep(passes: Passes, work: Work) -> None:
 
 
 def left(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Starts, Array]:
-    """What is still to run (of these chains): where each chain goes on, and which points are pending."""
+    """What is still to run (of these chains): where each chain goes on, and which
+    points are pending."""
     pending = ~log.done()
     if plan.chain_length == 1:
         points = np.flatnonzero(pending) if chains is None else chains[pending[chains]]
@@ -143,7 +155,8 @@ def left(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Starts, Ar
 
 
 def _first_pending(plan: Plan, pending: Array, chains: Array) -> Array:
-    """The first place of each of these chains whose point is ``pending``, or the length of a chain: [chains]."""
+    """The first place of each of these chains whose point is ``pending``, or the length
+    of a chain: [chains]."""
     if pending.all():
         return np.zeros(len(chains), np.int64)
     places = np.full(len(chains), plan.chain_length)

@@ -1,4 +1,5 @@
-"""What a study plans: its points and chains, and what is kept of each. Imports nothing that compiles."""
+"""What a study plans: its points and chains, and what is kept of each. Imports nothing
+that compiles."""
 
 from __future__ import annotations
 
@@ -47,25 +48,34 @@ def kept_of(study: Study) -> Kept:
 
 
 def _options(study: Study, parameters: Any) -> tuple[str, ...]:
-    """What brings features of its own to the points of a part with these ``parameters``."""
+    """What brings features of its own to the points of a part with these
+    ``parameters``."""
     unread = getattr(parameters, "unread", ())
     varied = {
-        key: values for key, values in study.varied.items() if not is_apart(study.model, key) and key not in unread
+        key: values
+        for key, values in study.varied.items()
+        if not is_apart(study.model, key) and key not in unread
     }
     return described(study.model).options(values_at(parameters, study.initial, varied).parameters)
 
 
 def chosen_of(study: Study) -> Chosen:
-    """Which points of a study are integrated implicitly. InputError where the study asks for what its model cannot."""
+    """Which points of a study are integrated implicitly. InputError where the study
+    asks for what its model cannot."""
     check_method(study)
-    return Chosen(plan_of(study), study.parameters, study.initial, study.model, study.simulation.method)
+    return Chosen(
+        plan_of(study), study.parameters, study.initial, study.model, study.simulation.method
+    )
 
 
 def check_method(study: Study) -> None:
-    """InputError where a study asks for friction to be integrated implicitly and its model cannot."""
+    """InputError where a study asks for friction to be integrated implicitly and its
+    model cannot."""
     every = parts_of(study.model, study.parameters, study.initial, study.axes)
     reasons = (described(study.model).explicit_only(parameters) for parameters, _ in every)
     reason = next((one for one in reasons if one is not None), None)
     if study.simulation.method == "implicit" and reason is not None:
         source = study.source or "the study"
-        raise InputError(f"{source}: simulation.method: found implicit; allowed: auto or explicit, as {reason}.")
+        raise InputError(
+            f"{source}: simulation.method: found implicit; allowed: auto or explicit, as {reason}."
+        )

@@ -1,4 +1,5 @@
-"""How probable each answer is, from results with samples of uncertain numbers: as a Dataset, and row by row."""
+"""How probable each answer is, from results with samples of uncertain numbers: as a
+Dataset, and row by row."""
 
 from __future__ import annotations
 
@@ -25,16 +26,27 @@ def dataset(results: Results, severity: int | None = None) -> Any:
         "low": (low, "lower end of the 95 % interval of the probability"),
         "high": (high, "upper end of the 95 % interval of the probability"),
     }
-    data = {name: (dims, values, {"long_name": words, "units": "1"}) for name, (values, words) in told.items()}
+    data = {
+        name: (dims, values, {"long_name": words, "units": "1"})
+        for name, (values, words) in told.items()
+    }
     unsure = found.open / found.total
     data["unknown"] = (
         ("history", *results.axes),
         unsure,
-        {"long_name": "part of the samples of which a failed run leaves open whether they are safe", "units": "1"},
+        {
+            "long_name": "part of the samples of which a failed run leaves open whether they are "
+            "safe",
+            "units": "1",
+        },
     )
     further = {axis.name: axis for axis in results.more}
     axes = {
-        name: ((name,), told_coordinate(name, results.coords[name]), coordinate_attributes(name, further.get(name)))
+        name: (
+            (name,),
+            told_coordinate(name, results.coords[name]),
+            coordinate_attributes(name, further.get(name)),
+        )
         for name in results.axes
     }
     words = {
@@ -52,20 +64,26 @@ def dataset(results: Results, severity: int | None = None) -> Any:
 
 
 def rows(results: Results) -> list[dict[str, Any]]:
-    """One row for each operating point, and for each procedure and for all of them where there are several: the axes in
-    SI, and of each outcome the ``probability`` and the ends ``low`` and ``high`` of its 95 % interval."""
+    """One row for each operating point, and for each procedure and for all of them
+    where there are several: the axes in SI, and of each outcome the ``probability`` and
+    the ends ``low`` and ``high`` of its 95 % interval."""
     found = _chances(results, None)
     share, (low, high) = found.share, found.interval
     made = []
     for number, history in enumerate(found.histories):
         for place in np.ndindex(*share.shape[2:]):
             at = {
-                axis: as_told(axis, float(results.coords[axis][i])) for axis, i in zip(results.axes, place, strict=True)
+                axis: as_told(axis, float(results.coords[axis][i]))
+                for axis, i in zip(results.axes, place, strict=True)
             }
             row: dict[str, Any] = {**at, "history": history}
             for which, outcome in enumerate(found.outcomes):
                 cell = (number, which, *place)
-                row[outcome] = {"probability": float(share[cell]), "low": float(low[cell]), "high": float(high[cell])}
+                row[outcome] = {
+                    "probability": float(share[cell]),
+                    "low": float(low[cell]),
+                    "high": float(high[cell]),
+                }
             made.append(row)
     return made
 

@@ -1,4 +1,5 @@
-"""Where a file comes from: the root attributes that let anyone run it again, and what of them decides its bits."""
+"""Where a file comes from: the root attributes that let anyone run it again, and what
+of them decides its bits."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ _DECISIVE = {
 
 
 def provenance(study: Study, command: str) -> dict[str, Any]:
-    """Root attributes for a file made from ``study`` by ``command`` (``run``, ``simulate``, ...)."""
+    """Root attributes for a file made from ``study`` by ``command`` (``run``,
+    ``simulate``, ...)."""
     now = datetime.now(UTC).isoformat(timespec="seconds")
     return {
         "title": study.title,
@@ -71,46 +73,67 @@ def versions(model: str = MODEL) -> dict[str, str]:
 
 
 def model_digest(model: str = MODEL) -> str:
-    """Digest of all that may change a bit of a result: the compiled sources and what compiles them, those of a model of
-    another package, the constants that are computed from them, Python, whose code they are compiled from, and the
-    mathematics library."""
+    """Digest of all that may change a bit of a result: the compiled sources and what
+    compiles them, those of a model of another package, the constants that are computed
+    from them, Python, whose code they are compiled from, and the mathematics
+    library."""
     pairs = [stepper.tableau for stepper in STEPPERS.values()]
     constants = [(pair, pair.positions, pair.position_error) for pair in pairs]
     parts: tuple[Any, ...] = (
-        source_digest(), constants, _decisive("python", platform.python_version()), _libm_digest()
-    )  # fmt: skip
+        source_digest(),
+        constants,
+        _decisive("python", platform.python_version()),
+        _libm_digest(),
+    )
     if own := sources_of(model):
         parts = (*parts, own)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
 def unlike(there: Mapping[str, Any], *more: str) -> list[str]:
-    """In words, of all that may change a bit, what differs between this process and the one that made a file with the
-    root attributes ``there``; ``more`` names further attributes to compare. What is not ``there`` is passed over, but
-    for the digest, which covers all."""
+    """In words, of all that may change a bit, what differs between this process and the
+    one that made a file with the root attributes ``there``; ``more`` names further
+    attributes to compare. What is not ``there`` is passed over, but for the digest,
+    which covers all."""
     found = {"python": there.get("python_version"), "model_digest": "unknown", **there}
     here = {**versions(str(there.get("model") or MODEL)), "processor": processor()}
     names = {**{name: name.removesuffix("_version") for name in more}, **_DECISIVE}
-    pairs = {name: (_decisive(name, found.get(name)), _decisive(name, here[name])) for name in names}
-    return [f"{names[name]} {old} there, {new} here" for name, (old, new) in pairs.items() if old not in ("None", new)]
+    pairs = {
+        name: (_decisive(name, found.get(name)), _decisive(name, here[name])) for name in names
+    }
+    return [
+        f"{names[name]} {old} there, {new} here"
+        for name, (old, new) in pairs.items()
+        if old not in ("None", new)
+    ]
 
 
 def _decisive(name: str, value: Any) -> str:
-    """What of an attribute can matter, as text: of the version of Python the first two numbers."""
+    """What of an attribute can matter, as text: of the version of Python the first two
+    numbers."""
     return ".".join(str(value).split(".")[:2]) if name == "python" else str(value)
 
 
 @lru_cache(maxsize=1)
 def _libm_digest() -> str:
-    """Digest of what the functions of the C library give that results are made with. Their last bits are left open by
-    the standards, and depend on the library and on whether the processor has fused multiply-adds."""
+    """Digest of what the functions of the C library give that results are made with.
+    Their last bits are left open by the standards, and depend on the library and on
+    whether the processor has fused multiply-adds."""
     places = [0.001 * i for i in range(1, 5001)]
     values = array(
         "d",
         [
             value
             for x in places
-            for value in (math.sin(x), math.cos(x), math.atan2(x, 1.7), math.log(x), x**2, x**3, x**4)
+            for value in (
+                math.sin(x),
+                math.cos(x),
+                math.atan2(x, 1.7),
+                math.log(x),
+                x**2,
+                x**3,
+                x**4,
+            )
         ],
     )
     return hashlib.sha256(values.tobytes()).hexdigest()[:16]

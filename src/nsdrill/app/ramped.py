@@ -1,4 +1,5 @@
-"""One run along a schedule: segment after segment, each from where the one before has ended."""
+"""One run along a schedule: segment after segment, each from where the one before has
+ended."""
 
 from __future__ import annotations
 
@@ -16,17 +17,25 @@ from nsdrill.variables import OK, STEP_LIMIT
 
 
 def follow(
-    study: Study, schedule: Schedule, duration: float, initial: Array, samples: int, interval: float,
+    study: Study,
+    schedule: Schedule,
+    duration: float,
+    initial: Array,
+    samples: int,
+    interval: float,
     pieces: int = PIECES,
-) -> tuple[Array, int, int, int, Array]:  # fmt: skip
-    """Integrate along ``schedule`` for ``duration`` [s] from ``initial`` (states and phase).
+) -> tuple[Array, int, int, int, Array]:
+    """Integrate along ``schedule`` for ``duration`` [s] from ``initial`` (states and
+    phase).
 
-    Gives the samples taken, shape (samples, states); the status; accepted and rejected steps; and the final state.
-    InputError where the model follows no ramps.
+    Gives the samples taken, shape (samples, states); the status; accepted and rejected
+    steps; and the final state. InputError where the model follows no ramps.
     """
     model = model_named(study.model)
     if model.ramps is None:
-        raise InputError(f"The model {model.name} follows no ramps. Allowed: constant values of the operation.")
+        raise InputError(
+            f"The model {model.name} follows no ramps. Allowed: constant values of the operation."
+        )
     fixed = model.variant(study.parameters)
     if study.simulation.method == "implicit":
         fixed = model.apart(fixed)

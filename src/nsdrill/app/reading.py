@@ -15,20 +15,27 @@ from nsdrill.store import kind_of, part_path, read_partial, read_results, read_t
 
 
 def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -> Results | Trace:
-    """The results, trace or unfinished run in ``path``; of a sweep only the variables ``names``, if given. Its root
-    attributes say the overrides, whatever its age. FileError if it cannot be read."""
+    """The results, trace or unfinished run in ``path``; of a sweep only the variables
+    ``names``, if given. Its root attributes say the overrides, whatever its age.
+    FileError if it cannot be read."""
     part = part_path(path)
     if not os.path.lexists(path) and part.exists():
-        raise FileError(f"{path}: there is no such file yet, but an unfinished run: {part} can be shown and drawn.")
+        raise FileError(
+            f"{path}: there is no such file yet, but an unfinished run: {part} can be "
+            f"shown and drawn."
+        )
     kind = kind_of(path)
     if kind == "branches":
         raise FileError(
-            f"{path}: found a file of branches; allowed here: results of a sweep or a trace. show, plot and export "
+            f"{path}: found a file of branches; allowed here: results of a sweep or a trace. "
+            f"show, plot and export "
             "take branches, and simulate --orbit runs one of their points."
         )
     if kind == "trace":
         return with_overrides(read_trace(path))
-    return with_overrides(read_partial(path, names) if kind == "partial" else read_results(path, names))
+    return with_overrides(
+        read_partial(path, names) if kind == "partial" else read_results(path, names)
+    )
 
 
 def is_branches(path: str | os.PathLike[str]) -> bool:
@@ -37,7 +44,8 @@ def is_branches(path: str | os.PathLike[str]) -> bool:
 
 
 def outline(path: str | os.PathLike[str]) -> Results | Trace:
-    """As :func:`read_any`, but a sweep has zeros for its variables, which take no memory: to see what there is."""
+    """As :func:`read_any`, but a sweep has zeros for its variables, which take no
+    memory: to see what there is."""
     data = read_any(path, ())
     return data if isinstance(data, Trace) else outlined(data, (v.name for v in variables_in(path)))
 

@@ -1,7 +1,9 @@
-"""A sweep refined where the responses differ: the engine is driven level by level, and what was not run is inferred.
+"""A sweep refined where the responses differ: the engine is driven level by level, and
+what was not run is inferred.
 
-Everything known is in the log, where points that are not needed stay pending; after a kill the levels are retraced
-from it. The inferred points come into being when the results are written.
+Everything known is in the log, where points that are not needed stay pending; after a
+kill the levels are retraced from it. The inferred points come into being when the
+results are written.
 """
 
 from __future__ import annotations
@@ -38,20 +40,28 @@ class Grid:
         """Numbers of the points of each unit: [units, points of a unit]."""
         self.points = self.points.reshape(plan.chains, plan.chain_length)
 
-    def trace(self, outcomes: Array, *, everything: bool = False) -> tuple[Refinement, Array, Array]:
-        """How far the refinement is with these outcomes (int [points]: the response, :data:`UNKNOWN`, or less where the
-        run failed); which units are known; and, if it is complete, the outcome that each point is given [points]."""
+    def trace(
+        self, outcomes: Array, *, everything: bool = False
+    ) -> tuple[Refinement, Array, Array]:
+        """How far the refinement is with these outcomes (int [points]: the response,
+        :data:`UNKNOWN`, or less where the run failed); which units are known; and, if
+        it is complete, the outcome that each point is given [points]."""
         rows = outcomes[self.points]
         known = np.all(rows != UNKNOWN, axis=1)
         classes = np.zeros(len(rows), dtype=np.int64)
         distinct = rows[known] if self.plan.chain_length > 1 else rows[known, 0]
         _, members, inverse = np.unique(distinct, axis=0, return_index=True, return_inverse=True)
         members, classes[known] = np.flatnonzero(known)[members], inverse.ravel()
-        # A failed run says nothing about its neighbours: it is like no other, not even like another failed one.
+        # A failed run says nothing about its neighbours: it is like no other, not even
+        # like another failed one.
         failed = known & np.any(rows < UNKNOWN, axis=1)
         classes[failed] = -1 - np.flatnonzero(failed)
         step = refine(
-            classes.reshape(self.shape), known.reshape(self.shape), self.axes, self.depth, everything=everything
+            classes.reshape(self.shape),
+            known.reshape(self.shape),
+            self.axes,
+            self.depth,
+            everything=everything,
         )
         given = outcomes.copy()
         if step.filled is not None:
@@ -90,7 +100,13 @@ class Refining:
             needed = self.step.needed.ravel()
             starts, pending = left(plan, self.log, np.flatnonzero(needed & ~self.known))
             progress.total, level = int(needed.sum()) * plan.chain_length, self.step.level
-            passes.run(work, store, starts, pending, f"level {level} of {self.grid.depth}" if level else "coarse grid")
+            passes.run(
+                work,
+                store,
+                starts,
+                pending,
+                f"level {level} of {self.grid.depth}" if level else "coarse grid",
+            )
             self.look()
 
     def results(self) -> Inferred:
@@ -98,11 +114,14 @@ class Refining:
         assert self.complete
         needed = np.zeros(self.grid.plan.points, dtype=bool)
         needed[self.grid.points[self.step.needed.ravel()]] = True
-        return Inferred(self.log, needed, self.given, summary(self.study, int(needed.sum()), len(needed)))
+        return Inferred(
+            self.log, needed, self.given, summary(self.study, int(needed.sum()), len(needed))
+        )
 
 
 class Inferred:
-    """A log in which the points that were not needed have what their neighbours say: to be read, never written."""
+    """A log in which the points that were not needed have what their neighbours say: to
+    be read, never written."""
 
     def __init__(self, log: Source, needed: Array, given: Array, attrs: Mapping[str, Any]) -> None:
         self._log, self._needed, self._given = log, needed, given
@@ -135,9 +154,10 @@ class Inferred:
 
 
 def infer_again(study: Study, plan: Plan, status: Array, response: Array) -> tuple[Array, int]:
-    """New responses for the inferred points of a file after those of its runs have changed (both on the grid of the
-    file): the responses of all, and how many more points would have to be run, because the corners of their cell no
-    longer agree. If there are any, what was inferred stays open."""
+    """New responses for the inferred points of a file after those of its runs have
+    changed (both on the grid of the file): the responses of all, and how many more
+    points would have to be run, because the corners of their cell no longer agree. If
+    there are any, what was inferred stays open."""
     grid = Grid(plan, study.refined, study.refine)
     step, known, given = grid.trace(outcome(status, response).ravel(), everything=True)
     missing = int(np.count_nonzero(step.needed.ravel() & ~known)) * plan.chain_length
@@ -146,7 +166,8 @@ def infer_again(study: Study, plan: Plan, status: Array, response: Array) -> tup
 
 
 def outcome(status: Array, response: Array) -> Array:
-    """Response of points, :data:`UNKNOWN` where they have not run, something less where they failed: int16."""
+    """Response of points, :data:`UNKNOWN` where they have not run, something less where
+    they failed: int16."""
     status = np.asarray(status, dtype=np.int16)
     failed = np.where((status == PENDING) | (status == INFERRED), UNKNOWN, UNKNOWN - status)
     return np.where(status == OK, np.asarray(response, dtype=np.int16), failed).astype(np.int16)
@@ -160,10 +181,15 @@ def outcomes_in(log: Sink) -> Array:
 
 
 def summary(study: Study, run: int, points: int) -> dict[str, Any]:
-    """Root attributes: how much was run, and to what spacing [SI] the borders between responses are known: of an axis
-    with equal ratios the widest."""
+    """Root attributes: how much was run, and to what spacing [SI] the borders between
+    responses are known: of an axis with equal ratios the widest."""
     spacing = {}
     for name in study.refined:
         steps = np.diff(study.axes[name])
         spacing[name] = float(steps[-1 if "spacing" in study.resolved["sweep"][name] else 0])
-    return {"refine": study.refine, "points_run": run, "points_inferred": points - run, "border_spacing": spacing}
+    return {
+        "refine": study.refine,
+        "points_run": run,
+        "points_inferred": points - run,
+        "border_spacing": spacing,
+    }

@@ -27,7 +27,8 @@ from nsdrill.store import flag_words, read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
 
-MEASURED = ("feature", "label", "section", "trust")  # the rooms of variables from which labels are made
+# the rooms of variables from which labels are made
+MEASURED = ("feature", "label", "section", "trust")
 
 
 def needed() -> tuple[str, ...]:
@@ -36,9 +37,11 @@ def needed() -> tuple[str, ...]:
 
 
 def summarize(data: Results | Trace) -> dict[str, Any]:
-    """Plain data for ``show``: what the file is, its axes, counts of responses, ranges, failed points. Of a sweep it
-    uses the variables :func:`needed`."""
-    found: dict[str, Any] = in_words(_summarize_trace(data) if isinstance(data, Trace) else _summarize_results(data))
+    """Plain data for ``show``: what the file is, its axes, counts of responses, ranges,
+    failed points. Of a sweep it uses the variables :func:`needed`."""
+    found: dict[str, Any] = in_words(
+        _summarize_trace(data) if isinstance(data, Trace) else _summarize_results(data)
+    )
     return found
 
 
@@ -47,7 +50,10 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     ok, known = status == OK, (status == OK) | (status == INFERRED)
     summary: dict[str, Any] = {
         "kind": "results",
-        **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
+        **{
+            name: str(results.attrs.get(name, ""))
+            for name in ("title", "created", "nsdrill_version", "study_sha256")
+        },
         "overrides": overrides(results.attrs),
         "drive": drive_kind(results.attrs),
         "frozen": list(frozen_modes(results.attrs)),
@@ -74,7 +80,9 @@ def _summarize_results(results: Results) -> dict[str, Any]:
             kinds = results["whirl_kind"][i][ok[i]]
             summary["whirl_kinds"][procedure] = _counts("whirl_kind", kinds[kinds > 0])
         summary["severities"][procedure] = {
-            name: _counts(name, results[name][i][ok[i]]) for name in model.severities if name in results.variables
+            name: _counts(name, results[name][i][ok[i]])
+            for name in model.severities
+            if name in results.variables
         }
     if "motion" in results.variables:
         summary["motions"] = {
@@ -87,13 +95,18 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         values = values[np.isfinite(values)]
         if values.size:
             summary["ranges"][name] = {
-                "min": float(values.min()), "max": float(values.max()), "units": BY_NAME[name].units,
+                "min": float(values.min()),
+                "max": float(values.max()),
+                "units": BY_NAME[name].units,
                 "meaning": BY_NAME[name].long_name,
-            }  # fmt: skip
+            }
     failed = np.argwhere(has_failed(status))
     summary["failed"] = [
         {
-            **{name: results.coords[name][i].item() for name, i in zip(results.grid, place, strict=True)},
+            **{
+                name: results.coords[name][i].item()
+                for name, i in zip(results.grid, place, strict=True)
+            },
             "status": flag_words(BY_NAME["status"], int(status[tuple(place)])),
         }
         for place in failed
@@ -121,8 +134,9 @@ def _summarize_results(results: Results) -> dict[str, Any]:
 
 
 def _uncertain(results: Results) -> dict[str, Any]:
-    """What is told of samples: how many, of which unknowns (of each the median ``value``, and ``from`` where ``to``
-    where nine in ten samples lie), and how probable each answer is."""
+    """What is told of samples: how many, of which unknowns (of each the median
+    ``value``, and ``from`` where ``to`` where nine in ten samples lie), and how
+    probable each answer is."""
     from nsdrill.app.probability import rows
 
     unknowns: dict[str, Any] = {}
@@ -130,9 +144,13 @@ def _uncertain(results: Results) -> dict[str, Any]:
     for unknown, values in results.drawn.items():
         least, low, middle, high, most = np.quantile(values, [0.0, 0.05, 0.5, 0.95, 1.0])
         unknowns[unknown.key] = {
-            "min": float(least), "from": float(low), "value": float(middle), "to": float(high), "max": float(most),
+            "min": float(least),
+            "from": float(low),
+            "value": float(middle),
+            "to": float(high),
+            "max": float(most),
             "units": unknown.units,
-        }  # fmt: skip
+        }
     return {
         "samples": len(results.coords[SAMPLE]),
         "counted": counted,
@@ -144,15 +162,25 @@ def _uncertain(results: Results) -> dict[str, Any]:
 
 def refinement_of(results: Results) -> dict[str, Any]:
     """What the root attributes say of a refined sweep."""
-    kept = {name: results.attrs[name] for name in ("refine", "points_run", "points_inferred", "border_spacing")}
+    kept = {
+        name: results.attrs[name]
+        for name in ("refine", "points_run", "points_inferred", "border_spacing")
+    }
     if isinstance(kept["border_spacing"], str):  # as a file holds it
         kept["border_spacing"] = json.loads(kept["border_spacing"])
     return kept
 
 
 def trust_of(results: Results) -> dict[str, Any]:
-    """What the checks found: points by verdict, checks that did not end well, and which responses changed to what."""
-    from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
+    """What the checks found: points by verdict, checks that did not end well, and which
+    responses changed to what."""
+    from nsdrill.observe.trust import (
+        AGREES,
+        CHECK_FAILED,
+        FEATURES_DIFFER,
+        RESPONSE_DIFFERS,
+        verdict,
+    )
 
     codes = {
         "agree": AGREES,
@@ -179,7 +207,11 @@ def trust_of(results: Results) -> dict[str, Any]:
             }
             for (a, b), n in zip(pairs.T, points, strict=True)
         ]
-    return {**counts, "failed_checks": failed, "changed": sorted(changed, key=lambda row: -row["points"])}
+    return {
+        **counts,
+        "failed_checks": failed,
+        "changed": sorted(changed, key=lambda row: -row["points"]),
+    }
 
 
 def _axis(results: Results, name: str) -> dict[str, Any]:
@@ -195,7 +227,8 @@ def _counts(name: str, values: np.ndarray) -> dict[str, int]:
 
 
 def intervals(results: Results) -> list[dict[str, Any]]:
-    """Runs of neighbouring points with one response along the swept axis of a one-axis sweep."""
+    """Runs of neighbouring points with one response along the swept axis of a one-axis
+    sweep."""
     axis = results.swept[0]
     values = results.coords[axis]
     rows = []
@@ -213,7 +246,9 @@ def intervals(results: Results) -> list[dict[str, Any]]:
             ):
                 continue
             state = "response" if status[start] == OK else "status"
-            word = flag_words(BY_NAME[state], int((response if state == "response" else status)[start]))
+            word = flag_words(
+                BY_NAME[state], int((response if state == "response" else status)[start])
+            )
             rows.append(
                 {
                     "procedure": str(procedure),
@@ -229,18 +264,33 @@ def intervals(results: Results) -> list[dict[str, Any]]:
 
 
 def _summarize_trace(trace: Trace) -> dict[str, Any]:
-    wanted = ("title", "created", "nsdrill_version", *AXES, "procedure", "status", "steps",
-              "rejected", "method")  # fmt: skip
+    wanted = (
+        "title",
+        "created",
+        "nsdrill_version",
+        *AXES,
+        "procedure",
+        "status",
+        "steps",
+        "rejected",
+        "method",
+    )
     plain = {name: trace.attrs[name] for name in wanted if name in trace.attrs}
     ramps = json.loads(trace.attrs.get("ramps", "{}"))
     return {
         "kind": "trace",
-        **{name: value.item() if hasattr(value, "item") else value for name, value in plain.items()},
+        **{
+            name: value.item() if hasattr(value, "item") else value for name, value in plain.items()
+        },
         **({"at": json.loads(trace.attrs["at"])} if "at" in trace.attrs else {}),
         "overrides": overrides(trace.attrs),
         "drive": drive_kind(trace.attrs),
         "frozen": list(frozen_modes(trace.attrs)),
-        **({"ramps": {n: {"time": times, "value": values} for n, (times, values) in ramps.items()}} if ramps else {}),
+        **(
+            {"ramps": {n: {"time": times, "value": values} for n, (times, values) in ramps.items()}}
+            if ramps
+            else {}
+        ),
         "samples": len(trace.time),
         "duration": float(trace.time[-1]) if len(trace.time) else 0.0,
         "ranges": {
@@ -265,12 +315,19 @@ def _sizes(study: Study, results: Results) -> np.ndarray:
     values = dict(zip(study.axes, (axis.ravel() for axis in axes), strict=False))
     values |= {key: samples[axes[-1].ravel()] for key, samples in study.drawn.items()}
     model, names = model_named(study.model), results.coords["state"].tolist()[:-1]
-    found = np.full((axes[0].size, len(names)), np.nan)  # a string without a state has no size of it
+    # a string without a state has no size of it
+    found = np.full((axes[0].size, len(names)), np.nan)
     for apart, there in in_parts(study.model, values):
-        at = values_at(study.parameters, study.initial, {key: value[there] for key, value in values.items()} | apart)
+        at = values_at(
+            study.parameters,
+            study.initial,
+            {key: value[there] for key, value in values.items()} | apart,
+        )
         variant = model.variant(at.parameters)
         places = [names.index(name) for name in model.states(variant)]
-        found[np.ix_(np.arange(len(found))[there], places)] = model.sizes(model.pack(at, study.thresholds), variant)
+        found[np.ix_(np.arange(len(found))[there], places)] = model.sizes(
+            model.pack(at, study.thresholds), variant
+        )
     size = found.reshape(1, *axes[0].shape, -1)
     if "start" in results.coords:
         size = size[..., np.newaxis, :]
@@ -278,31 +335,41 @@ def _sizes(study: Study, results: Results) -> np.ndarray:
 
 
 def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, tuple[int, int]]:
-    """Give the results file ``path`` new labels with changed thresholds (``classify.key=value``); nothing runs again.
+    """Give the results file ``path`` new labels with changed thresholds
+    (``classify.key=value``); nothing runs again.
 
     Gives, for each label, how many points changed and how many there are.
     """
-    results = read_results(path, [*(v.name for v in variables_in(path) if v.room in MEASURED), "status"])
+    results = read_results(
+        path, [*(v.name for v in variables_in(path) if v.room in MEASURED), "status"]
+    )
     labels, line, attrs = new_labels(results, overrides, path)
-    changed = {name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
+    changed = {
+        name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size))
+        for name in labels
+    }
     rewrite_labels(path, labels, line, attrs)
     return changed
 
 
 def relabelled(results: Results, overrides: list[str]) -> Results:
-    """A copy of ``results`` with new labels, as :func:`reclassify` gives them to a file."""
+    """A copy of ``results`` with new labels, as :func:`reclassify` gives them to a
+    file."""
     labels, line, attrs = new_labels(results, overrides, IN_MEMORY)
     history = str(results.attrs.get("history", ""))
     attrs = {**results.attrs, **attrs, "history": f"{history}\n{line}" if history else line}
-    kept = {name: labels.get(name, values).astype(values.dtype) for name, values in results.variables.items()}
+    kept = {
+        name: labels.get(name, values).astype(values.dtype)
+        for name, values in results.variables.items()
+    }
     return Results(results.coords, kept, attrs, results.more, results.drawn)
 
 
 def new_labels(
     results: Results, overrides: list[str], path: str | os.PathLike[str]
 ) -> tuple[dict[str, np.ndarray], str, dict[str, str]]:
-    """The labels of ``results``, which came from ``path``, with changed thresholds; the line for their history, and the
-    root attributes that say the thresholds."""
+    """The labels of ``results``, which came from ``path``, with changed thresholds; the
+    line for their history, and the root attributes that say the thresholds."""
     from nsdrill.app.attractors import labels_of
     from nsdrill.app.refinement import infer_again
     from nsdrill.app.stored import stored_study
@@ -318,15 +385,21 @@ def new_labels(
         labels = model.classify(results.variables, results["status"], thresholds, size)
     if "start" in results.coords:
         plan = plan_of(study)
-        labels["attractor"] = labels_of(study, plan, {**results.variables, **labels}, thresholds.attractors)
+        labels["attractor"] = labels_of(
+            study, plan, {**results.variables, **labels}, thresholds.attractors
+        )
     if "trusted" in results.variables:
         labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)
     if study.refined:
-        labels["response"], missing = infer_again(study, plan_of(study), results["status"], labels["response"])
+        labels["response"], missing = infer_again(
+            study, plan_of(study), results["status"], labels["response"]
+        )
         if missing:
             raise InputError(
-                f"{path}: with these thresholds the responses differ between neighbours where the map was not refined; "
-                f"at least {missing} more points would have to be run. Nothing was changed. Run the study with these "
+                f"{path}: with these thresholds the responses differ between neighbours where the "
+                f"map was not refined; "
+                f"at least {missing} more points would have to be run. Nothing was changed. Run "
+                f"the study with these "
                 "thresholds: nsdrill run with the same --set."
             )
     labels = {name: values for name, values in labels.items() if name in results.variables}
@@ -335,5 +408,8 @@ def new_labels(
     return (
         labels,
         line,
-        {"classification": json_text(overrides), "classification_resolved": json_text(asdict(thresholds))},
+        {
+            "classification": json_text(overrides),
+            "classification_resolved": json_text(asdict(thresholds)),
+        },
     )

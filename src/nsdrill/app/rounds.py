@@ -1,8 +1,9 @@
 """The runs of a fit, round after round, kept beside its output until that is written.
 
-A fit is a fixed sequence of calls of the model: which samples a round has follows from the seed and from the rounds
-before it. So what is kept are the samples and answers of every call, and a fit that goes on makes the same calls again
-and takes the first answers from the file. Its bits are those of a fit that was not interrupted.
+A fit is a fixed sequence of calls of the model: which samples a round has follows from
+the seed and from the rounds before it. So what is kept are the samples and answers of
+every call, and a fit that goes on makes the same calls again and takes the first
+answers from the file. Its bits are those of a fit that was not interrupted.
 """
 
 from __future__ import annotations
@@ -28,8 +29,9 @@ WHAT = "fit"
 
 @dataclass
 class Rounds:
-    """The calls of the model so far, samples [n, unknowns] and answers [n, values], of which the first ``known`` were
-    there before. Without ``part`` nothing is kept in a file."""
+    """The calls of the model so far, samples [n, unknowns] and answers [n, values], of
+    which the first ``known`` were there before. Without ``part`` nothing is kept in a
+    file."""
 
     part: Path | None = None
     digest: str = ""
@@ -41,11 +43,18 @@ class Rounds:
 
     @classmethod
     def beside(
-        cls, path: str | os.PathLike[str], study: Study, measured: Measured, batch: int, *, overwrite: bool = False,
+        cls,
+        path: str | os.PathLike[str],
+        study: Study,
+        measured: Measured,
+        batch: int,
+        *,
+        overwrite: bool = False,
         resume: bool = False,
-    ) -> Rounds:  # fmt: skip
-        """Those of the fit that writes ``path``; with ``resume`` with the calls that were kept. FileError where
-        ``path`` may not be written, or where what is kept is of another fit."""
+    ) -> Rounds:
+        """Those of the fit that writes ``path``; with ``resume`` with the calls that
+        were kept. FileError where ``path`` may not be written, or where what is kept is
+        of another fit."""
         part, there = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
         found = cls(part, _digest(study, measured, batch), study.model, measured.points)
         if there:
@@ -71,7 +80,8 @@ class Rounds:
                 samples, answers = self.calls[place]
                 if not np.array_equal(samples, z):
                     raise FileError(
-                        f"{self.part}: its samples are not those that these versions of NumPy and SciPy draw. Finish "
+                        f"{self.part}: its samples are not those that these versions of NumPy and "
+                        f"SciPy draw. Finish "
                         "it with the versions that it was made with, or start anew by --overwrite."
                     )
                 return answers
@@ -95,7 +105,10 @@ class Rounds:
         """What an interrupt leaves, in a sentence or two."""
         if self.part is None or not self.part.exists():
             return interrupt.NOTHING
-        return f"Interrupted: {self.runs} runs are safe in {self.part}. Go on with the same command and --resume."
+        return (
+            f"Interrupted: {self.runs} runs are safe in {self.part}. Go on with the same command "
+            f"and --resume."
+        )
 
     def discard(self) -> None:
         """The output is written: what was kept is of no use any more."""
@@ -111,7 +124,8 @@ class Rounds:
 
 
 def _digest(study: Study, measured: Measured, batch: int) -> str:
-    """Of all that decides the samples and answers; not of the number of rounds, which may grow."""
+    """Of all that decides the samples and answers; not of the number of rounds, which
+    may grow."""
     digest = hashlib.sha256(f"{study.sha256} {batch}".encode())
     for table in (measured.at, measured.values, measured.errors):
         for name, values in table.items():

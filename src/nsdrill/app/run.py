@@ -1,4 +1,5 @@
-"""Run a study: from points to a results file that holds them all, or to a log that can be taken up again."""
+"""Run a study: from points to a results file that holds them all, or to a log that can
+be taken up again."""
 
 from __future__ import annotations
 
@@ -39,7 +40,7 @@ from nsdrill.store import (
     part_path,
     renew,
     write_results,
-)  # fmt: skip
+)
 from nsdrill.study.resolved import digest
 from nsdrill.study.study import Study
 from nsdrill.study.written import told_changes
@@ -51,9 +52,10 @@ from nsdrill.variables import PENDING, STEP_LIMIT, has_failed
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a run: points in all and failed, seconds of computing, steps tried, points that were there before;
-    ``refinement`` has the root attributes that say how much was run of a refined sweep, ``advice`` what to do about
-    points that reached the limit of their steps."""
+    """What became of a run: points in all and failed, seconds of computing, steps
+    tried, points that were there before; ``refinement`` has the root attributes that
+    say how much was run of a refined sweep, ``advice`` what to do about points that
+    reached the limit of their steps."""
 
     path: Path | None
     points: int
@@ -66,7 +68,8 @@ class Outcome:
 
 
 class Interrupted(KeyboardInterrupt):
-    """The run was interrupted; all finished points are safe in ``part``, as the text says."""
+    """The run was interrupted; all finished points are safe in ``part``, as the text
+    says."""
 
     def __init__(self, log: RunLog) -> None:
         super().__init__(f"Interrupted: {log.standing()}")
@@ -74,10 +77,14 @@ class Interrupted(KeyboardInterrupt):
 
 
 def run_in_memory(
-    study: Study, *, workers: int | None = None, watch: Watch = lambda progress: None, executor: Executor | None = None
+    study: Study,
+    *,
+    workers: int | None = None,
+    watch: Watch = lambda progress: None,
+    executor: Executor | None = None,
 ) -> Results:
-    """Run ``study`` and keep the results in memory. ``workers`` defaults to the processors at hand; ``executor``
-    replaces the threads of this machine."""
+    """Run ``study`` and keep the results in memory. ``workers`` defaults to the
+    processors at hand; ``executor`` replaces the threads of this machine."""
     check_sweep(study)
     workers = checked_workers(workers)
     check_memory(plan_of(study), kept_of(study), in_file=False)
@@ -98,10 +105,12 @@ def run_study(
     executor: Executor | None = None,
     lanes: int | None = None,
 ) -> Outcome:
-    """Run ``study`` into the results file ``path``, as the command does; raises :class:`Interrupted` on an interrupt.
+    """Run ``study`` into the results file ``path``, as the command does; raises
+    :class:`Interrupted` on an interrupt.
 
-    ``retry_failed`` goes on like ``resume``, but runs failed points once more; ``simulation.max_steps`` may then be
-    larger than before. ``executor`` replaces the threads of this machine.
+    ``retry_failed`` goes on like ``resume``, but runs failed points once more;
+    ``simulation.max_steps`` may then be larger than before. ``executor`` replaces the
+    threads of this machine.
     """
     check_sweep(study)
     path = Path(path)
@@ -117,7 +126,8 @@ def run_study(
             if not overwrite and os.path.lexists(path):  # of a run that ended since we looked
                 log.discard()
                 raise FileError(
-                    f"{path}: another process has just made this file. Choose another name, or replace it "
+                    f"{path}: another process has just made this file. Choose another name, or "
+                    f"replace it "
                     "by --overwrite."
                 )
         elif state == "resume":
@@ -159,7 +169,8 @@ def run_study(
 
 
 def _advice(study: Study, plan: Plan, log: Sink) -> str:
-    """What to do about points that reached the limit of their steps, where there are any."""
+    """What to do about points that reached the limit of their steps, where there are
+    any."""
     points = np.flatnonzero(log.status() == STEP_LIMIT)
     if not len(points):
         return ""
@@ -174,27 +185,38 @@ def _advice(study: Study, plan: Plan, log: Sink) -> str:
 def work_of(study: Study) -> Work:
     """All that decides the numbers of a study."""
     return Work(
-        plan_of(study), study.parameters, study.initial, study.simulation, study.thresholds, study.record, study.model
+        plan_of(study),
+        study.parameters,
+        study.initial,
+        study.simulation,
+        study.thresholds,
+        study.record,
+        study.model,
     )
 
 
 def check_sweep(study: Study) -> None:
-    """InputError where the study is not one of a sweep, whose points each have one constant operating point."""
+    """InputError where the study is not one of a sweep, whose points each have one
+    constant operating point."""
     source = study.source or "the study"
     if model_named(study.model).switches(study.parameters) is not None:
         raise InputError(
-            f"{source}: found something that is switched on within the run (drive.on_at); allowed: nothing, as the "
+            f"{source}: found something that is switched on within the run (drive.on_at); "
+            f"allowed: nothing, as the "
             "points of a sweep are observed in one lasting motion. Use nsdrill simulate."
         )
     if study.ramped and not study.swept:
         raise InputError(
-            f"{source}: found no sweep, only a ramp in {_listed(study.ramped)}; allowed: at least one axis to sweep. A "
+            f"{source}: found no sweep, only a ramp in {_listed(study.ramped)}; allowed: at least "
+            f"one axis to sweep. A "
             "ramp is one run: nsdrill simulate."
         )
     if study.ramped:
         raise InputError(
-            f"{source}: found a ramp in {_listed(study.ramped)} beside a sweep of {', '.join(study.swept)}; allowed: a "
-            "constant value, or an axis of the sweep, which takes the place of the ramp. The points of a sweep have "
+            f"{source}: found a ramp in {_listed(study.ramped)} beside a sweep of "
+            f"{', '.join(study.swept)}; allowed: a "
+            "constant value, or an axis of the sweep, which takes the place of the ramp. The "
+            "points of a sweep have "
             "constant operating points; to follow the ramp, use nsdrill simulate."
         )
 
@@ -233,7 +255,12 @@ def _failed(log: Sink) -> int:
 
 
 def _compute(
-    study: Study, log: Sink, workers: int, watch: Watch, executor: Executor | None, lanes: int | None = None
+    study: Study,
+    log: Sink,
+    workers: int,
+    watch: Watch,
+    executor: Executor | None,
+    lanes: int | None = None,
 ) -> Progress:
     """Run all that is missing: the points, those of the refinement, the checks."""
     work = work_of(study)
@@ -241,7 +268,9 @@ def _compute(
     lanes = lanes or choose_lanes(chains)
     own: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
     with own as threads:
-        passes = Passes(log, executor or threads, workers, lanes, watch, executor is not None, chains)
+        passes = Passes(
+            log, executor or threads, workers, lanes, watch, executor is not None, chains
+        )
         if study.refined:
             Refining(study, work.plan, log).run(passes, work)
         else:
@@ -266,8 +295,9 @@ def _results(study: Study, plan: Plan, log: Sink) -> Source:
 
 
 def _again(study: Study, plan: Plan, log: RunLog) -> RunLog:
-    """The log with its failed points pending, and with those that follow them in a chain, which may become others.
-    All in one step, as no chain may be left with a beginning and an end that do not belong together."""
+    """The log with its failed points pending, and with those that follow them in a
+    chain, which may become others. All in one step, as no chain may be left with a
+    beginning and an end that do not belong together."""
     status = log.status()
     again = has_failed(status)
     if plan.chain_length > 1:
@@ -294,7 +324,8 @@ def _again(study: Study, plan: Plan, log: RunLog) -> RunLog:
 
 
 def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> None:
-    """FileError where the log was made from another study or by another version of the model."""
+    """FileError where the log was made from another study or by another version of the
+    model."""
     attrs = log.header["attrs"]
     there = resolved_study(attrs)
     if attrs.get("study_sha256") != study.sha256 and not (retry_failed and _looser(study, there)):
@@ -302,35 +333,44 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
         may = ""
         if retry_failed:
             may = "With --retry-failed only simulation.max_steps may differ, and only be larger. "
-        elif [key for key, _, _ in differences(there, study.resolved) if key != "title"] == ["simulation.max_steps"]:
+        elif [key for key, _, _ in differences(there, study.resolved) if key != "title"] == [
+            "simulation.max_steps"
+        ]:
             may = "A larger limit can be given to the points that failed: --retry-failed. "
         raise FileError(
-            f"{where}: made from another study ({listed or 'the digests differ'}). {may}Resume it with the study it "
+            f"{where}: made from another study ({listed or 'the digests differ'}). {may}Resume it "
+            f"with the study it "
             "was made from, or start anew by --overwrite."
         )
     if differing := unlike(attrs):
         raise FileError(
-            f"{where}: made with other versions, whose numbers may differ ({'; '.join(differing)}). Finish it with "
+            f"{where}: made with other versions, whose numbers may differ "
+            f"({'; '.join(differing)}). Finish it with "
             "those, or start anew by --overwrite."
         )
     for one in study.unknowns:
         if not np.array_equal(log.header["coords"].get(one.name), study.drawn[one.short]):
             raise FileError(
-                f"{where}: its samples of {one.key} are not those that this version of SciPy draws. Finish it with the "
+                f"{where}: its samples of {one.key} are not those that this version of SciPy "
+                f"draws. Finish it with the "
                 "versions that it was made with, or start anew by --overwrite."
             )
     if retry_failed and json.loads(attrs.get("classification", "[]")):
         raise FileError(
-            f"{where}: its labels were made by nsdrill classify, with thresholds that new points would not have. "
+            f"{where}: its labels were made by nsdrill classify, with thresholds that new points "
+            f"would not have. "
             "Restore those of the study first: nsdrill classify without --set."
         )
 
 
 def _looser(study: Study, there: dict[str, Any]) -> bool:
-    """Whether ``study`` is the study that is ``there`` but for a larger limit of steps. A run that ended well under the
-    one ends with the same bits under the other."""
+    """Whether ``study`` is the study that is ``there`` but for a larger limit of steps.
+    A run that ended well under the one ends with the same bits under the other."""
     before = there.get("simulation", {}).get("max_steps")
     if before is None or study.simulation.max_steps < before:
         return False
-    changed = {**there, "simulation": {**there["simulation"], "max_steps": study.simulation.max_steps}}
+    changed = {
+        **there,
+        "simulation": {**there["simulation"], "max_steps": study.simulation.max_steps},
+    }
     return digest(changed) == study.sha256

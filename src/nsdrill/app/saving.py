@@ -11,19 +11,30 @@ from nsdrill.app.table import write_trace_csv
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
-from nsdrill.store import HeldResults, claim_file, kept_of, recorded, to_csv, write_results, write_trace
+from nsdrill.store import (
+    HeldResults,
+    claim_file,
+    kept_of,
+    recorded,
+    to_csv,
+    write_results,
+    write_trace,
+)
 from nsdrill.variables import COUNTED
 
 ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
 
 
 def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
-    """Write ``data`` to ``path``, in one step: HDF5 (``.h5``, ``.hdf5``), which is netCDF-4 (``.nc``) as well, or a
-    table (``.csv``). FileError where the file is there already, unless ``overwrite``; InputError where something is
-    missing."""
+    """Write ``data`` to ``path``, in one step: HDF5 (``.h5``, ``.hdf5``), which is
+    netCDF-4 (``.nc``) as well, or a table (``.csv``). FileError where the file is there
+    already, unless ``overwrite``; InputError where something is missing."""
     suffix = Path(path).suffix.lower()
     if suffix not in ENDINGS:
-        raise InputError(f"{os.fspath(path)}: found the ending {suffix or '(none)'}; allowed: {', '.join(ENDINGS)}.")
+        raise InputError(
+            f"{os.fspath(path)}: found the ending {suffix or '(none)'}; allowed: "
+            f"{', '.join(ENDINGS)}."
+        )
     claim_file(path, overwrite)
     if isinstance(data, Trace):
         if suffix == ".csv":
@@ -40,13 +51,23 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
 
 def _check_whole(results: Results) -> None:
     """InputError where a results file of these could not be read again."""
-    kept = kept_of(results.coords, results.more, results.variables, model_in(results.attrs).name, results.drawn)
+    kept = kept_of(
+        results.coords, results.more, results.variables, model_in(results.attrs).name, results.drawn
+    )
     if lacking := [v.name for v in recorded(kept) if v.name not in results.variables]:
-        few = f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
-        raise InputError(f"the Dataset: found results without {few}; allowed: results with all of their variables.")
+        few = (
+            f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
+        )
+        raise InputError(
+            f"the Dataset: found results without {few}; allowed: results with all of "
+            f"their variables."
+        )
     for name in results.axes:
         if not np.all(np.diff(results.coords[name]) > 0):
-            raise InputError(f"the Dataset: found values of {name} that do not ascend; allowed: sorted ones (sortby).")
+            raise InputError(
+                f"the Dataset: found values of {name} that do not ascend; allowed: "
+                f"sorted ones (sortby)."
+            )
     for name in COUNTED:
         values = results.coords.get(name, np.arange(0))
         if not np.array_equal(values, np.arange(len(values))):

@@ -14,13 +14,19 @@ from nsdrill.store import read_results
 from nsdrill.variables import TRUST
 
 
-def sensitivity(source: Results | str | os.PathLike[str], severity: int | None = None) -> dict[str, Any]:
-    """The note of :func:`nsdrill.analysis.sensitivity.sensitivity` of the results, or the results file, ``source``."""
+def sensitivity(
+    source: Results | str | os.PathLike[str], severity: int | None = None
+) -> dict[str, Any]:
+    """The note of :func:`nsdrill.analysis.sensitivity.sensitivity` of the results, or
+    the results file, ``source``."""
     return analysis(read_for_sensitivity(source, severity), severity)
 
 
-def read_for_sensitivity(source: Results | str | os.PathLike[str], severity: int | None = None) -> Results:
-    """What the sensitivity of the results, or the results file, ``source`` is made from; of a file no more."""
+def read_for_sensitivity(
+    source: Results | str | os.PathLike[str], severity: int | None = None
+) -> Results:
+    """What the sensitivity of the results, or the results file, ``source`` is made
+    from; of a file no more."""
     if not isinstance(source, Results):
         outline = read_results(source, ())
         check_samples(outline, os.fspath(source))

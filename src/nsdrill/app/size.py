@@ -16,7 +16,8 @@ PER_POINT = 40  # bytes for each point: axes, order and status; measured on swee
 
 
 def disk(plan: Plan, kept: Kept) -> int:
-    """Bytes that the points take, at most; the results file takes up to as many again while it is written."""
+    """Bytes that the points take, at most; the results file takes up to as many again
+    while it is written."""
     return plan.points * record_dtype(kept).itemsize
 
 
@@ -29,10 +30,14 @@ def check_memory(plan: Plan, kept: Kept, *, in_file: bool) -> None:
     """InputError where this machine has too little memory free for the run."""
     need, free = memory(plan) + (0 if in_file else disk(plan, kept)), memory_free()
     if need > free and need > 2 * BASE:  # a small sweep is worth a try anywhere
-        advice = "" if in_file else "Give the name of a results file, into which the points go, or sweep"
+        advice = (
+            "" if in_file else "Give the name of a results file, into which the points go, or sweep"
+        )
         raise InputError(
-            f"found a sweep of {plan.points} points, which takes {amount(need)} of memory; allowed: up to "
-            f"{amount(free)}, which are free on this machine. {advice or 'Sweep'} fewer points at once."
+            f"found a sweep of {plan.points} points, which takes {amount(need)} of memory; "
+            f"allowed: up to "
+            f"{amount(free)}, which are free on this machine. {advice or 'Sweep'} fewer points at "
+            f"once."
         )
 
 

@@ -26,17 +26,26 @@ def stored_study(
     coords: Mapping[str, Array],
     drawn: Mapping[Unknown, Array] | None = None,
 ) -> Study:
-    """The study in the root attributes ``attrs`` of the results file ``path``, or :data:`IN_MEMORY`, with the samples
-    that the file has ``drawn``; FileError where there is none, or it is not that of the file's ``coords``."""
+    """The study in the root attributes ``attrs`` of the results file ``path``, or
+    :data:`IN_MEMORY`, with the samples that the file has ``drawn``; FileError where
+    there is none, or it is not that of the file's ``coords``."""
     if "study_resolved" not in attrs:
-        raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
+        raise FileError(
+            f"{path}: found no study in the file; allowed: a results file of nsdrill run."
+        )
     own = (*COUNTED[1:], "state")
     # A file may say that its study has any number of points.
     bound = (
-        {} if path == IN_MEMORY else {"most": max(len(values) for name, values in coords.items() if name not in own)}
+        {}
+        if path == IN_MEMORY
+        else {"most": max(len(values) for name, values in coords.items() if name not in own)}
     )
     study = study_from_resolved(
-        json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path), overrides_of(attrs), **bound
+        json.loads(attrs["study_resolved"]),
+        attrs.get("study", ""),
+        str(path),
+        overrides_of(attrs),
+        **bound,
     )
     samples = {unknown.short: values for unknown, values in (drawn or {}).items()}
     if set(samples) == set(study.drawn):  # another version of SciPy may draw others
@@ -44,8 +53,10 @@ def stored_study(
     plan = plan_of(study)
     if other := _others(plan, coords):
         raise FileError(
-            f"{path}: found {'; '.join(other)}; allowed: all points of the run, as its study numbers "
-            "these, and labels and replays are made from the study. Take the whole results and select afterwards; of a "
+            f"{path}: found {'; '.join(other)}; allowed: all points of the run, as its study "
+            f"numbers "
+            "these, and labels and replays are made from the study. Take the whole results and "
+            "select afterwards; of a "
             "file that was edited, make it again."
         )
     return study
@@ -55,7 +66,10 @@ def _others(plan: Plan, coords: Mapping[str, Array]) -> list[str]:
     """Where the ``coords`` are not those of the ``plan`` of their study."""
     told = []
     if tuple(coords["procedure"]) != plan.procedures:
-        told.append(f"procedure {' and '.join(coords['procedure'])}, of {' and '.join(plan.procedures)} in its study")
+        told.append(
+            f"procedure {' and '.join(coords['procedure'])}, of "
+            f"{' and '.join(plan.procedures)} in its study"
+        )
     if (starts := len(coords.get("start", ()))) != plan.starts:
         told.append(f"{starts or 'no'} starts, of {plan.starts or 'none'} in its study")
     if (samples := len(coords.get("sample", ()))) != plan.samples:

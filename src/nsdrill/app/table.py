@@ -31,26 +31,39 @@ def write_csv(
     units: str = "si",
     overwrite: bool = True,
 ) -> None:
-    """As :func:`nsdrill.store.to_csv`; in field units where ``units`` is "field", with these in the headings."""
+    """As :func:`nsdrill.store.to_csv`; in field units where ``units`` is "field", with
+    these in the headings."""
     if units == "si":
         to_csv(results, path, peaks=peaks, section=section, states=states, overwrite=overwrite)
         return
-    with replacing(path, overwrite=overwrite) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
+    with (
+        replacing(path, overwrite=overwrite) as temporary,
+        open(temporary, "w", newline="", encoding="utf-8") as file,
+    ):
         print_csv(results, file, peaks=peaks, section=section, states=states, units=units)
 
 
-def write_trace_csv(trace: Trace, path: str | os.PathLike[str], *, units: str = "si", overwrite: bool = True) -> None:
-    """The table of a trace, a row for each sample; in field units where ``units`` is "field"."""
-    with replacing(path, overwrite=overwrite) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
+def write_trace_csv(
+    trace: Trace, path: str | os.PathLike[str], *, units: str = "si", overwrite: bool = True
+) -> None:
+    """The table of a trace, a row for each sample; in field units where ``units`` is
+    "field"."""
+    with (
+        replacing(path, overwrite=overwrite) as temporary,
+        open(temporary, "w", newline="", encoding="utf-8") as file,
+    ):
         print_trace_csv(trace, file, units=units)
 
 
 def print_trace_csv(trace: Trace, file: TextIO, *, units: str = "si") -> None:
-    """Write the table of :func:`write_trace_csv` to an open ``file``; the numbers have as many digits as give back the
-    same bits."""
+    """Write the table of :func:`write_trace_csv` to an open ``file``; the numbers have
+    as many digits as give back the same bits."""
     held = held_in(trace)
     columns = [trace.time, *(trace.variables[one.name] for one in held)]
-    rows = ([repr(value) for value in row] for row in zip(*(column.tolist() for column in columns), strict=True))
+    rows = (
+        [repr(value) for value in row]
+        for row in zip(*(column.tolist() for column in columns), strict=True)
+    )
     table = chain([["time [s]", *(f"{one.name} [{one.units}]" for one in held)]], rows)
     csv.writer(file).writerows(_in_field_units(table) if units == "field" else table)
 
@@ -79,16 +92,20 @@ def print_csv(
 def _in_field_units(rows: Iterator[list[str]]) -> Iterator[list[str]]:
     heads = next(rows)
     shown = [_field_unit(head) for head in heads]
-    yield [f"{head.partition(' [')[0]} [{unit}]" if unit else head for head, unit in zip(heads, shown, strict=True)]
+    yield [
+        f"{head.partition(' [')[0]} [{unit}]" if unit else head
+        for head, unit in zip(heads, shown, strict=True)
+    ]
     for row in rows:
         yield [
-            repr(rounded_from_si(float(text), unit)) if unit else text for text, unit in zip(row, shown, strict=True)
+            repr(rounded_from_si(float(text), unit)) if unit else text
+            for text, unit in zip(row, shown, strict=True)
         ]
 
 
 def _field_unit(head: str) -> str | None:
-    """The field unit of the column with this heading, ``axial_peaks_0 [m]`` say; None where it stays as it is, as all
-    without a unit do."""
+    """The field unit of the column with this heading, ``axial_peaks_0 [m]`` say; None
+    where it stays as it is, as all without a unit do."""
     match = _HEADING.fullmatch(head)
     if match is None or match["units"] is None:
         return None

@@ -1,4 +1,5 @@
-"""One run with its trajectory: simulate an operating point, or replay a point of a sweep."""
+"""One run with its trajectory: simulate an operating point, or replay a point of a
+sweep."""
 
 from __future__ import annotations
 
@@ -19,7 +20,15 @@ from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
 from nsdrill.errors import InputError, printable
 from nsdrill.kernel.gang import Compiled, Gang
 from nsdrill.kernel.settings import LONGEST, Simulation
-from nsdrill.models.leaves import OPERATION, Values, as_told, chosen_at, values_at, word_in, words_of
+from nsdrill.models.leaves import (
+    OPERATION,
+    Values,
+    as_told,
+    chosen_at,
+    values_at,
+    word_in,
+    words_of,
+)
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.schedule import Schedule
@@ -39,8 +48,9 @@ MOST_SAMPLES = 50_000_000
 
 @dataclass(frozen=True)
 class Trajectory:
-    """A trace, how its run ended (a status of the results file) and, for a replay, whether the end has the stored
-    bits, what here is not as it was when the results were made, in words, and what to do about a limit of steps."""
+    """A trace, how its run ended (a status of the results file) and, for a replay,
+    whether the end has the stored bits, what here is not as it was when the results
+    were made, in words, and what to do about a limit of steps."""
 
     trace: Trace
     status: int
@@ -61,12 +71,14 @@ def simulate(
     sample: float = DEFAULT_SAMPLE,
     state: np.ndarray | None = None,
 ) -> Trajectory:
-    """Simulate one operating point of a study: depth [m], weight on bit [N], speed [rad/s], by default those of its
-    ``operation``, from the start number ``start`` where the study has several, for ``duration`` [s] (default: transient
-    and observed time, or until the last knot where the study has ramps), sampled every ``sample`` [s]. A value given
-    here takes the place of a ramp of the study. Uncertain numbers have the values of their own sections, or with
-    ``at_sample`` those of the sample of this number. ``state`` [states + 1], the drive angle last, takes the place of
-    the start."""
+    """Simulate one operating point of a study: depth [m], weight on bit [N], speed
+    [rad/s], by default those of its ``operation``, from the start number ``start``
+    where the study has several, for ``duration`` [s] (default: transient and observed
+    time, or until the last knot where the study has ramps), sampled every ``sample``
+    [s]. A value given here takes the place of a ramp of the study. Uncertain numbers
+    have the values of their own sections, or with ``at_sample`` those of the sample of
+    this number. ``state`` [states + 1], the drive angle last, takes the place of the
+    start."""
     if at_sample is not None:
         at_sample = _sample("the study", at_sample, study.samples)
         study = _of_sample(study, at_sample)
@@ -75,10 +87,14 @@ def simulate(
         study = replace(study, parameters=parameters, initial=start_of_all)
     given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     try:
-        schedule = scheduled(study, {name: None if value is None else float(value) for name, value in given.items()})
+        schedule = scheduled(
+            study, {name: None if value is None else float(value) for name, value in given.items()}
+        )
         operation = schedule.start
         for one in described(study.model).orders:
-            if one.upper != "operation.depth" or operation.depth > (length := attrgetter(one.lower)(study.parameters)):
+            if one.upper != "operation.depth" or operation.depth > (
+                length := attrgetter(one.lower)(study.parameters)
+            ):
                 continue
             found, least = f"{operation.depth:g} m", f"{length:g} m"
             if isinstance(depth, Asked):
@@ -92,9 +108,11 @@ def simulate(
     if duration is not None:
         if not 0 < duration <= LONGEST:
             raise InputError(
-                f"--duration: found {_seconds(duration)}; allowed: more than 0 s and at most {LONGEST:g} s."
+                f"--duration: found {_seconds(duration)}; allowed: more than 0 s and at most "
+                f"{LONGEST:g} s."
             )
-        # The marks cut steps: without a transient of its own the run is one observed window.
+        # The marks cut steps: without a transient of its own the run is one observed
+        # window.
         simulation = replace(simulation, transient=0.0, observe=float(duration))
     number = _start("the study", start, study.initial.starts)
     initial = model_named(study.model).starts(_points(study, operation), number)[0]
@@ -103,7 +121,9 @@ def simulate(
     extra: dict[str, Any] = {"start": number} if study.initial.starts else {}
     extra |= {} if at_sample is None else {SAMPLE: int(at_sample)}
     if words := [key for key in study.swept if words_of(key)]:
-        extra["at"] = json_text({key: word_in(study.parameters, study.initial, key) for key in words})
+        extra["at"] = json_text(
+            {key: word_in(study.parameters, study.initial, key) for key in words}
+        )
     return _trace(study, schedule, simulation, initial, sample, "simulate", extra)
 
 
@@ -118,13 +138,14 @@ def replay(
     start: int | None = None,
     sample: float = DEFAULT_SAMPLE,
 ) -> Trajectory:
-    """Run the point of the results file, or of the whole results, ``source`` nearest to these values again, from its
-    stored initial state.
+    """Run the point of the results file, or of the whole results, ``source`` nearest to
+    these values again, from its stored initial state.
 
-    ``at`` holds values of axes by their keys, in SI, those of the operation among them if they are not given apart. An
-    axis with a single value may be left out, and so may the procedure where there is one only; the number of the
-    ``start`` is needed where every operating point has several, and only there. InputError for
-    values beyond the sweep.
+    ``at`` holds values of axes by their keys, in SI, those of the operation among them
+    if they are not given apart. An axis with a single value may be left out, and so may
+    the procedure where there is one only; the number of the ``start`` is needed where
+    every operating point has several, and only there. InputError for values beyond the
+    sweep.
     """
     there = source if isinstance(source, Results) else read_results(source, ())
     path = IN_MEMORY if isinstance(source, Results) else source
@@ -137,16 +158,22 @@ def replay(
     if unknown := [key for key in given if key not in plan.axes or key in plan.drawn]:
         allowed = ", ".join(key for key in plan.axes if key not in plan.drawn)
         samples = f", and {SAMPLE}, as its uncertain numbers go together" if plan.samples else ""
-        raise InputError(f"{path}: --at: found {', '.join(unknown)}; allowed: the axes {allowed}{samples}.")
+        raise InputError(
+            f"{path}: --at: found {', '.join(unknown)}; allowed: the axes {allowed}{samples}."
+        )
     for name, values in plan.axes.items():
         if name not in given and len(values) > 1:
             raise InputError(
-                f"{path}: the sweep has {len(values)} values of {name}. Say which one with {option_of(name)}."
+                f"{path}: the sweep has {len(values)} values of {name}. Say which one with "
+                f"{option_of(name)}."
             )
         wanted[name] = _on_axis(path, name, given.get(name, float(values[0])), values, units[name])
     if procedure is None:
         if len(plan.procedures) > 1:
-            raise InputError(f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with --procedure.")
+            raise InputError(
+                f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which "
+                f"one with --procedure."
+            )
         procedure = plan.procedures[0]
     begun = _start(path, start, plan.starts)
     try:
@@ -155,20 +182,32 @@ def replay(
         raise InputError(f"{path}: {error}.") from error
     place = tuple(int(i) for i in np.unravel_index(number, plan.grid))
     names = ("status", "initial_state", "final_state")
-    point = {name: source[name][place] for name in names} if isinstance(source, Results) else read_point(path, *place)
+    point = (
+        {name: source[name][place] for name in names}
+        if isinstance(source, Results)
+        else read_point(path, *place)
+    )
     if point["status"] == PENDING:
-        raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume.")
+        raise InputError(
+            f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume."
+        )
     if point["status"] == INFERRED:
-        status = (there if isinstance(source, Results) else read_results(source, ["status"]))["status"]
+        status = (there if isinstance(source, Results) else read_results(source, ["status"]))[
+            "status"
+        ]
         raise InputError(f"{path}: {_not_run(status, plan, number, units)}")
     implicit = bool(chosen_of(study).points(np.array([number]))[0])
     here = values_at(study.parameters, study.initial, found)
     one = {key: np.array([value]) for key, value in found.items()}
     study = replace(study, parameters=here.parameters, initial=here.initial, axes=one, drawn={})
-    point = point | {name: own_state(study, there.coords["state"], point[name]) for name in names[1:]}
+    point = point | {
+        name: own_state(study, there.coords["state"], point[name]) for name in names[1:]
+    }
     schedule = Schedule(Operation(*here.operation), {})
     extra: dict[str, Any] = {"procedure": procedure, "replay_of": printable(str(path))}
-    if further := {key: as_told(key, value) for key, value in found.items() if key not in OPERATION}:
+    if further := {
+        key: as_told(key, value) for key, value in found.items() if key not in OPERATION
+    }:
         extra["at"] = json_text(further)
     if plan.starts:
         extra["start"] = begun
@@ -179,19 +218,26 @@ def replay(
     same = result.status == int(point["status"]) and bool(
         np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True)
     )
-    return replace(result, same_bits=same, differing=tuple(unlike(there.attrs, "numpy_version", "processor")))
+    return replace(
+        result, same_bits=same, differing=tuple(unlike(there.attrs, "numpy_version", "processor"))
+    )
 
 
 def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int:
-    """The number of the start that is asked for, 0 where there is one only; InputError where there is none such."""
+    """The number of the start that is asked for, 0 where there is one only; InputError
+    where there is none such."""
     if start is None:
         if starts:
             raise InputError(
-                f"{where}: every operating point has {starts} starts. Say which one with --start, 0 to {starts - 1}."
+                f"{where}: every operating point has {starts} starts. Say which one with --start, "
+                f"0 to {starts - 1}."
             )
         return 0
     if not starts:
-        raise InputError(f"{where}: --start: found {start}; allowed: nothing, as every operating point has one start.")
+        raise InputError(
+            f"{where}: --start: found {start}; allowed: nothing, as every operating "
+            f"point has one start."
+        )
     if not 0 <= start < starts:
         raise InputError(f"{where}: --start: found {start}; allowed: 0 to {starts - 1}.")
     return start
@@ -202,28 +248,40 @@ def _of_sample(study: Study, number: int) -> Study:
     found = {key: float(values[number]) for key, values in study.drawn.items()}
     here = values_at(study.parameters, study.initial, {**vars(study.operation), **found})
     operation = Operation(*here.operation)
-    return replace(study, parameters=here.parameters, initial=here.initial, operation=operation, drawn={}, unknowns=())
+    return replace(
+        study,
+        parameters=here.parameters,
+        initial=here.initial,
+        operation=operation,
+        drawn={},
+        unknowns=(),
+    )
 
 
 def _sample(where: str | os.PathLike[str], sample: float | None, samples: int) -> int:
-    """The number of the sample that is asked for, 0 where no number is uncertain; InputError where there is none
-    such."""
+    """The number of the sample that is asked for, 0 where no number is uncertain;
+    InputError where there is none such."""
     if sample is None:
         if samples:
             raise InputError(
-                f"{where}: every operating point has {samples} samples of uncertain numbers. Say which one with --at "
+                f"{where}: every operating point has {samples} samples of uncertain numbers. Say "
+                f"which one with --at "
                 f"{SAMPLE}=..., 0 to {samples - 1}."
             )
         return 0
     if not samples:
-        raise InputError(f"{where}: --at {SAMPLE}: found {sample:g}; allowed: nothing, as no number is uncertain.")
+        raise InputError(
+            f"{where}: --at {SAMPLE}: found {sample:g}; allowed: nothing, as no "
+            f"number is uncertain."
+        )
     if sample != int(sample) or not 0 <= sample < samples:
         raise InputError(f"{where}: --at {SAMPLE}: found {sample:g}; allowed: 0 to {samples - 1}.")
     return int(sample)
 
 
 def _not_run(status: Array, plan: Plan, number: int, units: Mapping[str, str]) -> str:
-    """That a point was inferred, and which point of the same procedure was run next to it, counted in steps."""
+    """That a point was inferred, and which point of the same procedure was run next to
+    it, counted in steps."""
     here = np.array(np.unravel_index(number, plan.shape))
     if plan.samples:
         status, here = status[..., here[-1]], here[:-1]
@@ -231,31 +289,45 @@ def _not_run(status: Array, plan: Plan, number: int, units: Mapping[str, str]) -
     nearest = ran[np.argmin(np.sum((ran - here[1:]) ** 2, axis=1))]
     where = " ".join(
         option_of(
-            name, str(as_told(name, values[i])) if words_of(name) else readable(values[i], units[name]).replace(" ", "")
+            name,
+            str(as_told(name, values[i]))
+            if words_of(name)
+            else readable(values[i], units[name]).replace(" ", ""),
         )
         for (name, values), i in zip(plan.axes.items(), nearest, strict=True)
         if len(values) > 1
     )
     return (
-        "that point was not run: all points around it have one response, so the refinement passed it over. The nearest "
+        "that point was not run: all points around it have one response, so the refinement passed "
+        "it over. The nearest "
         f"point that was run: {where}. Or simulate this one: nsdrill simulate."
     )
 
 
 def units_of(study: Study) -> dict[str, str]:
     """The SI units of each axis of a study, by its key."""
-    return {"depth": "m", "wob": "N", "rotary_speed": "rad/s", **{axis.key: axis.units for axis in study.more}}
+    return {
+        "depth": "m",
+        "wob": "N",
+        "rotary_speed": "rad/s",
+        **{axis.key: axis.units for axis in study.more},
+    }
 
 
 def own_state(study: Study, names: Array, state: Array) -> Array:
-    """The states of one point with the ``study`` of this point, of those by the ``names`` that a file has of all."""
+    """The states of one point with the ``study`` of this point, of those by the
+    ``names`` that a file has of all."""
     own = described(study.model).states(study.parameters)
     return np.asarray(state, dtype=float)[[names.tolist().index(name) for name in own]]
 
 
 def option_of(key: str, value: str = "") -> str:
     """How the command line says at which value of an axis."""
-    return f"--{key.replace('_', '-')} {value}".rstrip() if key in OPERATION else f"--at {key}={value or '...'}"
+    return (
+        f"--{key.replace('_', '-')} {value}".rstrip()
+        if key in OPERATION
+        else f"--at {key}={value or '...'}"
+    )
 
 
 def _seconds(value: float) -> str:
@@ -263,24 +335,33 @@ def _seconds(value: float) -> str:
     return readable(value, "s") if isinstance(value, Asked) else f"{value:g} s"
 
 
-def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.ndarray, units: str) -> float:
-    """``value``, if the nearest of ``values`` may be meant by it: beyond the ends by half a step at most, and by one
-    percent where there is a single value. A word has to be there."""
+def _on_axis(
+    path: str | os.PathLike[str], name: str, value: float, values: np.ndarray, units: str
+) -> float:
+    """``value``, if the nearest of ``values`` may be meant by it: beyond the ends by
+    half a step at most, and by one percent where there is a single value. A word has to
+    be there."""
     if words_of(name):
         if value not in values:
             there = ", ".join(str(as_told(name, one)) for one in values)
             raise InputError(
-                f"{path}: {option_of(name)}: found {as_told(name, value)}; allowed: {there}, as the sweep."
+                f"{path}: {option_of(name)}: found {as_told(name, value)}; allowed: {there}, as "
+                f"the sweep."
             )
         return float(value)
     steps = np.diff(values)
     below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else 2 * (0.01 * abs(values[0]),)
     if values[0] - below <= value <= values[-1] + above:
         return float(value)
-    ends = [Asked(end, value.unit) if isinstance(value, Asked) else end for end in (values[0], values[-1])]
+    ends = [
+        Asked(end, value.unit) if isinstance(value, Asked) else end
+        for end in (values[0], values[-1])
+    ]
     first, last = (readable(end, units) for end in ends)
     allowed = f"from {first} to {last}, as the sweep" if len(steps) else f"{first}, the only value"
-    raise InputError(f"{path}: {option_of(name)}: found {readable(value, units)}; allowed: {allowed}.")
+    raise InputError(
+        f"{path}: {option_of(name)}: found {readable(value, units)}; allowed: {allowed}."
+    )
 
 
 def _trace(
@@ -293,17 +374,21 @@ def _trace(
     extra: dict[str, Any],
     implicit: bool | None = None,
 ) -> Trajectory:
-    """The run with its trace; ``implicit`` or not as is given, else as the study's method says."""
+    """The run with its trace; ``implicit`` or not as is given, else as the study's
+    method says."""
     total = simulation.transient + simulation.observe
     if not sample > 0:
         raise InputError(f"--sample: found {_seconds(sample)}; allowed: more than 0 s.")
     if sample > total:
-        raise InputError(f"--sample: found {_seconds(sample)}; allowed: at most the {total:g} s of the run.")
+        raise InputError(
+            f"--sample: found {_seconds(sample)}; allowed: at most the {total:g} s of the run."
+        )
     sample = float(sample)
     samples = int(np.floor(total / sample * (1 + 1e-12))) + 1
     if samples > MOST_SAMPLES:
         raise InputError(
-            f"--sample: {samples} samples of {total:g} s are more than {MOST_SAMPLES}. Sample more coarsely or shorten "
+            f"--sample: {samples} samples of {total:g} s are more than {MOST_SAMPLES}. Sample "
+            f"more coarsely or shorten "
             "the run with --duration."
         )
     if implicit is None:
@@ -339,18 +424,26 @@ def _trace(
         **extra,
     }
     what = advice(method, study.model, _points_of(study, schedule)) if status == STEP_LIMIT else ""
-    return Trajectory(Trace(time, traced(study, schedule, initial, time, taken), attrs), status, advice=what)
+    return Trajectory(
+        Trace(time, traced(study, schedule, initial, time, taken), attrs), status, advice=what
+    )
 
 
-def traced(study: Study, schedule: Schedule, initial: Array, time: Array, taken: Array) -> dict[str, Array]:
-    """The variables of a trace from the states ``taken`` [samples, states] at ``time`` [s] of a run from
-    ``initial``."""
+def traced(
+    study: Study, schedule: Schedule, initial: Array, time: Array, taken: Array
+) -> dict[str, Array]:
+    """The variables of a trace from the states ``taken`` [samples, states] at ``time``
+    [s] of a run from ``initial``."""
     model = model_named(study.model)
     names = model.states(model.variant(study.parameters))
     state = {name: taken[:, i].copy() for i, name in enumerate(names)}
     state["drive_angle"] = initial[-1] + schedule.drive_angle(time)
     history = schedule.at(time)
-    told = {SCHEDULED[name]: values for name, values in vars(history).items() if SCHEDULED[name] not in state}
+    told = {
+        SCHEDULED[name]: values
+        for name, values in vars(history).items()
+        if SCHEDULED[name] not in state
+    }
     point = history if schedule.ramps else schedule.start
     known = {variable.name for variable in described(study.model).trace}
     shown = {name: values for name, values in state.items() if name in known}
@@ -358,9 +451,12 @@ def traced(study: Study, schedule: Schedule, initial: Array, time: Array, taken:
 
 
 def _implicit(study: Study, schedule: Schedule) -> bool:
-    """Whether a run is integrated implicitly: as the study asks, or as friction is steep at a knot of its ramps."""
+    """Whether a run is integrated implicitly: as the study asks, or as friction is
+    steep at a knot of its ramps."""
     check_method(study)
-    return bool(implicit_points(study.simulation.method, study.model, _points_of(study, schedule)).any())
+    return bool(
+        implicit_points(study.simulation.method, study.model, _points_of(study, schedule)).any()
+    )
 
 
 def _points_of(study: Study, schedule: Schedule) -> Values:
@@ -371,7 +467,9 @@ def _points_of(study: Study, schedule: Schedule) -> Values:
 
 
 def _points(study: Study, operation: Operation) -> Values:
-    return Values(study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
+    return Values(
+        study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed)
+    )
 
 
 def run_at(
@@ -383,8 +481,9 @@ def run_at(
     interval: float,
     begin: float = 0.0,
 ) -> tuple[np.ndarray, int, int, int, np.ndarray]:
-    """As :func:`nsdrill.app.ramped.follow`, at one operating point and with the marks of ``simulation``; sampled from
-    ``begin`` [s] on, which changes nothing in the run."""
+    """As :func:`nsdrill.app.ramped.follow`, at one operating point and with the marks
+    of ``simulation``; sampled from ``begin`` [s] on, which changes nothing in the
+    run."""
     model = model_named(study.model)
     fixed = model.variant(study.parameters)
     if simulation.method == "implicit":
@@ -395,12 +494,24 @@ def run_at(
     stages = [(model.pack(points, study.thresholds), simulation)]
     total, switch = simulation.transient + simulation.observe, model.switches(study.parameters)
     if switch is not None and switch > 0.0:
-        stages.insert(0, (model.pack_before(points, study.thresholds), _lasting(simulation, min(switch, total))))
-        stages[1:] = [(stages[1][0], _lasting(simulation, total - switch))] if switch < total else []
+        stages.insert(
+            0,
+            (model.pack_before(points, study.thresholds), _lasting(simulation, min(switch, total))),
+        )
+        stages[1:] = (
+            [(stages[1][0], _lasting(simulation, total - switch))] if switch < total else []
+        )
     state, accepted, rejected = initial, 0, 0
     for number, (table, stage) in enumerate(stages):
         store[BEGAN] = (0.0 if number == 0 or switch is None else switch) - begin
-        gang = Gang(1, 1, rows, store, 0, replace(stage, max_steps=max(1, stage.max_steps - accepted - rejected)))
+        gang = Gang(
+            1,
+            1,
+            rows,
+            store,
+            0,
+            replace(stage, max_steps=max(1, stage.max_steps - accepted - rejected)),
+        )
         gang.add(np.array([0]), model.runs(table, fixed, state[np.newaxis]))
         done = gang.run_alone(parts)
         state, status = done.final[0], int(done.status[0])

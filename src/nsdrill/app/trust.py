@@ -1,7 +1,8 @@
-"""Checks of a sweep: every point that ended well is run again with a smaller tolerance, and continued for longer.
+"""Checks of a sweep: every point that ended well is run again with a smaller tolerance,
+and continued for longer.
 
-What they find is written into the record of the point as it comes, so a killed run goes on with the checks that are
-missing.
+What they find is written into the record of the point as it comes, so a killed run goes
+on with the checks that are missing.
 """
 
 from __future__ import annotations
@@ -23,13 +24,16 @@ from nsdrill.variables import CHECKS, OK, PENDING, has_failed
 
 TIGHTER = 100.0
 LEAST_RTOL = 1e-13
-MORE_STEPS = 10  # the limit of steps of a check, in that of the run: a smaller tolerance takes 2.5 times as many
+# the limit of steps of a check, in that of the run: a smaller tolerance takes 2.5 times
+# as many
+MORE_STEPS = 10
 _BATCH = 1 << 17  # points of which the states are held in memory
 
 
 @dataclass(frozen=True)
 class Check:
-    """One check: how it is integrated, and the state of the record from which it starts."""
+    """One check: how it is integrated, and the state of the record from which it
+    starts."""
 
     name: str
     simulation: Simulation
@@ -37,8 +41,9 @@ class Check:
 
 
 def checks(simulation: Simulation) -> tuple[Check, Check]:
-    """``tight``: the run again, to a hundredth of its tolerance. ``long``: the run goes on from where it ended, for
-    transient and observed time once more, so that it is observed after more than twice the transient."""
+    """``tight``: the run again, to a hundredth of its tolerance. ``long``: the run goes
+    on from where it ended, for transient and observed time once more, so that it is
+    observed after more than twice the transient."""
     steps = MORE_STEPS * simulation.max_steps
     tight = replace(simulation, rtol=max(simulation.rtol / TIGHTER, LEAST_RTOL), max_steps=steps)
     return (
@@ -97,7 +102,8 @@ def any_failed(log: Source) -> bool:
 
 
 def forget_failed(records: Array) -> None:
-    """Make checks that did not end well pending in these records, to run them once more."""
+    """Make checks that did not end well pending in these records, to run them once
+    more."""
     for check in CHECKS:
         again = _failed(records, check)
         for name in records.dtype.names or ():

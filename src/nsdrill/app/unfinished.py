@@ -1,4 +1,5 @@
-"""What is kept of unfinished work beside its output, in one file that is there whole or not at all."""
+"""What is kept of unfinished work beside its output, in one file that is there whole or
+not at all."""
 
 from __future__ import annotations
 
@@ -20,31 +21,44 @@ from nsdrill.files import Temporary, reason, sweep_away
 from nsdrill.store import check_target, part_path
 
 
-def claim_part(path: str | os.PathLike[str], what: str, *, overwrite: bool, resume: bool) -> tuple[Path, bool]:
-    """The file beside the output ``path`` in which unfinished work is kept, ``what`` says which ("fit"), and whether it
-    is there to go on with. FileError where ``path`` may not be written, by the rules of ``nsdrill run``."""
+def claim_part(
+    path: str | os.PathLike[str], what: str, *, overwrite: bool, resume: bool
+) -> tuple[Path, bool]:
+    """The file beside the output ``path`` in which unfinished work is kept, ``what``
+    says which ("fit"), and whether it is there to go on with. FileError where ``path``
+    may not be written, by the rules of ``nsdrill run``."""
     if overwrite and resume:
-        raise FileError("--overwrite and --resume exclude each other: start anew, or go on with what is there?")
+        raise FileError(
+            "--overwrite and --resume exclude each other: start anew, or go on with what is there?"
+        )
     check_target(path)
     part = part_path(path)
     sweep_away(part)
     finished, unfinished = os.path.lexists(path), os.path.lexists(part)
     if resume and finished and not unfinished:
-        raise FileError(f"{path}: this {what} is finished; nothing is left to run. Start anew by --overwrite.")
+        raise FileError(
+            f"{path}: this {what} is finished; nothing is left to run. Start anew by --overwrite."
+        )
     if finished and not (overwrite or resume):
-        raise FileError(f"{path}: the file exists. Choose another name, or replace it by --overwrite.")
+        raise FileError(
+            f"{path}: the file exists. Choose another name, or replace it by --overwrite."
+        )
     if unfinished and not (overwrite or resume):
         raise FileError(
-            f"{part}: an unfinished {what} is there. Go on with it by --resume, or start anew by --overwrite."
+            f"{part}: an unfinished {what} is there. Go on with it by --resume, or start anew by "
+            f"--overwrite."
         )
     return part, resume and unfinished
 
 
-def keep(part: Path, what: str, digest: str, told: Any, arrays: Mapping[str, Array], model: str) -> None:
-    """Replace ``part``, in one step, by one with ``arrays`` and plain data ``told``. ``digest`` says of what input, and
-    ``model`` of which model.
+def keep(
+    part: Path, what: str, digest: str, told: Any, arrays: Mapping[str, Array], model: str
+) -> None:
+    """Replace ``part``, in one step, by one with ``arrays`` and plain data ``told``.
+    ``digest`` says of what input, and ``model`` of which model.
 
-    The file is not the last one of its process: an interrupt is still heeded after it."""
+    The file is not the last one of its process: an interrupt is still heeded after
+    it."""
     made = {"model": model, **versions(model), "processor": processor()}
     head = json_text({"magic": _magic(what), "digest": digest, "told": told, **made})
     buffer = io.BytesIO()
@@ -57,13 +71,15 @@ def keep(part: Path, what: str, digest: str, told: Any, arrays: Mapping[str, Arr
             temporary.replace()
     except OSError as error:
         raise NsdrillError(
-            f"{part}: could not be written: {reason(error)}. Make room, and go on with the same command and --resume."
+            f"{part}: could not be written: {reason(error)}. Make room, and go on with the same "
+            f"command and --resume."
         ) from error
 
 
 def kept(part: Path, what: str, digest: str, inputs: str) -> tuple[Any, dict[str, Array]]:
-    """What :func:`keep` put into ``part``: plain data and arrays. FileError where it is damaged, of another kind or of
-    other ``inputs``, which are named in words, or where other versions would make other numbers."""
+    """What :func:`keep` put into ``part``: plain data and arrays. FileError where it is
+    damaged, of another kind or of other ``inputs``, which are named in words, or where
+    other versions would make other numbers."""
     try:
         with np.load(part, allow_pickle=False) as held:
             head = json.loads(held["head"].tobytes().decode())
@@ -74,10 +90,14 @@ def kept(part: Path, what: str, digest: str, inputs: str) -> tuple[Any, dict[str
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise damaged(part, what, error) from error
     if there != digest:
-        raise FileError(f"{part}: made from {inputs}. Go on with what it was made from, or start anew by --overwrite.")
+        raise FileError(
+            f"{part}: made from {inputs}. Go on with what it was made from, or start "
+            f"anew by --overwrite."
+        )
     if differing := unlike(head):
         raise FileError(
-            f"{part}: made with other versions, whose numbers may differ ({'; '.join(differing)}). Finish it with "
+            f"{part}: made with other versions, whose numbers may differ "
+            f"({'; '.join(differing)}). Finish it with "
             "those, or start anew by --overwrite."
         )
     return told, arrays
@@ -85,7 +105,10 @@ def kept(part: Path, what: str, digest: str, inputs: str) -> tuple[Any, dict[str
 
 def damaged(part: Path, what: str, error: Exception) -> FileError:
     """The error of a file that is not what :func:`keep` made."""
-    return FileError(f"{part}: cannot be read as an unfinished {what}: {reason(error)}. Start anew by --overwrite.")
+    return FileError(
+        f"{part}: cannot be read as an unfinished {what}: {reason(error)}. Start "
+        f"anew by --overwrite."
+    )
 
 
 def discard(part: Path) -> None:

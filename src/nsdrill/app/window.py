@@ -18,16 +18,22 @@ from nsdrill.variables import TRUST
 
 
 def window(
-    source: Results | str | os.PathLike[str], severity: int | None = None, confidence: float | None = None
+    source: Results | str | os.PathLike[str],
+    severity: int | None = None,
+    confidence: float | None = None,
 ) -> dict[str, Any]:
-    """The safe window of the results, or the results file, ``source`` as plain data in SI units; by severity where that
-    is given, the greatest one allowed (0 to 4); of results with samples at a ``confidence`` (0 to 1)."""
+    """The safe window of the results, or the results file, ``source`` as plain data in
+    SI units; by severity where that is given, the greatest one allowed (0 to 4); of
+    results with samples at a ``confidence`` (0 to 1)."""
     return window_of(read_for_window(source, severity), severity, confidence)
 
 
-def window_of(results: Results, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
-    """As :func:`nsdrill.analysis.window.find_window`, with the critical speeds ``passed_over``, which lie below the
-    speed at which the sweep begins; empty where there is none, and where the file does not tell."""
+def window_of(
+    results: Results, severity: int | None = None, confidence: float | None = None
+) -> dict[str, Any]:
+    """As :func:`nsdrill.analysis.window.find_window`, with the critical speeds
+    ``passed_over``, which lie below the speed at which the sweep begins; empty where
+    there is none, and where the file does not tell."""
     note = find_window(results, severity, confidence)
     note["passed_over"] = []
     with suppress(NsdrillError):  # no study in it, or one of another version
@@ -35,15 +41,23 @@ def window_of(results: Results, severity: int | None = None, confidence: float |
     return note
 
 
-def read_for_window(source: Results | str | os.PathLike[str], severity: int | None = None) -> Results:
-    """What the window of the results, or the results file, ``source`` is made from; of a file no more."""
+def read_for_window(
+    source: Results | str | os.PathLike[str], severity: int | None = None
+) -> Results:
+    """What the window of the results, or the results file, ``source`` is made from; of
+    a file no more."""
     if severity is not None and severity not in range(5):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4.")
     path = IN_MEMORY if isinstance(source, Results) else source
-    results = source if isinstance(source, Results) else read_results(source, [*needed(severity), *YIELDS, *TRUST])
+    results = (
+        source
+        if isinstance(source, Results)
+        else read_results(source, [*needed(severity), *YIELDS, *TRUST])
+    )
     if lacking := [name for name in needed(severity) if name not in results.variables]:
         raise FileError(
-            f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill did not write; allowed: "
+            f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill "
+            f"did not write; allowed: "
             "the window without a severity. Or run the study again."
         )
     return with_overrides(results)

@@ -1,5 +1,5 @@
-"""Words that the command line, Python and the explorer share; and messages that name options of the command line, in
-the words of a call from Python."""
+"""Words that the command line, Python and the explorer share; and messages that name
+options of the command line, in the words of a call from Python."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from collections.abc import Callable
 
 # How a run can end early, and what one does about it.
 ENDINGS = {
-    "diverged": "the motion grew without bound; the values of the study are far from any drill string",
+    "diverged": "the motion grew without bound; the values of the study are far from any drill "
+    "string",
     "step_limit": "the run took more than simulation.max_steps steps",
-    "step_underflow": "the step became too small to move time on; raise simulation.rtol, or lower the stiffnesses",
+    "step_underflow": "the step became too small to move time on; raise simulation.rtol, or lower "
+    "the stiffnesses",
 }
 
 
@@ -23,13 +25,20 @@ def _setting(found: re.Match[str]) -> str:
     return f"set={{'{key}': {bare}}}"
 
 
-# In this order. What is not an option, a path with two hyphens say, has no blank before the hyphens.
+# In this order. What is not an option, a path with two hyphens say, has no blank before
+# the hyphens.
 _RULES: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"the same command (with|and) (?=--)", r"the same call \1 "),
     (r"`nsdrill show [^`]*`", "nsdrill.show"),
     (r"nsdrill run --resume", "nsdrill.run and resume=True"),
-    (r"(?<![\w.`])nsdrill (run|simulate|replay|plot|window|fit|show|check|classify)\b", r"nsdrill.\1"),
-    (r"--set key=value, as in --set operation\.wob=30kN", "a mapping by dotted keys, as {'operation.wob': '30 kN'}"),
+    (
+        r"(?<![\w.`])nsdrill (run|simulate|replay|plot|window|fit|show|check|classify)\b",
+        r"nsdrill.\1",
+    ),
+    (
+        r"--set key=value, as in --set operation\.wob=30kN",
+        "a mapping by dotted keys, as {'operation.wob': '30 kN'}",
+    ),
     (r"(?<=\()--set ([\w.]+)=([^()]*)(?=\))", _setting),
     (r"(?<![\w-])--set ([\w.]+)=([^\s,;)]*[^\s,;.)])(?=[\s,;.)]|$)", _setting),
     (r"(?<![\w-])--set(?![\w-])", "set"),

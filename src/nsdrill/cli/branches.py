@@ -34,26 +34,36 @@ def lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         yield f"  seeds          {number}: {word}"
     for one in s["branches"]:
         springs = f", springs from branch {one['parent']}" if one["parent"] >= 0 else ""
-        yield f"\nBranch {one['branch']}: {one['words']}, {text(one['min'])} to {text(one['max'])}{springs}"
+        yield (
+            f"\nBranch {one['branch']}: {one['words']}, {text(one['min'])} to "
+            f"{text(one['max'])}{springs}"
+        )
         stable = ", ".join(f"{text(min(ends))} to {text(max(ends))}" for ends in one["stable"])
         yield f"  stable         {stable or 'nowhere'}"
         yield f"  ends           {one['end_reason']}"
         for special in one["special"][:MOST_SPECIAL]:
             note = f" ({special['note']})" if special["note"] else ""
             name = special["label"].replace("_", " ")
-            meaning = special["meaning"] + _change(special["unstable_before"], special["unstable_after"])
-            yield f"  {text(special['value']):14s} {name}{note}: {meaning} [point {special['point']}]"
+            meaning = special["meaning"] + _change(
+                special["unstable_before"], special["unstable_after"]
+            )
+            yield (
+                f"  {text(special['value']):14s} {name}{note}: {meaning} [point {special['point']}]"
+            )
         if (more := len(one["special"]) - MOST_SPECIAL) > 0:
             yield f"  ... {more} more; --json has all"
     for curve in s["curves"]:
         over = next(
-            name for name in curve if name not in (along, "curve", "label", "points", "lobes", "words", "end_reason")
+            name
+            for name in curve
+            if name not in (along, "curve", "label", "points", "lobes", "words", "end_reason")
         )
         low, high = (value_text(over, value, units) for value in curve[over])
         first, last = (text(value) for value in curve[along])
         name = curve["label"].replace("_", " ")
         yield (
-            f"\nCurve {curve['curve']}: {name} of {curve['words']}, {low} to {high}, at {first} to {last}; "
+            f"\nCurve {curve['curve']}: {name} of {curve['words']}, {low} to {high}, at {first} "
+            f"to {last}; "
             f"ends: {curve['end_reason']}"
         )
 
@@ -68,7 +78,8 @@ def _change(before: int | None, after: int | None) -> str:
 
 
 def table(data: Any, units: str) -> str:
-    """One row per point as CSV: its branch, motion, coordinates, label in words, multipliers, features, states."""
+    """One row per point as CSV: its branch, motion, coordinates, label in words,
+    multipliers, features, states."""
     import numpy as np
 
     from nsdrill.analysis.bifurcations import meanings_of
@@ -80,10 +91,12 @@ def table(data: Any, units: str) -> str:
     own = np.asarray(data["branch_of_point"].values)
     heads: list[str] = ["point", "branch", "motion", "lobes", "label_words"]
     columns: list[list[Any]] = [
-        list(range(len(own))), own.tolist(), [str(data["motion"].values[k]) for k in own],
+        list(range(len(own))),
+        own.tolist(),
+        [str(data["motion"].values[k]) for k in own],
         [int(data["lobes"].values[k]) for k in own],
         [words.get(int(code), str(code)) for code in data["label"].values],
-    ]  # fmt: skip
+    ]
     for name in data.variables:
         variable = data[name]
         if "point" not in variable.dims or name in ("point", "branch_of_point"):
@@ -96,7 +109,12 @@ def table(data: Any, units: str) -> str:
             if values.dtype.kind == "f" and si not in ("", "1"):
                 unit = field_unit(name, _plain(si)) if units == "field" else si
                 heads.append(f"{name}{entry} [{sign(unit)}]")
-                columns.append([repr(from_si(float(v), unit) if unit != si else float(v)) for v in values[:, place]])
+                columns.append(
+                    [
+                        repr(from_si(float(v), unit) if unit != si else float(v))
+                        for v in values[:, place]
+                    ]
+                )
             else:
                 heads.append(f"{name}{entry}")
                 columns.append(values[:, place].tolist())
@@ -108,13 +126,16 @@ def table(data: Any, units: str) -> str:
 
 
 def field_unit(name: str, units: str) -> str:
-    """The field unit of the variable ``name``, whose SI ``units`` these are: a depth is in ft, another length in in."""
+    """The field unit of the variable ``name``, whose SI ``units`` these are: a depth is
+    in ft, another length in in."""
     from nsdrill.quantity import find, unit_in
 
     if units in ("percent", "1"):
         return units
     known = find(name)
-    return known.unit("field") if known and known.units == units else unit_in(units, "field") or units
+    return (
+        known.unit("field") if known and known.units == units else unit_in(units, "field") or units
+    )
 
 
 def _plain(units: str) -> str:

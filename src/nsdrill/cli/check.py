@@ -27,16 +27,22 @@ if TYPE_CHECKING:
 @options.study_argument
 @click.option("--json", "as_json", is_flag=True, help="The same for programs; warnings included.")
 @click.option(
-    "--all", "everything", is_flag=True,
+    "--all",
+    "everything",
+    is_flag=True,
     help="Further figures: buckling, higher lateral modes, standing waves, damping by the mud.",
-)  # fmt: skip
+)
 @options.units
 @options.settings
-def command(study: str, as_json: bool, everything: bool, units: str, overrides: tuple[str, ...]) -> int:
-    """Validate STUDY and print its derived coefficients, what follows from them, and warnings. Runs nothing.
+def command(
+    study: str, as_json: bool, everything: bool, units: str, overrides: tuple[str, ...]
+) -> int:
+    """Validate STUDY and print its derived coefficients, what follows from them, and
+    warnings. Runs nothing.
 
-    The coefficients are those at the point `operation` of the study, at the start of its ramps; warnings are about its
-    whole sweep and its ramps. The JSON has the further figures in any case.
+    The coefficients are those at the point `operation` of the study, at the start of
+    its ramps; warnings are about its whole sweep and its ramps. The JSON has the
+    further figures in any case.
     """
     from nsdrill.cli.reading import load
 
@@ -58,42 +64,70 @@ def command(study: str, as_json: bool, everything: bool, units: str, overrides: 
     click.echo(f"{source}: valid. {loaded.title}".rstrip())
     points = count(report.points, "point")
     if loaded.refined:
-        points = f"{report.coarse_points} points, refined where the responses differ to at most {report.points}"
+        points = (
+            f"{report.coarse_points} points, refined where the responses differ to at most "
+            f"{report.points}"
+        )
     if report.points:
         click.echo(f"{points}: {_sweep(loaded, report.chains, units)}.")
         click.echo(
-            f"Size: up to {amount(report.disk)} on the disk, and as much again while the results file is written; "
+            f"Size: up to {amount(report.disk)} on the disk, and as much again while the results "
+            f"file is written; "
             f"about {amount(report.memory)} of memory."
         )
     if report.method != ("explicit",):
-        some = " at the points where it is steep, explicitly at the others" if len(report.method) > 1 else ""
-        click.echo(f"Friction: integrated implicitly{some} (simulation.method: {loaded.simulation.method}).")
+        some = (
+            " at the points where it is steep, explicitly at the others"
+            if len(report.method) > 1
+            else ""
+        )
+        click.echo(
+            f"Friction: integrated implicitly{some} (simulation.method: "
+            f"{loaded.simulation.method})."
+        )
     for name, ramp in report.ramps.items():
         replaced = "; the sweep takes its place in nsdrill run" if name in loaded.swept else ""
         knots = knots_text(name, ramp.times, ramp.values, units)
         click.echo(f"Ramp, for nsdrill simulate: {label_of(name)} {knots}{replaced}.")
-    shown = {name: figure for name, figure in report.figures.items() if everything or not figure.further}
+    shown = {
+        name: figure for name, figure in report.figures.items() if everything or not figure.further
+    }
     start = "At the start of the ramp: " if loaded.ramped else "At "
     depth = value_text("depth", operation.depth, units)
-    others = [value_text(name, getattr(operation, name), units, both=True) for name in ("wob", "rotary_speed")]
+    others = [
+        value_text(name, getattr(operation, name), units, both=True)
+        for name in ("wob", "rotary_speed")
+    ]
     click.echo(f"\n{start}{', '.join((depth, *others))}{':' if shown else '.'}")
     if report.coefficients is not None:
-        rows = [(name, float(getattr(report.coefficients, name)), *told) for name, told in report.told.items()]
+        rows = [
+            (name, float(getattr(report.coefficients, name)), *told)
+            for name, told in report.told.items()
+        ]
         _table("Coefficients", rows, units, shown)
     for group, title in GROUPS.items():
-        if found := [(name, f.value, f.units, f.meaning) for name, f in shown.items() if f.group == group]:
+        if found := [
+            (name, f.value, f.units, f.meaning) for name, f in shown.items() if f.group == group
+        ]:
             _table(title, found, units, shown)
     if more := len(report.figures) - len(shown):
         click.echo(
-            f"\n{more} further figures with --all: buckling, higher lateral modes, standing waves, damping by the mud."
+            f"\n{more} further figures with --all: buckling, higher lateral modes, standing "
+            f"waves, damping by the mud."
         )
     for warning in report.warnings:
         click.echo(f"Warning: {warning}", err=True)
     return 0
 
 
-def _table(title: str, rows: Sequence[tuple[str, float | None, str, str]], units: str, shown: Collection[str]) -> None:
-    """Figures with their units and meanings below a title, aligned with the other ones that are ``shown``."""
+def _table(
+    title: str,
+    rows: Sequence[tuple[str, float | None, str, str]],
+    units: str,
+    shown: Collection[str],
+) -> None:
+    """Figures with their units and meanings below a title, aligned with the other ones
+    that are ``shown``."""
     from nsdrill.cli.words import cell
 
     wide, width = max(17, *map(len, shown)), 9 if units == "si" else 13
@@ -125,7 +159,9 @@ def _sweep(study: Study, chains: int, units: str) -> str:
         first, last = (value_text(name, float(study.axes[name][i]), units) for i in (0, -1))
         count = len(study.axes[name])
         if words_of(name):
-            axes.append(f"{label} {', '.join(str(as_told(name, value)) for value in study.axes[name])}")
+            axes.append(
+                f"{label} {', '.join(str(as_told(name, value)) for value in study.axes[name])}"
+            )
             continue
         values = f"{count} values"
         if name in study.refined:
@@ -148,5 +184,8 @@ def _sweep(study: Study, chains: int, units: str) -> str:
     several = ""
     if study.samples:
         unknowns = ", ".join(label_of(one.key) for one in study.unknowns)
-        several = f"{counted(study.samples, 'sample')} of {unknowns}, in place of the values in their own sections"
+        several = (
+            f"{counted(study.samples, 'sample')} of {unknowns}, in place of the values in their "
+            f"own sections"
+        )
     return "; ".join(filter(None, (", ".join(axes), several, how)))

@@ -9,16 +9,19 @@ from nsdrill.cli import options
 
 @click.command(
     "combine",
-    epilog=options.examples("combine soft.h5 medium.h5 hard.h5 -o rock.h5", "combine 1000m.h5 2000m.h5 -o depths.h5"),
+    epilog=options.examples(
+        "combine soft.h5 medium.h5 hard.h5 -o rock.h5", "combine 1000m.h5 2000m.h5 -o depths.h5"
+    ),
 )
 @click.argument("results", nargs=-1, required=True, type=options.FileName())
 @options.output("Results file to write.")
 @options.overwrite
 def command(results: tuple[str, ...], output: str, overwrite: bool) -> int:
-    """Make one file of RESULTS whose studies differ in one number, which becomes an axis.
+    """Make one file of RESULTS whose studies differ in one number, which becomes an
+    axis.
 
-    The file is the one that a sweep of that axis would have made, to the bit; nothing is run again. The files may also
-    have other values of an axis that they all sweep.
+    The file is the one that a sweep of that axis would have made, to the bit; nothing
+    is run again. The files may also have other values of an axis that they all sweep.
     """
     from nsdrill.app.combine import combine
     from nsdrill.app.saving import save
@@ -33,7 +36,8 @@ def command(results: tuple[str, ...], output: str, overwrite: bool) -> int:
     save(made, output, overwrite=overwrite)
     values = len(made.coords[dimension_of(key)])
     click.echo(
-        f"{output}: {count(len(results), 'file')} along the {label_of(key)} ({key}), {count(values, 'value')}; "
+        f"{output}: {count(len(results), 'file')} along the {label_of(key)} ({key}), "
+        f"{count(values, 'value')}; "
         f"{count(made.variables['status'].size, 'point')}.",
         err=True,
     )

@@ -20,27 +20,41 @@ from nsdrill.cli.main import EXIT_CODES
     ),
 )
 @options.study_argument
-@options.output("File of branches to write (HDF5). Until it is there, what is finished is in FILE.part.")
+@options.output(
+    "File of branches to write (HDF5). Until it is there, what is finished is in FILE.part."
+)
 @click.option(
-    "--seeds", type=options.FileName(), metavar="OUT.h5",
+    "--seeds",
+    type=options.FileName(),
+    metavar="OUT.h5",
     help="Follow the settled points of this results file, in place of what continue.seeds says.",
-)  # fmt: skip
+)
 @click.option(
-    "--workers", type=click.IntRange(min=1), metavar="N", help="How many to run side by side. Default: all processors."
+    "--workers",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="How many to run side by side. Default: all processors.",
 )
 @options.settings
 @click.option("--resume", is_flag=True, help="Go on with an interrupted continuation.")
 @options.overwrite
 @click.option("--quiet", is_flag=True, help="No progress and no summary; warnings and errors only.")
 def command(
-    study: str, output: str, seeds: str | None, workers: int | None, overrides: tuple[str, ...], resume: bool,
-    overwrite: bool, quiet: bool,
-) -> int:  # fmt: skip
-    """Follow the motions of STUDY along the number that its section continue names, stable or not, and write their
-    branches with stability and special points.
+    study: str,
+    output: str,
+    seeds: str | None,
+    workers: int | None,
+    overrides: tuple[str, ...],
+    resume: bool,
+    overwrite: bool,
+    quiet: bool,
+) -> int:
+    """Follow the motions of STUDY along the number that its section continue names,
+    stable or not, and write their branches with stability and special points.
 
-    The motions are seeded by a results file, or settle first at some values. `nsdrill show` says what each special
-    point means, `nsdrill plot` draws the branches, also over the peaks of a sweep.
+    The motions are seeded by a results file, or settle first at some values. `nsdrill
+    show` says what each special point means, `nsdrill plot` draws the branches, also
+    over the peaks of a sweep.
     """
     from nsdrill.cli.reading import load
 
@@ -56,13 +70,18 @@ def command(
         if not quiet:
             click.echo(f"  {text}", err=True)
 
-    done = continue_study(loaded, output, seeds=seeds, workers=workers, overwrite=overwrite, resume=resume, say=say)
+    done = continue_study(
+        loaded, output, seeds=seeds, workers=workers, overwrite=overwrite, resume=resume, say=say
+    )
     if not quiet:
         branches, points = done.data.sizes["branch"], done.data.sizes["point"]
         noun = "branch" if branches == 1 else "branches"
         text = f"{output}: {branches} {noun}, {count(points, 'point')}, in {done.seconds:.1f} s."
         lost = [f"{number}: {word}" for word, number in done.seeds.items() if word != "followed"]
         if lost:
-            text += f" Of {count(sum(done.seeds.values()), 'seed')} some were not followed ({'; '.join(lost)})."
+            text += (
+                f" Of {count(sum(done.seeds.values()), 'seed')} some were not followed "
+                f"({'; '.join(lost)})."
+            )
         click.echo(text, err=True)
     return 0

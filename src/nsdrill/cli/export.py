@@ -27,45 +27,84 @@ SI_ONLY = " netCDF stays in SI units, which its attributes name."
 @options.file_argument("results")
 @options.output("File to write: .csv or .nc (netCDF-4); - is CSV to standard output.", stream=True)
 @click.option("--peaks", is_flag=True, help="CSV: a column for every recorded peak.")
-@click.option("--section", is_flag=True, help="CSV: a column for every recorded return to the Poincare section.")
+@click.option(
+    "--section",
+    is_flag=True,
+    help="CSV: a column for every recorded return to the Poincare section.",
+)
 @click.option("--states", is_flag=True, help="CSV: a column for every initial and final state.")
 @options.units
 @options.overwrite
-def command(results: str, output: str, peaks: bool, section: bool, states: bool, units: str, overwrite: bool) -> int:
-    """Write RESULTS as a table (CSV, units in the headings) or as netCDF (everything, in SI units).
+def command(
+    results: str, output: str, peaks: bool, section: bool, states: bool, units: str, overwrite: bool
+) -> int:
+    """Write RESULTS as a table (CSV, units in the headings) or as netCDF (everything,
+    in SI units).
 
-    The table has one row a point; of a trace, as simulate and replay write it, one row a sample.
+    The table has one row a point; of a trace, as simulate and replay write it, one row
+    a sample.
     """
     suffix = ".csv" if output == "-" else Path(output).suffix.lower()
     if suffix not in (".csv", ".nc"):
         raise InputError(f"{output}: found the ending {suffix or '(none)'}; allowed: .csv or .nc.")
-    given = [option for option, on in (("--peaks", peaks), ("--section", section), ("--states", states)) if on]
+    given = [
+        option
+        for option, on in (("--peaks", peaks), ("--section", section), ("--states", states))
+        if on
+    ]
     if suffix == ".nc" and given:
-        raise InputError(f"{given[0]}: found with netCDF, which holds everything; allowed: with .csv.")
+        raise InputError(
+            f"{given[0]}: found with netCDF, which holds everything; allowed: with .csv."
+        )
     from nsdrill.app.reading import is_branches
     from nsdrill.app.table import print_csv, write_csv
     from nsdrill.store import kind_of, read_results
 
     if is_branches(results):
         if given:
-            raise InputError(f"{given[0]}: found with branches, whose table has everything; allowed: with results.")
+            raise InputError(
+                f"{given[0]}: found with branches, whose table has everything; "
+                f"allowed: with results."
+            )
         return _branches(results, output, suffix, units, overwrite)
     if os.path.lexists(results) and kind_of(results) == "trace":
         if given:
-            raise InputError(f"{given[0]}: found with a trace, whose table has everything; allowed: with results.")
+            raise InputError(
+                f"{given[0]}: found with a trace, whose table has everything; "
+                f"allowed: with results."
+            )
         return _trace(results, output, suffix, units, overwrite)
     if output == "-":
-        print_csv(read_results(results), sys.stdout, peaks=peaks, section=section, states=states, units=units)
+        print_csv(
+            read_results(results),
+            sys.stdout,
+            peaks=peaks,
+            section=section,
+            states=states,
+            units=units,
+        )
         return 0
     return _written(
-        results, output, suffix, units, overwrite,
+        results,
+        output,
+        suffix,
+        units,
+        overwrite,
         lambda: write_csv(
-            read_results(results), output, peaks=peaks, section=section, states=states, units=units, overwrite=overwrite
+            read_results(results),
+            output,
+            peaks=peaks,
+            section=section,
+            states=states,
+            units=units,
+            overwrite=overwrite,
         ),
-    )  # fmt: skip
+    )
 
 
-def _written(file: str, output: str, suffix: str, units: str, overwrite: bool, table: Callable[[], None]) -> int:
+def _written(
+    file: str, output: str, suffix: str, units: str, overwrite: bool, table: Callable[[], None]
+) -> int:
     """Write the netCDF of ``file``, or its ``table``, as the ``suffix`` asks."""
     from nsdrill.store import claim_file, to_netcdf
 
@@ -75,7 +114,9 @@ def _written(file: str, output: str, suffix: str, units: str, overwrite: bool, t
         to_netcdf(file, output, overwrite=overwrite)
     else:
         table()
-    click.echo(f"{output}: written.{SI_ONLY if suffix == '.nc' and units == 'field' else ''}", err=True)
+    click.echo(
+        f"{output}: written.{SI_ONLY if suffix == '.nc' and units == 'field' else ''}", err=True
+    )
     return 0
 
 
@@ -88,9 +129,13 @@ def _trace(file: str, output: str, suffix: str, units: str, overwrite: bool) -> 
         print_trace_csv(read_trace(file), sys.stdout, units=units)
         return 0
     return _written(
-        file, output, suffix, units, overwrite,
+        file,
+        output,
+        suffix,
+        units,
+        overwrite,
         lambda: write_trace_csv(read_trace(file), output, units=units, overwrite=overwrite),
-    )  # fmt: skip
+    )
 
 
 def _branches(file: str, output: str, suffix: str, units: str, overwrite: bool) -> int:
@@ -103,5 +148,10 @@ def _branches(file: str, output: str, suffix: str, units: str, overwrite: bool) 
         click.echo(table(data, units), nl=False)
         return 0
     return _written(
-        file, output, suffix, units, overwrite, lambda: write_text(output, table(data, units), overwrite=overwrite)
+        file,
+        output,
+        suffix,
+        units,
+        overwrite,
+        lambda: write_text(output, table(data, units), overwrite=overwrite),
     )

@@ -24,63 +24,130 @@ ENOUGH = 50  # effective samples
 )
 @options.study_argument
 @click.option(
-    "--data", type=options.FileName(), required=True, metavar="FIELD.csv",
-    help="Measurements: CSV with a name and a unit over every column, over operating points or over time.",
-)  # fmt: skip
-@options.output("Study to write, with the samples that the data leave as its section `uncertain`.", required=False)
-@click.option("--picture", type=options.FileName(), metavar="FIG", help="Picture to write: .png, .pdf or .svg.")
-@click.option("--json", "as_json", is_flag=True, help="The same for programs.")
-@click.option("--rename", multiple=True, metavar="HEAD=NAME", help="What a column of the file is called here.")
-@click.option("--ignore", multiple=True, metavar="HEAD", help="A column to pass over; '*' for all that are not known.")
-@click.option(
-    "--error", "errors", multiple=True, metavar="NAME=Q",
-    help="Standard deviation of a measured value with its unit, or in percent of it. Default: 5 percent.",
-)  # fmt: skip
-@click.option("--skip-gaps", is_flag=True, help="Pass over rows with gaps in place of refusing them.")
-@options.quantity("--shortest", "s", "Over time: how long a stretch of constant settings lasts at least (120 s).")
-@options.quantity("--settle", "s", "Over time: how much of the beginning of a stretch is not used (60 s).")
-@click.option(
-    "--batch", type=click.IntRange(min=16, max=100_000), default=128, show_default=True, metavar="N",
-    help="Samples of a round; each is run at every operating point of the data.",
-)  # fmt: skip
-@click.option(
-    "--rounds", type=click.IntRange(min=2, max=100), default=8, show_default=True, metavar="N", help="Rounds at most."
+    "--data",
+    type=options.FileName(),
+    required=True,
+    metavar="FIELD.csv",
+    help="Measurements: CSV with a name and a unit over every column, over operating points or "
+    "over time.",
+)
+@options.output(
+    "Study to write, with the samples that the data leave as its section `uncertain`.",
+    required=False,
 )
 @click.option(
-    "--samples", type=click.IntRange(min=2, max=10_000), default=128, show_default=True, metavar="N",
-    help="Samples in the study that is written.",
-)  # fmt: skip
+    "--picture",
+    type=options.FileName(),
+    metavar="FIG",
+    help="Picture to write: .png, .pdf or .svg.",
+)
+@click.option("--json", "as_json", is_flag=True, help="The same for programs.")
 @click.option(
-    "--workers", type=click.IntRange(min=1), metavar="N", help="How many to run side by side. Default: all processors."
+    "--rename", multiple=True, metavar="HEAD=NAME", help="What a column of the file is called here."
+)
+@click.option(
+    "--ignore",
+    multiple=True,
+    metavar="HEAD",
+    help="A column to pass over; '*' for all that are not known.",
+)
+@click.option(
+    "--error",
+    "errors",
+    multiple=True,
+    metavar="NAME=Q",
+    help="Standard deviation of a measured value with its unit, or in percent of it. Default: 5 "
+    "percent.",
+)
+@click.option(
+    "--skip-gaps", is_flag=True, help="Pass over rows with gaps in place of refusing them."
+)
+@options.quantity(
+    "--shortest", "s", "Over time: how long a stretch of constant settings lasts at least (120 s)."
+)
+@options.quantity(
+    "--settle", "s", "Over time: how much of the beginning of a stretch is not used (60 s)."
+)
+@click.option(
+    "--batch",
+    type=click.IntRange(min=16, max=100_000),
+    default=128,
+    show_default=True,
+    metavar="N",
+    help="Samples of a round; each is run at every operating point of the data.",
+)
+@click.option(
+    "--rounds",
+    type=click.IntRange(min=2, max=100),
+    default=8,
+    show_default=True,
+    metavar="N",
+    help="Rounds at most.",
+)
+@click.option(
+    "--samples",
+    type=click.IntRange(min=2, max=10_000),
+    default=128,
+    show_default=True,
+    metavar="N",
+    help="Samples in the study that is written.",
+)
+@click.option(
+    "--workers",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="How many to run side by side. Default: all processors.",
 )
 @options.settings
 @options.units
 @click.option(
-    "--resume", is_flag=True,
-    help="Go on with an interrupted fit of the same -o; only the runs that are missing are made. --rounds may differ.",
-)  # fmt: skip
+    "--resume",
+    is_flag=True,
+    help="Go on with an interrupted fit of the same -o; only the runs that are missing are made. "
+    "--rounds may differ.",
+)
 @options.overwrite
 @click.option("--quiet", is_flag=True, help="No progress; the report, warnings and errors only.")
 def command(
-    study: str, data: str, output: str | None, picture: str | None, as_json: bool, rename: tuple[str, ...],
-    ignore: tuple[str, ...], errors: tuple[str, ...], skip_gaps: bool, shortest: float | None, settle: float | None,
-    batch: int, rounds: int, samples: int, workers: int | None, overrides: tuple[str, ...], units: str, resume: bool,
-    overwrite: bool, quiet: bool,
-) -> int:  # fmt: skip
-    """Adjust the unknowns of STUDY, the numbers of its section `uncertain`, to measurements.
+    study: str,
+    data: str,
+    output: str | None,
+    picture: str | None,
+    as_json: bool,
+    rename: tuple[str, ...],
+    ignore: tuple[str, ...],
+    errors: tuple[str, ...],
+    skip_gaps: bool,
+    shortest: float | None,
+    settle: float | None,
+    batch: int,
+    rounds: int,
+    samples: int,
+    workers: int | None,
+    overrides: tuple[str, ...],
+    units: str,
+    resume: bool,
+    overwrite: bool,
+    quiet: bool,
+) -> int:
+    """Adjust the unknowns of STUDY, the numbers of its section `uncertain`, to
+    measurements.
 
-    Their distributions say what is known before. The model is run at the operating points of the data for many values
-    of the unknowns, and each is weighed by how well its features agree. The report says what the data tell of each
-    unknown, and what they cannot tell; the adjusted study runs on with the samples that are left.
+    Their distributions say what is known before. The model is run at the operating
+    points of the data for many values of the unknowns, and each is weighed by how well
+    its features agree. The report says what the data tell of each unknown, and what
+    they cannot tell; the adjusted study runs on with the samples that are left.
 
-    With -o, every round is kept in FILE.part until the study is written. Interrupt at any time; --resume gives the very
-    same study as an undisturbed fit.
+    With -o, every round is kept in FILE.part until the study is written. Interrupt at
+    any time; --resume gives the very same study as an undisturbed fit.
     """
     from nsdrill.cli.reading import load
 
     loaded = load(study, overrides)
     if resume and output is None:
-        raise InputError("--resume: found without -o; allowed: with the -o of the fit that was interrupted.")
+        raise InputError(
+            "--resume: found without -o; allowed: with the -o of the fit that was interrupted."
+        )
     _claim(study, data, output, picture, overwrite)
 
     from nsdrill.app.fit import far_from_the_sweep, fit
@@ -90,8 +157,13 @@ def command(
     from nsdrill.progress import reporting
 
     given = {"shortest": shortest, "settle": settle}
-    how = Reading(_pairs("--rename", rename), ignore, _pairs("--error", errors), skip_gaps,
-                  **{name: value for name, value in given.items() if value is not None})  # fmt: skip
+    how = Reading(
+        _pairs("--rename", rename),
+        ignore,
+        _pairs("--error", errors),
+        skip_gaps,
+        **{name: value for name, value in given.items() if value is not None},
+    )
     measured = read_measured(data, loaded, how)
     for doubt in far_from_the_sweep(loaded, measured, units):
         click.echo(f"Warning: {doubt}", err=True)
@@ -102,8 +174,16 @@ def command(
         click.echo("Nothing is there to go on with: the fit starts anew.", err=True)
     with kept.guarding():
         with reporting(not quiet) as watch:
-            found = fit(loaded, measured, batch=batch, rounds=rounds, samples=samples, workers=workers, watch=watch,
-                        kept=kept)  # fmt: skip
+            found = fit(
+                loaded,
+                measured,
+                batch=batch,
+                rounds=rounds,
+                samples=samples,
+                workers=workers,
+                watch=watch,
+                kept=kept,
+            )
         if as_json:
             click.echo(json_text(note_in(found.note, units), indent=2))
         else:
@@ -134,11 +214,15 @@ def _claim(study: str, data: str, output: str | None, picture: str | None, overw
 
 
 def note_in(note: dict[str, Any], units: str) -> dict[str, Any]:
-    """The note for programs: in SI as it is, or with the values of unknowns and features in field units."""
+    """The note for programs: in SI as it is, or with the values of unknowns and
+    features in field units."""
     if units == "si":
         return note
     converted = dict(note)
-    for room, name, fields in (("unknowns", "key", ("prior", "posterior")), ("features", "name", ("error", "spread"))):
+    for room, name, fields in (
+        ("unknowns", "key", ("prior", "posterior")),
+        ("features", "name", ("error", "spread")),
+    ):
         converted[room] = []
         for one in note[room]:
             made = dict(one)
@@ -164,12 +248,16 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
     """The report."""
     from nsdrill.cli.words import count
 
-    yield f"{note['data']}: {count(note['points'], 'operating point')}, {count(note['values'], 'measured value')}."
+    yield (
+        f"{note['data']}: {count(note['points'], 'operating point')}, "
+        f"{count(note['values'], 'measured value')}."
+    )
     for remark in note["notes"]:
         yield f"  {remark}"
     failed = f", {note['failed']} of them failed" if note["failed"] else ""
     yield (
-        f"{note['samples']} samples in {count(note['rounds'], 'round')}{failed}; effective number of samples "
+        f"{note['samples']} samples in {count(note['rounds'], 'round')}{failed}; effective number "
+        f"of samples "
         f"{note['effective']:.0f}."
     )
     yield ""
@@ -186,9 +274,14 @@ def _unknowns(note: dict[str, Any], units: str) -> Iterator[str]:
     yield f"{'':{wide + 2}s} {'before, 5 to 95 %':>24s}   {'after, 5 to 95 %':>24s} {'median':>10s}"
     for one in note["unknowns"]:
         numbers, unit = _shown(one["key"], one["prior"] + one["posterior"], one["units"], units)
-        before, after = (f"{a:.4g} to {b:.4g}" for a, b in ((numbers[0], numbers[2]), (numbers[3], numbers[5])))
+        before, after = (
+            f"{a:.4g} to {b:.4g}" for a, b in ((numbers[0], numbers[2]), (numbers[3], numbers[5]))
+        )
         told = f"{100 * one['width']:.0f} % of the width before: {TOLD[one['told']]}"
-        yield f"  {one['key']:{wide}s} {before:>24s}   {after:>24s} {numbers[4]:10.4g} {unit:10s} {told}"
+        yield (
+            f"  {one['key']:{wide}s} {before:>24s}   {after:>24s} {numbers[4]:10.4g} {unit:10s} "
+            f"{told}"
+        )
 
 
 TOLD = {"well": "told", "partly": "partly told", "not": "NOT TOLD by these data"}
@@ -200,13 +293,17 @@ def _features(note: dict[str, Any], units: str) -> Iterator[str]:
     for one in note["features"]:
         numbers, unit = _shown(one["name"], [one["error"], one["spread"]], "", units)
         yield (
-            f"  {one['name']:{wide}s} {one['points']:6d} {numbers[0]:10.4g} {numbers[1]:10.4g} {unit:10s} off by "
+            f"  {one['name']:{wide}s} {one['points']:6d} {numbers[0]:10.4g} {numbers[1]:10.4g} "
+            f"{unit:10s} off by "
             f"{one['deviation']:.2g} deviations"
         )
 
 
-def _shown(name: str, values: list[float], si: str, units: str, signs: bool = True) -> tuple[list[float], str]:
-    """Values in the unit in which people see this quantity, and that as people write it, or as a study does."""
+def _shown(
+    name: str, values: list[float], si: str, units: str, signs: bool = True
+) -> tuple[list[float], str]:
+    """Values in the unit in which people see this quantity, and that as people write
+    it, or as a study does."""
     from nsdrill.quantity import find, shown_scale, sign
 
     found = find(name)
@@ -220,29 +317,39 @@ def verdicts(note: dict[str, Any]) -> Iterator[str]:
     blind = [one["key"] for one in note["unknowns"] if one["told"] == "not"]
     if len(blind) == len(note["unknowns"]):
         yield (
-            "THE DATA CANNOT TELL any of the unknowns: after them as much is open as before. Measure at other "
+            "THE DATA CANNOT TELL any of the unknowns: after them as much is open as before. "
+            "Measure at other "
             "settings, or something that the unknowns change."
         )
     elif blind:
-        yield f"THE DATA CANNOT TELL {', '.join(blind)}: what is known of it is what the study said before."
+        yield (
+            f"THE DATA CANNOT TELL {', '.join(blind)}: what is known of it is what the study said "
+            f"before."
+        )
     for pair in note["together"]:
         how = "together" if pair["correlation"] > 0 else "against each other"
         yield (
-            f"{' and '.join(pair['keys'])} go {how} (correlation {pair['correlation']:.2f}): the data tell a "
-            "combination of the two better than either. Keep the samples together, as the study that is written does."
+            f"{' and '.join(pair['keys'])} go {how} (correlation {pair['correlation']:.2f}): the "
+            f"data tell a "
+            "combination of the two better than either. Keep the samples together, as the study "
+            "that is written does."
         )
     for one in note["unknowns"]:
         if one["at_the_end"]:
             yield (
-                f"{one['key']} presses against the {one['at_the_end']} end of its distribution: the data would have it "
+                f"{one['key']} presses against the {one['at_the_end']} end of its distribution: "
+                f"the data would have it "
                 "farther out. Widen the distribution, or doubt the data or the model."
             )
     if not note["explained"]:
         worst = max(note["features"], key=lambda one: float(one["deviation"]))["name"]
         yield (
-            f"THE MODEL DOES NOT GIVE THESE DATA with any values of the unknowns: its best run is off by "
-            f"{note['misfit'] ** 0.5:.2g} times the errors (probability {note['chance']:.1g}), most in {worst}. The "
-            "intervals above then mean little. Doubt the errors, the other numbers of the study, or the model."
+            f"THE MODEL DOES NOT GIVE THESE DATA with any values of the unknowns: its best run is "
+            f"off by "
+            f"{note['misfit'] ** 0.5:.2g} times the errors (probability {note['chance']:.1g}), "
+            f"most in {worst}. The "
+            "intervals above then mean little. Doubt the errors, the other numbers of the study, "
+            "or the model."
         )
     if note["beta"] < 1 or note["effective"] < ENOUGH:
         yield (

@@ -18,7 +18,8 @@ COMMANDS = {
     "run": "Run a study: sweep, classify, and write the results file.",
     "simulate": "Simulate one operating point and write its trajectory.",
     "replay": "Run one point of a results file again, with its trajectory.",
-    "continue": "Follow motions along a number of the study, stable or not: branches and bifurcations.",
+    "continue": "Follow motions along a number of the study, stable or not: branches and "
+    "bifurcations.",
     "plot": "Draw a file of results, a trace or branches.",
     "view": "Explore results or a study in the browser.",
     "report": "Write results as one page of HTML to send.",
@@ -55,7 +56,9 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = import_module(f"nsdrill.cli.{MODULES.get(cmd_name, cmd_name)}").command
+        command: click.Command = import_module(
+            f"nsdrill.cli.{MODULES.get(cmd_name, cmd_name)}"
+        ).command
         return command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
@@ -86,12 +89,13 @@ class LazyGroup(click.Group):
     cls=LazyGroup,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
     epilog=EXIT_CODES
-    + "\n\nMessages go to standard error, data to standard output. `nsdrill COMMAND --help` says more.",
+    + "\n\nMessages go to standard error, data to standard output. `nsdrill COMMAND --help` says "
+    "more.",
 )
 @click.version_option(__version__, prog_name="nsdrill", message="%(prog)s %(version)s")
 def group() -> None:
-    """A bifurcation explorer for drill-string vibration: bit-bounce, stick-slip and whirl over depth, weight on bit and
-    rotary speed, with history.
+    """A bifurcation explorer for drill-string vibration: bit-bounce, stick-slip and
+    whirl over depth, weight on bit and rotary speed, with history.
 
     \b
     Start with:
@@ -102,7 +106,8 @@ def group() -> None:
 
 
 def main() -> NoReturn:
-    """Run the command that the arguments of the process give, and leave with its exit code."""
+    """Run the command that the arguments of the process give, and leave with its exit
+    code."""
     with standard_streams():
         interrupt.listen()
         try:
@@ -113,7 +118,8 @@ def main() -> NoReturn:
 
 def _run_command() -> NoReturn:
     if sys.stdout is not None and hasattr(sys.stdout, "reconfigure"):
-        sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: a name or title is never a failure
+        # as standard error: a name or title is never a failure
+        sys.stdout.reconfigure(errors="backslashreplace")
     try:
         code = group.main(prog_name="nsdrill", standalone_mode=False)
         sys.stdout.flush()
@@ -128,7 +134,9 @@ def _run_command() -> NoReturn:
     except NsdrillError as error:
         _leave(f"Error: {error}", error.exit_code)
     except MemoryError:
-        _leave("Error: out of memory. Sweep fewer points at once, or sample a trace more coarsely.", 1)
+        _leave(
+            "Error: out of memory. Sweep fewer points at once, or sample a trace more coarsely.", 1
+        )
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         _leave(f"Error: {where}{error.strerror or error}.", 1)
@@ -139,17 +147,21 @@ def _run_command() -> NoReturn:
 
 
 def _unexpected(error: Exception) -> str:
-    """What to say of an error that nobody has foreseen; it may be that of a model under work in another package."""
+    """What to say of an error that nobody has foreseen; it may be that of a model under
+    work in another package."""
     what = f"{type(error).__name__}: {error}"
     registry = sys.modules.get("nsdrill.models.registry")
     others = registry.other_packages() if registry is not None else ()
     if others:
         return (
-            f"Error: {what}. The model {', '.join(others)} comes from another package, and the fault may be there: the "
-            "same command under NSDRILL_DEBUG=1 says where it was found. If it is in nsdrill, please report it."
+            f"Error: {what}. The model {', '.join(others)} comes from another package, and the "
+            f"fault may be there: the "
+            "same command under NSDRILL_DEBUG=1 says where it was found. If it is in nsdrill, "
+            "please report it."
         )
     return (
-        f"Error: this should not happen and is a bug of nsdrill ({what}). Please report it with the output of the same "
+        f"Error: this should not happen and is a bug of nsdrill ({what}). Please report it with "
+        f"the output of the same "
         "command under NSDRILL_DEBUG=1."
     )
 

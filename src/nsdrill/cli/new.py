@@ -11,12 +11,21 @@ from nsdrill.errors import InputError
 @click.command(
     "new",
     epilog=options.examples(
-        "new -o study.yaml", "new --example torsional_speed -o study.yaml", "new | less", "new | nsdrill check -"
+        "new -o study.yaml",
+        "new --example torsional_speed -o study.yaml",
+        "new | less",
+        "new | nsdrill check -",
     ),
 )
-@options.output("Study file to write. Default, and -: standard output.", required=False, stream=True)
+@options.output(
+    "Study file to write. Default, and -: standard output.", required=False, stream=True
+)
 @options.model
-@click.option("--example", metavar="NAME", help="A study that comes with nsdrill, as it is; a wrong name lists all.")
+@click.option(
+    "--example",
+    metavar="NAME",
+    help="A study that comes with nsdrill, as it is; a wrong name lists all.",
+)
 @options.overwrite
 def command(output: str | None, model: str | None, example: str | None, overwrite: bool) -> int:
     """Write a commented study to start from, with every key, its unit and its default."""
@@ -35,12 +44,15 @@ def command(output: str | None, model: str | None, example: str | None, overwrit
 
     claim_file(output, overwrite)
     write_text(output, text, overwrite=overwrite)
-    click.echo(f"{output}: written. Next: nsdrill check {output}; nsdrill run {output} -o out.h5", err=True)
+    click.echo(
+        f"{output}: written. Next: nsdrill check {output}; nsdrill run {output} -o out.h5", err=True
+    )
     return 0
 
 
 def _example(name: str) -> str:
-    """The text of the example of this name; InputError, which lists all, where there is none."""
+    """The text of the example of this name; InputError, which lists all, where there is
+    none."""
     import difflib
 
     from nsdrill.study.examples import examples, title_of

@@ -15,8 +15,8 @@ Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
 class FileName(click.ParamType):
-    """The name of a file; whether it is there, and what it is, the store says better than click. With ``stream`` it may
-    be ``-``, standard input or output."""
+    """The name of a file; whether it is there, and what it is, the store says better
+    than click. With ``stream`` it may be ``-``, standard input or output."""
 
     name = "path"
 
@@ -29,12 +29,16 @@ class FileName(click.ParamType):
         if value == "-" and not self.stream:
             what = param.opts[0] if isinstance(param, click.Option) else "the file"
             raise InputError(
-                f"{what}: found '-'; allowed: the name of a file. Standard input is for studies (check, run, "
-                "simulate), standard output for a study (new) and for CSV (export). A file of that name is ./-."
+                f"{what}: found '-'; allowed: the name of a file. Standard input is for studies "
+                f"(check, run, "
+                "simulate), standard output for a study (new) and for CSV (export). A file of "
+                "that name is ./-."
             )
         return str(value)
 
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
         return [CompletionItem(incomplete, type="file")]
 
 
@@ -46,7 +50,9 @@ class Quantity(click.ParamType):
     def __init__(self, units: str) -> None:
         self.units = units
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
         if isinstance(value, float):
             return value
         from nsdrill.units import QuantityError, asked
@@ -67,22 +73,30 @@ class Percent(click.ParamType):
     def __init__(self, least: float, most: float) -> None:
         self.least, self.most = least, most
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
         option = param.opts[0] if param else "value"
         try:
             number = float(str(value).strip().removesuffix("percent").removesuffix("%"))
         except ValueError:
             number = float("nan")
         if not self.least <= number <= self.most:
-            hint = f" A part of one is meant in percent: {100 * number:g}." if 0.0 < number < 1.0 else ""
+            hint = (
+                f" A part of one is meant in percent: {100 * number:g}."
+                if 0.0 < number < 1.0
+                else ""
+            )
             raise InputError(
-                f"{option}: found {value}; allowed: a percentage from {self.least:g} to {self.most:g}.{hint}"
+                f"{option}: found {value}; allowed: a percentage from {self.least:g} to "
+                f"{self.most:g}.{hint}"
             )
         return number
 
 
 class System(click.Choice):
-    """A system of units; an error names the environment variable where the word comes from there."""
+    """A system of units; an error names the environment variable where the word comes
+    from there."""
 
     name = "units"
 
@@ -99,28 +113,36 @@ class System(click.Choice):
             and param.name is not None
             and (ctx.get_parameter_source(param.name) == click.core.ParameterSource.ENVIRONMENT)
         )
-        raise InputError(f"{UNITS_VARIABLE if variable else '--units'}: found {value!r}; allowed: si or field.")
+        raise InputError(
+            f"{UNITS_VARIABLE if variable else '--units'}: found {value!r}; allowed: si or field."
+        )
 
 
 UNITS_VARIABLE = "NSDRILL_UNITS"
 units = click.option(
-    "--units", type=System(), envvar=UNITS_VARIABLE, default="si", show_default=True,
+    "--units",
+    type=System(),
+    envvar=UNITS_VARIABLE,
+    default="si",
+    show_default=True,
     help="m, kN, rad/s, or ft, klbf, rpm and other field units. NSDRILL_UNITS sets the default.",
-)  # fmt: skip
+)
 study_argument = click.argument("study", type=FileName(stream=True))
 settings = click.option(
     "--set",
     "overrides",
     multiple=True,
     metavar="KEY=VALUE",
-    help="Change a key of the study, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
+    help="Change a key of the study, e.g. --set 'operation.wob=30 kN'. May be given more than "
+    "once.",
 )
 thresholds = click.option(
     "--set",
     "overrides",
     multiple=True,
     metavar="KEY=VALUE",
-    help="Change a threshold, e.g. --set classify.stick_slip.stick_slip_index=60. May be given more than once.",
+    help="Change a threshold, e.g. --set classify.stick_slip.stick_slip_index=60. May be given "
+    "more than once.",
 )
 overwrite = click.option("--overwrite", is_flag=True, help="Replace the output if it exists.")
 
@@ -135,13 +157,15 @@ at = click.option(
     "at",
     multiple=True,
     metavar="KEY=VALUE",
-    help="The value of any axis by its key, e.g. --at 'bit.rock_stiffness=25 MN/m', or --at sample=17 where numbers "
+    help="The value of any axis by its key, e.g. --at 'bit.rock_stiffness=25 MN/m', or --at "
+    "sample=17 where numbers "
     "are uncertain. May be given more than once.",
 )
 
 
 def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
-    """The values of ``--at``, and those of the options for the operation where they were given, in SI by their keys."""
+    """The values of ``--at``, and those of the options for the operation where they
+    were given, in SI by their keys."""
     from nsdrill.models.leaves import as_value, words_of
     from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean
     from nsdrill.units import QuantityError, asked
@@ -151,11 +175,16 @@ def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
     for text in at:
         key, equals, value = (part.strip() for part in text.partition("="))
         if not equals or not value:
-            raise InputError(f"--at: found {text!r}; allowed: KEY=VALUE, as --at 'bit.rock_stiffness=25 MN/m'.")
+            raise InputError(
+                f"--at: found {text!r}; allowed: KEY=VALUE, as --at 'bit.rock_stiffness=25 MN/m'."
+            )
         key = key.removeprefix("operation.")
         if key not in leaves:
             hint = did_you_mean(key, leaves)
-            raise InputError(f"--at: found the key {key}; allowed: the key of an axis.{f' {hint}' if hint else ''}")
+            raise InputError(
+                f"--at: found the key {key}; allowed: the key of an "
+                f"axis.{f' {hint}' if hint else ''}"
+            )
         if key in found:
             raise InputError(f"--at {key}: found a second value of {key}; allowed: each key once.")
         try:
@@ -169,16 +198,23 @@ def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
             else:
                 found[key] = float(leaves[key].read(float(value)))
         except (QuantityError, ValueError) as error:
-            said = error if isinstance(error, QuantityError) else f"found {value!r}; allowed: {leaves[key].allowed()}."
+            said = (
+                error
+                if isinstance(error, QuantityError)
+                else f"found {value!r}; allowed: {leaves[key].allowed()}."
+            )
             raise InputError(f"--at {key}: {said}") from error
     return found
 
 
-model = click.option("--model", metavar="NAME", help="The model of the string; by default the one of all motions.")
+model = click.option(
+    "--model", metavar="NAME", help="The model of the string; by default the one of all motions."
+)
 
 
 def known_model(name: str | None) -> str:
-    """The model that was asked for, the default one for none; InputError where there is none such."""
+    """The model that was asked for, the default one for none; InputError where there is
+    none such."""
     from nsdrill.models.registry import NAMES
     from nsdrill.variables import MODEL
 
@@ -188,20 +224,30 @@ def known_model(name: str | None) -> str:
 
 
 start = click.option(
-    "--start", type=int, metavar="K", help="Number of the start, from 0, where every operating point has several."
+    "--start",
+    type=int,
+    metavar="K",
+    help="Number of the start, from 0, where every operating point has several.",
 )
 
 
 confidence = click.option(
-    "--confidence", type=Percent(1.0, 99.99), default=None, metavar="PERCENT",
-    help="Where numbers are uncertain: call a point safe where a run is so with this probability. Default: 90.",
-)  # fmt: skip
+    "--confidence",
+    type=Percent(1.0, 99.99),
+    default=None,
+    metavar="PERCENT",
+    help="Where numbers are uncertain: call a point safe where a run is so with this probability. "
+    "Default: 90.",
+)
 
 
 severity = click.option(
-    "--severity", type=click.IntRange(0, 4), default=None,
-    help="Call a run safe where none of the three severities exceeds this. Default: where no response is critical.",
-)  # fmt: skip
+    "--severity",
+    type=click.IntRange(0, 4),
+    default=None,
+    help="Call a run safe where none of the three severities exceeds this. Default: where no "
+    "response is critical.",
+)
 
 
 def file_argument(name: str) -> Decorator:
@@ -211,11 +257,14 @@ def file_argument(name: str) -> Decorator:
 
 def output(text: str, required: bool = True, stream: bool = False) -> Decorator:
     """The output file; with ``stream`` it may be ``-``."""
-    return click.option("-o", "--output", type=FileName(stream), metavar="FILE", required=required, help=text)
+    return click.option(
+        "-o", "--output", type=FileName(stream), metavar="FILE", required=required, help=text
+    )
 
 
 def keep_apart(source: str, output: str) -> None:
-    """InputError where the output would replace the file that it is made from, whatever ``--overwrite`` says."""
+    """InputError where the output would replace the file that it is made from, whatever
+    ``--overwrite`` says."""
     if "-" in (source, output):
         return
     try:
@@ -227,7 +276,8 @@ def keep_apart(source: str, output: str) -> None:
 
 
 def claim_picture(file: str, output: str, overwrite: bool) -> None:
-    """Make sure that a picture of ``file`` may be written as ``output``, before anything is computed for it."""
+    """Make sure that a picture of ``file`` may be written as ``output``, before
+    anything is computed for it."""
     from nsdrill.plot.saving import check_suffix
     from nsdrill.store import claim_file
 

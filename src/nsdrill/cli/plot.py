@@ -36,56 +36,117 @@ if TYPE_CHECKING:
 )
 @options.file_argument("file")
 @options.output("Picture to write: .png, .pdf or .svg.", required=False)
-@click.option("--kind", metavar="KIND", help="What to draw; `--kind list` says what fits FILE. Default: its first.")
+@click.option(
+    "--kind",
+    metavar="KIND",
+    help="What to draw; `--kind list` says what fits FILE. Default: its first.",
+)
 @options.units
 @options.quantity("--depth", "m", "Cut a sweep of several axes at this depth.")
 @options.quantity("--wob", "N", "Cut at this weight on bit.")
 @options.quantity("--rotary-speed", "rad/s", "Cut at this top-drive speed.")
 @options.at
 @options.start
-@click.option("--states", metavar="A,B", help="The two states of a basin drawn from an ensemble: z,vz say.")
+@click.option(
+    "--states", metavar="A,B", help="The two states of a basin drawn from an ensemble: z,vz say."
+)
 @options.confidence
 @click.option(
-    "--over", type=options.FileName(), metavar="FILE.h5",
-    help="With branches, or the trace of a ramp and --kind ramp: draw them over the peaks of this sweep. With a map "
+    "--over",
+    type=options.FileName(),
+    metavar="FILE.h5",
+    help="With branches, or the trace of a ramp and --kind ramp: draw them over the peaks of this "
+    "sweep. With a map "
     "over two axes: draw the curves of this file of branches over it.",
-)  # fmt: skip
+)
 @click.option(
-    "--data", "field", type=options.FileName(), metavar="FIELD.csv",
+    "--data",
+    "field",
+    type=options.FileName(),
+    metavar="FIELD.csv",
     help="Measurements to draw over a picture along one axis, or over a map: see nsdrill fit.",
-)  # fmt: skip
+)
 @click.option(
-    "--along", metavar="KEY",
-    help="With a study and --kind critical-speeds or buckling: the axis, one that the study sweeps.",
-)  # fmt: skip
+    "--along",
+    metavar="KEY",
+    help="With a study and --kind critical-speeds or buckling: the axis, one that the study "
+    "sweeps.",
+)
 @click.option(
-    "--set", "overrides", multiple=True, metavar="KEY=VALUE",
-    help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
-)  # fmt: skip
-@click.option("--width", metavar="Q", help="Width of the picture, say 3.3in for a column of a journal. Default: 7in.")
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more "
+    "than once.",
+)
+@click.option(
+    "--width",
+    metavar="Q",
+    help="Width of the picture, say 3.3in for a column of a journal. Default: 7in.",
+)
 @click.option("--height", metavar="Q", help="Height of the picture. Default: what the kind needs.")
 @click.option("--font-size", metavar="POINTS", help="Size of the type. Default: 8.")
 @click.option(
-    "--title", metavar="TEXT", help="A title of your own. Default: that of the study and the operating point."
+    "--title",
+    metavar="TEXT",
+    help="A title of your own. Default: that of the study and the operating point.",
 )
-@click.option("--no-title", is_flag=True, help="No title, and no words over panels: a caption says them.")
-@click.option("--style", metavar="FILE", help="A style file of matplotlib (.mplstyle), or one of its styles by name.")
+@click.option(
+    "--no-title", is_flag=True, help="No title, and no words over panels: a caption says them."
+)
+@click.option(
+    "--style",
+    metavar="FILE",
+    help="A style file of matplotlib (.mplstyle), or one of its styles by name.",
+)
 @click.option("--xlim", nargs=2, metavar="Q Q", help="Ends of the x axis: --xlim 3rad/s 6rad/s.")
 @click.option("--from", "begin", metavar="Q", help="With a trace: draw it from this time on.")
 @click.option("--to", "end", metavar="Q", help="With a trace: draw it up to this time.")
-@click.option("--animate", is_flag=True, help="With a trace: a film of the collar in the hole, .mp4 (ffmpeg) or .gif.")
-@click.option("--speed", type=float, metavar="FACTOR", help="With --animate: how much faster than nature. Default: 1.")
+@click.option(
+    "--animate",
+    is_flag=True,
+    help="With a trace: a film of the collar in the hole, .mp4 (ffmpeg) or .gif.",
+)
+@click.option(
+    "--speed",
+    type=float,
+    metavar="FACTOR",
+    help="With --animate: how much faster than nature. Default: 1.",
+)
 @options.overwrite
 def command(
-    file: str, output: str | None, kind: str | None, units: str, depth: float | None, wob: float | None,
-    rotary_speed: float | None, at: tuple[str, ...], start: int | None, states: str | None,
-    confidence: float | None, over: str | None, field: str | None,
-    along: str | None, overrides: tuple[str, ...], width: str | None, height: str | None, font_size: str | None,
-    title: str | None, no_title: bool, style: str | None, xlim: tuple[str, str] | None, begin: str | None,
-    end: str | None, animate: bool, speed: float | None, overwrite: bool,
-) -> int:  # fmt: skip
-    """Draw FILE: a results file, the .part file of a run that goes on, a trace, or branches; or a chart of a study
-    (.yaml), which is not run. With a map and --over branches, their curves are drawn over it."""
+    file: str,
+    output: str | None,
+    kind: str | None,
+    units: str,
+    depth: float | None,
+    wob: float | None,
+    rotary_speed: float | None,
+    at: tuple[str, ...],
+    start: int | None,
+    states: str | None,
+    confidence: float | None,
+    over: str | None,
+    field: str | None,
+    along: str | None,
+    overrides: tuple[str, ...],
+    width: str | None,
+    height: str | None,
+    font_size: str | None,
+    title: str | None,
+    no_title: bool,
+    style: str | None,
+    xlim: tuple[str, str] | None,
+    begin: str | None,
+    end: str | None,
+    animate: bool,
+    speed: float | None,
+    overwrite: bool,
+) -> int:
+    """Draw FILE: a results file, the .part file of a run that goes on, a trace, or
+    branches; or a chart of a study (.yaml), which is not run. With a map and --over
+    branches, their curves are drawn over it."""
     from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace
     from nsdrill.plot import all_kinds, cut, draw, kinds_for, look_of, needed, save
@@ -101,23 +162,53 @@ def command(
         raise InputError(f"--animate: found with --kind {kind}; allowed: without a kind.")
     if is_study(file):
         if animate:
-            raise InputError("--animate: found with a study; allowed: with a trace. nsdrill simulate makes one.")
-        unused = {"--at": at, "--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed, "--start": start,
-                  "--states": states, "--over": over, "--confidence": confidence, "--data": field, "--xlim": xlim,
-                  "--from": begin, "--to": end}  # fmt: skip
+            raise InputError(
+                "--animate: found with a study; allowed: with a trace. nsdrill simulate makes one."
+            )
+        unused = {
+            "--at": at,
+            "--depth": depth,
+            "--wob": wob,
+            "--rotary-speed": rotary_speed,
+            "--start": start,
+            "--states": states,
+            "--over": over,
+            "--confidence": confidence,
+            "--data": field,
+            "--xlim": xlim,
+            "--from": begin,
+            "--to": end,
+        }
         return _chart(file, output, kind, units, along, overrides, unused, overwrite, look)
     from nsdrill.app.reading import is_branches
 
     if is_branches(file):
         if animate:
-            raise InputError("--animate: found with branches; allowed: with a trace, as simulate --orbit makes one.")
-        unused = {"--at": at, "--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed, "--start": start,
-                  "--states": states, "--along": along, "--set": overrides, "--confidence": confidence,
-                  "--data": field, "--from": begin, "--to": end}  # fmt: skip
+            raise InputError(
+                "--animate: found with branches; allowed: with a trace, as simulate "
+                "--orbit makes one."
+            )
+        unused = {
+            "--at": at,
+            "--depth": depth,
+            "--wob": wob,
+            "--rotary-speed": rotary_speed,
+            "--start": start,
+            "--states": states,
+            "--along": along,
+            "--set": overrides,
+            "--confidence": confidence,
+            "--data": field,
+            "--from": begin,
+            "--to": end,
+        }
         return _branches(file, output, kind, units, over, unused, overwrite, look)
     for option, found in (("--along", along), ("--set", overrides)):
         if found:
-            raise InputError(f"{option}: found with {file}; allowed: with a study, a file that ends in .yaml or .yml.")
+            raise InputError(
+                f"{option}: found with {file}; allowed: with a study, a file that "
+                f"ends in .yaml or .yml."
+            )
     chosen = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     if kind == "list":
         data = outline(file)
@@ -132,12 +223,20 @@ def command(
     data = outline(file)
     if chosen and isinstance(data, Trace):
         option = "--at" if at else "--" + next(iter(chosen)).replace("_", "-")
-        raise InputError(f"{option}: found with a trace, which is of one point; allowed: with a results file.")
+        raise InputError(
+            f"{option}: found with a trace, which is of one point; allowed: with a results file."
+        )
     if isinstance(data, Trace):
-        for option, value in (("--start", start), ("--states", states), ("--confidence", confidence)):
+        for option, value in (
+            ("--start", start),
+            ("--states", states),
+            ("--confidence", confidence),
+        ):
             if value is not None:
                 of = "samples" if option == "--confidence" else "several starts"
-                raise InputError(f"{option}: found with a trace; allowed: with the results of {of}.")
+                raise InputError(
+                    f"{option}: found with a trace; allowed: with the results of {of}."
+                )
     else:
         data = read(file, needed(data, kind, chosen, start))
     behind: Any = None
@@ -176,27 +275,53 @@ def _refuse(unused: Mapping[str, Any], what: str, allowed: str) -> None:
             raise InputError(f"{option}: found with {what}; allowed: {allowed}.")
 
 
-def _film(trace: Results | Trace, output: str, units: str, look: Look, speed: float | None, overwrite: bool) -> int:
-    """A film of a trace; where there is no ffmpeg a GIF in place of an MP4, under its own name."""
+def _film(
+    trace: Results | Trace,
+    output: str,
+    units: str,
+    look: Look,
+    speed: float | None,
+    overwrite: bool,
+) -> int:
+    """A film of a trace; where there is no ffmpeg a GIF in place of an MP4, under its
+    own name."""
     from nsdrill.plot.animation import animate, film_name
     from nsdrill.store import claim_file
 
     written = film_name(output)
     if written != output:
-        click.echo(f"There is no ffmpeg here, which MP4 needs: a GIF is written in place of {output}.", err=True)
+        click.echo(
+            f"There is no ffmpeg here, which MP4 needs: a GIF is written in place of {output}.",
+            err=True,
+        )
     claim_file(written, overwrite)
-    frames, seconds = animate(trace, written, units=units, look=look, speed=speed or 1.0, overwrite=overwrite)  # type: ignore[arg-type]
+    frames, seconds = animate(
+        trace,  # type: ignore[arg-type]
+        written,
+        units=units,
+        look=look,
+        speed=speed or 1.0,
+        overwrite=overwrite,
+    )
     click.echo(f"{written}: {seconds:.3g} s of the trace in {frames} frames.", err=True)
     return 0
 
 
 def _branches(
-    file: str, output: str | None, kind: str | None, units: str, over: str | None, unused: Mapping[str, Any],
-    overwrite: bool, look: Look,
-) -> int:  # fmt: skip
+    file: str,
+    output: str | None,
+    kind: str | None,
+    units: str,
+    over: str | None,
+    unused: Mapping[str, Any],
+    overwrite: bool,
+    look: Look,
+) -> int:
     """The branches in ``file``."""
     if kind == "list":
-        click.echo(f"{'branches':<24} stable and unstable motions along the number that is continued")
+        click.echo(
+            f"{'branches':<24} stable and unstable motions along the number that is continued"
+        )
         return 0
     if kind not in (None, "branches"):
         raise InputError(f"plot kind: found {kind!r} with a file of branches; allowed: branches.")
@@ -216,13 +341,22 @@ def _branches(
         if isinstance(found, Trace):
             raise InputError(f"{over}: this is a trace; --over takes the results of a sweep.")
         behind = found
-    save(draw_branches(open_branches(file), units=units, over=behind, look=look), output, overwrite=overwrite)
+    save(
+        draw_branches(open_branches(file), units=units, over=behind, look=look),
+        output,
+        overwrite=overwrite,
+    )
     click.echo(f"{output}: drawn.", err=True)
     return 0
 
 
 def _overlay(
-    figure: Figure, field: str, data: Results | Trace, chosen: dict[str, float], start: int | None, units: str
+    figure: Figure,
+    field: str,
+    data: Results | Trace,
+    chosen: dict[str, float],
+    start: int | None,
+    units: str,
 ) -> None:
     """Put the measurements in the file ``field`` over the figure."""
     import json
@@ -241,16 +375,26 @@ def _overlay(
     drawn = overlay(figure, cut(data, chosen or None, start), measured, units)
     rest = measured.points - drawn
     beyond = (
-        f" of {measured.points}; the other {rest} lie beyond the axes of the picture, at other settings, or have no "
+        f" of {measured.points}; the other {rest} lie beyond the axes of the picture, at other "
+        f"settings, or have no "
         "value that it shows"
     )
-    click.echo(f"{field}: {count(drawn, 'measurement')}{beyond if rest > 0 else ''} drawn.", err=True)
+    click.echo(
+        f"{field}: {count(drawn, 'measurement')}{beyond if rest > 0 else ''} drawn.", err=True
+    )
 
 
 def _chart(
-    file: str, output: str | None, kind: str | None, units: str, along: str | None, overrides: tuple[str, ...],
-    unused: Mapping[str, Any], overwrite: bool, look: Look,
-) -> int:  # fmt: skip
+    file: str,
+    output: str | None,
+    kind: str | None,
+    units: str,
+    along: str | None,
+    overrides: tuple[str, ...],
+    unused: Mapping[str, Any],
+    overwrite: bool,
+    look: Look,
+) -> int:
     """A chart of the study in ``file``."""
     from nsdrill.cli.reading import load
     from nsdrill.plot import save
@@ -265,7 +409,11 @@ def _chart(
     options.claim_picture(file, output, overwrite)
     from nsdrill.app.charts import draw_chart
 
-    save(draw_chart(load(file, overrides), kind, along, units=units, look=look), output, overwrite=overwrite)
+    save(
+        draw_chart(load(file, overrides), kind, along, units=units, look=look),
+        output,
+        overwrite=overwrite,
+    )
     click.echo(f"{output}: drawn.", err=True)
     return 0
 
@@ -274,7 +422,8 @@ def _say_missing(figure: Any) -> None:
     """Characters of the title that are drawn as boxes, as no font has them."""
     if missing := getattr(figure, "missing", ""):
         click.echo(
-            f"The title has characters that no font here has: {printable(missing[:20])}. Install one that has them, "
+            f"The title has characters that no font here has: {printable(missing[:20])}. Install "
+            f"one that has them, "
             "Noto Sans CJK say, or give a --title.",
             err=True,
         )
@@ -310,5 +459,7 @@ def _sweep(file: str, output: str, trace: Results | Trace) -> Results:
     if isinstance(data, Trace):
         raise InputError(f"{file}: this is a trace; --over takes the results of a sweep.")
     if missing := [name for name in peaks if name not in data.variables]:
-        raise InputError(f"{file}: found no {', '.join(missing)}; allowed: a sweep with record.peaks above 0.")
+        raise InputError(
+            f"{file}: found no {', '.join(missing)}; allowed: a sweep with record.peaks above 0."
+        )
     return data

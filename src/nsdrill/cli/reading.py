@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 
 def read(path: str, names: Iterable[str] | None = None) -> Results | Trace:
-    """The results, trace or unfinished run in ``path``; of a sweep only the variables ``names``, if given. Its root
-    attributes say the overrides, whatever its age."""
+    """The results, trace or unfinished run in ``path``; of a sweep only the variables
+    ``names``, if given. Its root attributes say the overrides, whatever its age."""
     from nsdrill.app.reading import read_any
 
     return read_any(path, names)
@@ -32,7 +32,8 @@ def load(study: str, overrides: Sequence[str]) -> Study:
 
 
 def outline(path: str) -> Results | Trace:
-    """As :func:`read`, but a sweep has zeros for its variables, which take no memory: to see what there is."""
+    """As :func:`read`, but a sweep has zeros for its variables, which take no memory:
+    to see what there is."""
     from nsdrill.app.reading import outline
 
     return outline(path)

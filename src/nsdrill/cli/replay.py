@@ -25,21 +25,33 @@ from nsdrill.cli.simulate import finish
 @options.quantity("--rotary-speed", "rad/s", "Top-drive speed of the point.")
 @options.at
 @click.option(
-    "--procedure", type=click.Choice(["same", "up", "down"]), help="Which sweep. Needed where the file has up and down."
+    "--procedure",
+    type=click.Choice(["same", "up", "down"]),
+    help="Which sweep. Needed where the file has up and down.",
 )
 @options.start
 @options.quantity("--sample", "s", "Interval between samples. Default: 10 ms.")
 @options.units
 @options.overwrite
 def command(
-    results: str, output: str, depth: float | None, wob: float | None, rotary_speed: float | None, at: tuple[str, ...],
-    procedure: str | None, start: int | None, sample: float | None, units: str,
+    results: str,
+    output: str,
+    depth: float | None,
+    wob: float | None,
+    rotary_speed: float | None,
+    at: tuple[str, ...],
+    procedure: str | None,
+    start: int | None,
+    sample: float | None,
+    units: str,
     overwrite: bool,
-) -> int:  # fmt: skip
-    """Run one point of RESULTS again, from its stored initial state, and write its trajectory.
+) -> int:
+    """Run one point of RESULTS again, from its stored initial state, and write its
+    trajectory.
 
-    It says whether the run ends in the stored final state, bit for bit, and if not, what differs from where the file
-    was made. An axis along which the sweep has one value only may be left out. Failed points can be run again as well.
+    It says whether the run ends in the stored final state, bit for bit, and if not,
+    what differs from where the file was made. An axis along which the sweep has one
+    value only may be left out. Failed points can be run again as well.
     """
     options.keep_apart(results, output)
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, replay
@@ -51,26 +63,39 @@ def command(
     claim_file(output, overwrite)
     asked = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     result = replay(
-        results, at=asked, procedure=procedure, start=start, sample=DEFAULT_SAMPLE if sample is None else sample,
-    )  # fmt: skip
+        results,
+        at=asked,
+        procedure=procedure,
+        start=start,
+        sample=DEFAULT_SAMPLE if sample is None else sample,
+    )
     attrs = result.trace.attrs
     further = {key: as_value(key, told) for key, told in json.loads(attrs.get("at", "{}")).items()}
     point = {name: attrs[name] for name in ("depth", "wob", "rotary_speed")} | further
-    near = any(abs(value - point[name]) > 1e-3 * abs(value) for name, value in asked.items() if name in point)
+    near = any(
+        abs(value - point[name]) > 1e-3 * abs(value)
+        for name, value in asked.items()
+        if name in point
+    )
     which = "" if start is None else f", start {start}"
     which += f", sample {attrs[SAMPLE]}" if SAMPLE in attrs else ""
     told = {name: as_asked(name, float(value), asked) for name, value in point.items()}
     click.echo(
-        f"Point: {point_text(told, units)}, {attrs['procedure']}{which}{', the nearest of the sweep' if near else ''}.",
+        f"Point: {point_text(told, units)}, "
+        f"{attrs['procedure']}{which}{', the nearest of the sweep' if near else ''}.",
         err=True,
     )
     code = finish(result, output, overwrite)
     if result.same_bits:
         click.echo("It ends in the stored final state, bit for bit.", err=True)
     else:
-        cause = "; ".join(result.differing) or "nothing that the file records, so this is a fault: please report it"
+        cause = (
+            "; ".join(result.differing)
+            or "nothing that the file records, so this is a fault: please report it"
+        )
         click.echo(
-            f"Warning: it does not end in the stored final state. What differs: {cause}. Where the motion is chaotic, "
+            f"Warning: it does not end in the stored final state. What differs: {cause}. Where "
+            f"the motion is chaotic, "
             "the trajectory is then another one of the same kind.",
             err=True,
         )

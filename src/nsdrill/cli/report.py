@@ -18,20 +18,27 @@ if TYPE_CHECKING:
 @click.command(
     "report",
     epilog=options.examples(
-        "report out.h5 -o report.html", "report up.h5 down.h5 -o report.html --units field --motions 6"
+        "report out.h5 -o report.html",
+        "report up.h5 down.h5 -o report.html --units field --motions 6",
     ),
 )
 @click.argument("results", type=options.FileName(), nargs=-1, required=True)
 @options.output("Page to write: .html.")
 @click.option(
-    "--motions", type=click.IntRange(0, 8), default=4, show_default=True,
+    "--motions",
+    type=click.IntRange(0, 8),
+    default=4,
+    show_default=True,
     help="Of so many kinds of response a point is run again, and its motion drawn.",
-)  # fmt: skip
+)
 @options.units
 @options.overwrite
-def command(results: tuple[str, ...], output: str, motions: int, units: str, overwrite: bool) -> int:
-    """Write RESULTS, files of sweeps or branches, as one page of HTML that opens without a network: what was asked,
-    diagrams with numbers, where history matters, the safe window, motions, and the command lines that make it again."""
+def command(
+    results: tuple[str, ...], output: str, motions: int, units: str, overwrite: bool
+) -> int:
+    """Write RESULTS, files of sweeps or branches, as one page of HTML that opens
+    without a network: what was asked, diagrams with numbers, where history matters, the
+    safe window, motions, and the command lines that make it again."""
     if not output.lower().endswith((".html", ".htm")):
         raise InputError(f"{output}: found another ending; allowed: .html.")
     for file in results:
@@ -44,7 +51,8 @@ def command(results: tuple[str, ...], output: str, motions: int, units: str, ove
     from nsdrill.web.report import Part, report
 
     branches = [file for file in results if is_branches(file)]
-    over = branches[0] if len(branches) == 1 else None  # drawn over the sweeps along the same number
+    # drawn over the sweeps along the same number
+    over = branches[0] if len(branches) == 1 else None
     sessions = [_session(file, units, None if file in branches else over) for file in results]
     parts = [Part(session, _notes(session, units)) for session in sessions]
     words = ["nsdrill", "report", *results, "-o", output]
@@ -57,7 +65,8 @@ def command(results: tuple[str, ...], output: str, motions: int, units: str, ove
 
 
 def _session(file: str, units: str, over: str | None) -> Session:
-    """A session of ``file``, with the branches ``over`` where they are of the same model."""
+    """A session of ``file``, with the branches ``over`` where they are of the same
+    model."""
     from nsdrill.web.session import Session
 
     if over is not None:
@@ -76,7 +85,9 @@ def _notes(session: Session, units: str) -> list[tuple[str, list[str]]]:
     if session.branches is not None and session.results is None:
         return []
     if session.results is None:
-        raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
+        raise InputError(
+            f"{session.path}: found a study; allowed: results. Run it first: nsdrill run."
+        )
     notes = [("Numbers", list(lines(session.path, summarize(session.results), units)))]
     with suppress(NsdrillError):  # of a single point, or of four axes, there is no window
         notes.append(("Safe window", list(window_lines(window_of(session.results), units))))

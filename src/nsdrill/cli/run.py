@@ -25,7 +25,10 @@ from nsdrill.cli.main import EXIT_CODES
 @options.study_argument
 @options.output("Results file to write (HDF5). While the run goes on, its points are in FILE.part.")
 @click.option(
-    "--workers", type=click.IntRange(min=1), metavar="N", help="How many to run side by side. Default: all processors."
+    "--workers",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="How many to run side by side. Default: all processors.",
 )
 @click.option(
     "--engine",
@@ -37,27 +40,43 @@ from nsdrill.cli.main import EXIT_CODES
 @click.option(
     "--scheduler",
     metavar="ADDR",
-    help="With --engine dask: address of a running scheduler, tcp://host:8786 say. Default: a cluster on this machine.",
+    help="With --engine dask: address of a running scheduler, tcp://host:8786 say. Default: a "
+    "cluster on this machine.",
 )
 @options.settings
-@click.option("--resume", is_flag=True, help="Go on with an interrupted run; only the points that are missing are run.")
+@click.option(
+    "--resume",
+    is_flag=True,
+    help="Go on with an interrupted run; only the points that are missing are run.",
+)
 @click.option(
     "--retry-failed",
     is_flag=True,
-    help="Like --resume, and run failed points again, in a carried sweep with those that follow them. "
+    help="Like --resume, and run failed points again, in a carried sweep with those that follow "
+    "them. "
     "simulation.max_steps may be larger than before.",
 )
 @options.units
 @options.overwrite
 @click.option("--quiet", is_flag=True, help="No progress and no summary; warnings and errors only.")
 def command(
-    study: str, output: str, workers: int | None, engine: str, scheduler: str | None, overrides: tuple[str, ...],
-    resume: bool, retry_failed: bool, units: str, overwrite: bool, quiet: bool,
-) -> int:  # fmt: skip
+    study: str,
+    output: str,
+    workers: int | None,
+    engine: str,
+    scheduler: str | None,
+    overrides: tuple[str, ...],
+    resume: bool,
+    retry_failed: bool,
+    units: str,
+    overwrite: bool,
+    quiet: bool,
+) -> int:
     """Run STUDY and write the results file.
 
-    The file appears when all points are there. Interrupt at any time, by Ctrl-C or by a signal of the batch system:
-    finished points are kept, and --resume gives the very same file as an undisturbed run.
+    The file appears when all points are there. Interrupt at any time, by Ctrl-C or by a
+    signal of the batch system: finished points are kept, and --resume gives the very
+    same file as an undisturbed run.
     """
     from nsdrill.cli.reading import load
     from nsdrill.errors import InputError
@@ -105,8 +124,14 @@ def _say(outcome: Any, units: str) -> None:
         text += f", {outcome.steps:,} steps in {outcome.seconds:.1f} s"
     text += "."
     if outcome.failed:
-        failed = f"{count(outcome.failed, 'point')} failed and {'is' if outcome.failed == 1 else 'are'} marked"
-        text += f" {failed}; `nsdrill show {outcome.path}` lists them, and `nsdrill replay` runs one again."
+        failed = (
+            f"{count(outcome.failed, 'point')} failed and "
+            f"{'is' if outcome.failed == 1 else 'are'} marked"
+        )
+        text += (
+            f" {failed}; `nsdrill show {outcome.path}` lists them, and `nsdrill replay` runs one "
+            f"again."
+        )
     if outcome.advice:
         text += f" Where the limit of steps was reached: {outcome.advice}."
     click.echo(text, err=True)

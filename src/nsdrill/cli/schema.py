@@ -8,7 +8,9 @@ from nsdrill.cli import options
 
 
 @click.command("schema", epilog=options.examples("schema -o study.schema.json", "schema | less"))
-@options.output("Schema file to write. Default, and -: standard output.", required=False, stream=True)
+@options.output(
+    "Schema file to write. Default, and -: standard output.", required=False, stream=True
+)
 @options.model
 @options.overwrite
 def command(output: str | None, model: str | None, overwrite: bool) -> int:
@@ -25,6 +27,8 @@ def command(output: str | None, model: str | None, overwrite: bool) -> int:
     claim_file(output, overwrite)
     write_text(output, f"{text}\n", overwrite=overwrite)
     click.echo(
-        f"{output}: written. A study names it in its first line: # yaml-language-server: $schema={output}", err=True
+        f"{output}: written. A study names it in its first line: # yaml-language-server: "
+        f"$schema={output}",
+        err=True,
     )
     return 0

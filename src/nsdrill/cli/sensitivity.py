@@ -32,14 +32,23 @@ LEAST_PART = 0.05  # first-order index below which an unknown is said to have no
 @options.severity
 @options.overwrite
 def command(
-    results: str, depth: float | None, wob: float | None, rotary_speed: float | None, at: tuple[str, ...], units: str,
-    as_json: bool, output: str | None, severity: int | None, overwrite: bool,
-) -> int:  # fmt: skip
+    results: str,
+    depth: float | None,
+    wob: float | None,
+    rotary_speed: float | None,
+    at: tuple[str, ...],
+    units: str,
+    as_json: bool,
+    output: str | None,
+    severity: int | None,
+    overwrite: bool,
+) -> int:
     """Say which uncertain number matters most, and which to measure first.
 
-    Of RESULTS of a study with the section uncertain: for the safe run and for stick-slip, lift-off and contact, which
-    part of the scatter comes from each unknown by itself (first), and which with its interplay with the others (total),
-    over all operating points or at those that are chosen.
+    Of RESULTS of a study with the section uncertain: for the safe run and for
+    stick-slip, lift-off and contact, which part of the scatter comes from each unknown
+    by itself (first), and which with its interplay with the others (total), over all
+    operating points or at those that are chosen.
     """
     if output is not None:
         options.claim_picture(results, output, overwrite)
@@ -53,7 +62,10 @@ def command(
 
     chosen = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     if "sample" in chosen:
-        raise InputError("--at sample: found one sample; allowed: axes of the sweep, as all samples are compared.")
+        raise InputError(
+            "--at sample: found one sample; allowed: axes of the sweep, as all "
+            "samples are compared."
+        )
     data = cut(read_for_sensitivity(results, severity), chosen or None)
     note = sensitivity(data, severity)
     if as_json:
@@ -77,10 +89,19 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
     from nsdrill.quantity import quantity
 
     where = point_text(note["at"], units)
-    points = f"{count(note['points'], 'operating point')} over {' and '.join(map(label_of, note['swept']))}"
-    yield f"  {note['samples']} samples, at {', '.join(filter(None, (where, points if note['swept'] else '')))}"
+    points = (
+        f"{count(note['points'], 'operating point')} over "
+        f"{' and '.join(map(label_of, note['swept']))}"
+    )
+    yield (
+        f"  {note['samples']} samples, at "
+        f"{', '.join(filter(None, (where, points if note['swept'] else '')))}"
+    )
     if note["overrides"]:
-        yield f"  overrides {'; '.join(f'{key} = {value}' for key, value in note['overrides'].items())}"
+        yield (
+            f"  overrides "
+            f"{'; '.join(f'{key} = {value}' for key, value in note['overrides'].items())}"
+        )
     if note["histories"] > 1:
         yield "  safe in every procedure; of the other answers the greatest of the procedures"
     exact = note["design"] == "saltelli"
@@ -93,7 +114,9 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
         percent = answer["units"] == "1"
 
         def told(value: float | None, percent: bool = percent) -> str:
-            return "none" if value is None else f"{100 * value:.1f} %" if percent else f"{value:.4g} %"
+            return (
+                "none" if value is None else f"{100 * value:.1f} %" if percent else f"{value:.4g} %"
+            )
 
         if answer["deviation"] is None:
             yield f"{what}: {told(mean)} in every sample, whatever the unknowns are."
@@ -104,7 +127,8 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
             one = quantity(row["key"])
             low, high = (one.text(row[end]["value"], units, 3) for end in ("low", "high"))
             yield (
-                f"  {label_of(row['key']):26s}{_index(row['first'], row['first_error']):>16s}{_total(row):>16s}   "
+                f"  "
+                f"{label_of(row['key']):26s}{_index(row['first'], row['first_error']):>16s}{_total(row):>16s}   "
                 f"{told(row['low']['answer'])} at {low}, {told(row['high']['answer'])} at {high}"
             )
     yield ""
@@ -120,7 +144,8 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
         alike = ", ".join(label_of(key) for key in first["alike"])
         also = f" (from {alike} it cannot be told apart by so few samples)" if alike else ""
         yield (
-            f"Measure first: {label_of(first['key'])} ({first['key']}). It alone makes {100 * first['first']:.0f} % of "
+            f"Measure first: {label_of(first['key'])} ({first['key']}). It alone makes "
+            f"{100 * first['first']:.0f} % of "
             f"the doubt about a safe run{also}."
         )
     if not exact:
@@ -129,17 +154,23 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
 
 
 def _not_told(note: dict[str, Any]) -> str:
-    """Why no unknown is named: its part is lost in the error of so few samples, or no unknown has one."""
+    """Why no unknown is named: its part is lost in the error of so few samples, or no
+    unknown has one."""
     from nsdrill.cli.words import label_of
 
     rows = [row for row in note["answers"][0]["unknowns"] if row["first"] is not None]
     best = max(rows, key=lambda row: float(row["first"]), default=None)
     if best is None or best["first"] < LEAST_PART:
-        return "No unknown by itself tells whether a run is safe: what counts is how they come together."
+        return (
+            "No unknown by itself tells whether a run is safe: what counts is how they come "
+            "together."
+        )
     index = _index(best["first"], best["first_error"])
     return (
-        f"{note['samples']} samples cannot tell which unknown to measure first: the largest index of the safe run, "
-        f"that of {label_of(best['key'])}, is {index}, which may be chance. Run with four times as many: "
+        f"{note['samples']} samples cannot tell which unknown to measure first: the largest index "
+        f"of the safe run, "
+        f"that of {label_of(best['key'])}, is {index}, which may be chance. Run with four times "
+        f"as many: "
         f"--set uncertain.samples={4 * note['samples']}."
     )
 

@@ -29,12 +29,18 @@ MOST_POINTS = 24
     ),
 )
 @options.file_argument("file")
-@click.option("--json", "as_json", is_flag=True, help="The same for programs, with every failed point.")
+@click.option(
+    "--json", "as_json", is_flag=True, help="The same for programs, with every failed point."
+)
 @options.units
-@click.option("--study", is_flag=True, help="Print the study as it was run, overrides applied, as a study file.")
+@click.option(
+    "--study",
+    is_flag=True,
+    help="Print the study as it was run, overrides applied, as a study file.",
+)
 def command(file: str, as_json: bool, units: str, study: bool) -> int:
-    """Say what is in FILE: a results file, the .part file of a run that goes on, a trace, or branches, of which every
-    special point is told in a sentence."""
+    """Say what is in FILE: a results file, the .part file of a run that goes on, a
+    trace, or branches, of which every special point is told in a sentence."""
     if study and as_json:
         raise InputError("--study: found with --json; allowed: one of the two.")
     if study:
@@ -84,8 +90,13 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
     from nsdrill.cli.words import count as number_of
     from nsdrill.cli.words import label_of, point_text, value_text
 
-    # The log of a run may hold every point already and still wait for its last step, the file.
-    what = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
+    # The log of a run may hold every point already and still wait for its last step,
+    # the file.
+    what = (
+        "results of a sweep"
+        if s["finished"] and not file.endswith(".part")
+        else "an unfinished sweep"
+    )
     yield printable(f"{file}: {what}. {s['title']}".rstrip())
     yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
     yield from _show_overrides(s["overrides"])
@@ -119,14 +130,22 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         total = sum(counts.values())
         if total:
             runs = s["points"] // len(s["procedures"])
-            known = f", of the {total} of {number_of(runs, 'point')} that are known" if total < runs else ""
+            known = (
+                f", of the {total} of {number_of(runs, 'point')} that are known"
+                if total < runs
+                else ""
+            )
             yield f"\nResponses, {procedure}{known}:"
         for word, count in counts.items():
             yield f"  {in_words(word):32s} {count:8d}  {100 * count / total:5.1f} %"
         if kinds := s["whirl_kinds"].get(procedure):
-            yield "  whirl: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
+            yield "  whirl: " + ", ".join(
+                f"{count} {in_words(word)}" for word, count in kinds.items()
+            )
         if motions := s.get("motions", {}).get(procedure):
-            yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
+            yield "  motion: " + ", ".join(
+                f"{count} {in_words(word)}" for word, count in motions.items()
+            )
         for name, grades in s["severities"][procedure].items():
             if set(grades) - {"none"}:
                 what = in_words(name).removesuffix(" severity")
@@ -141,7 +160,9 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
 
         yield from show_attractors(s, units)
     if hysteresis := s.get("hysteresis"):
-        yield from _show_hysteresis(hysteresis, [name for name, axis in s["axes"].items() if axis["points"] > 1], units)
+        yield from _show_hysteresis(
+            hysteresis, [name for name, axis in s["axes"].items() if axis["points"] > 1], units
+        )
     if s["ranges"]:
         yield "\nLeast and greatest over all points:"
         yield from _show_ranges(s["ranges"], units)
@@ -149,7 +170,9 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         yield f"\nFailed points ({len(failed)}), to look at with nsdrill replay:"
         for point in failed[:MOST_FAILED]:
             where = point_text({name: point[name] for name in s["axes"]}, units)
-            where += "".join(f", {name} {point[name]}" for name in ("sample", "start") if name in point)
+            where += "".join(
+                f", {name} {point[name]}" for name in ("sample", "start") if name in point
+            )
             yield f"  {in_words(point['status'])}: {where}, {point['procedure']}"
         if len(failed) > MOST_FAILED:
             yield f"  and {len(failed) - MOST_FAILED} more (all with --json)"
@@ -161,7 +184,10 @@ def _show_unknowns(s: dict[str, Any], units: str) -> Iterator[str]:
 
     if "unknowns" not in s:
         return
-    yield f"  samples        {s['samples']} of every operating point; of the uncertain numbers nine in ten lie in"
+    yield (
+        f"  samples        {s['samples']} of every operating point; of the uncertain numbers nine "
+        f"in ten lie in"
+    )
     for key, values in s["unknowns"].items():
         low, high = (quantity(key).text(values[end], units, 4) for end in ("from", "to"))
         yield f"    {label_of(key):26s} {low} to {high}"
@@ -179,13 +205,19 @@ def _show_probabilities(s: dict[str, Any], units: str) -> Iterator[str]:
         here = [row for row in rows if row["history"] == history]
         what = f", {history}" if history != "every" else ", whatever the history"
         what = what if len(histories) > 1 else ""
-        yield f"\nProbability{what}, in brackets its 95 % interval from {samples_text(s['counted'], s['effective'])}:"
+        yield (
+            f"\nProbability{what}, in brackets its 95 % interval from "
+            f"{samples_text(s['counted'], s['effective'])}:"
+        )
         yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
         for row in _evenly(here):
             where = point_text({name: row[name] for name in swept}, units) or "the operating point"
             yield f"  {where:30s}" + "".join(f"{_share(row[name]):>22s}" for name in names)
         if len(here) > MOST_POINTS:
-            yield f"  ({MOST_POINTS} of {len(here)} points; all with --json, or nsdrill plot --kind probability)"
+            yield (
+                f"  ({MOST_POINTS} of {len(here)} points; all with --json, or nsdrill plot --kind "
+                f"probability)"
+            )
 
 
 def _share(one: dict[str, float]) -> str:
@@ -205,7 +237,8 @@ def _show_overrides(overrides: dict[str, str]) -> Iterator[str]:
 
 
 def _show_string(s: dict[str, Any]) -> Iterator[str]:
-    """What is not as usual about the string: its drive, and the motions that it does without."""
+    """What is not as usual about the string: its drive, and the motions that it does
+    without."""
     if s["drive"] != "ideal":
         yield f"  drive          {in_words(s['drive'])}"
     if s["frozen"]:
@@ -215,7 +248,10 @@ def _show_string(s: dict[str, Any]) -> Iterator[str]:
 def _show_method(method: str) -> Iterator[str]:
     """How friction was integrated, where not as usual."""
     if method != "explicit":
-        yield f"  friction       integrated {' and '.join(f'{word}ly' for word in method.split(' and '))}"
+        yield (
+            f"  friction       integrated "
+            f"{' and '.join(f'{word}ly' for word in method.split(' and '))}"
+        )
 
 
 CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
@@ -224,10 +260,18 @@ CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
 def _show_trust(trust: dict[str, Any]) -> Iterator[str]:
     from nsdrill.cli.words import count as number_of
 
-    checked = trust["agree"] + trust["features_differ"] + trust["response_differs"] + trust["check_failed"]
-    failed_checks = f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
+    checked = (
+        trust["agree"]
+        + trust["features_differ"]
+        + trust["response_differs"]
+        + trust["check_failed"]
+    )
+    failed_checks = (
+        f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
+    )
     yield (
-        f"  checked        {number_of(checked, 'point')}: {trust['agree']} agree, {trust['features_differ']} keep "
+        f"  checked        {number_of(checked, 'point')}: {trust['agree']} agree, "
+        f"{trust['features_differ']} keep "
         "their response but not their numbers (chaotic, or not settled), "
         f"{trust['response_differs']} change response{failed_checks}"
     )
@@ -238,12 +282,19 @@ def _show_trust(trust: dict[str, Any]) -> Iterator[str]:
         change = f"{in_words(row['from'])} -> {in_words(row['to'])}"
         yield f"    {CHECKS[row['check']]:18s}{row['points']:6d}  {change}"
     if len(trust["changed"]) > MOST_CHANGED:
-        yield f"    and {len(trust['changed']) - MOST_CHANGED} more kinds of change (all with --json)"
+        yield (
+            f"    and {len(trust['changed']) - MOST_CHANGED} more kinds of change (all with --json)"
+        )
 
 
 def in_words(flag: str) -> str:
     """``bit_bounce+stick_slip`` as people write it."""
-    for name, word in (("bit_bounce", "bit-bounce"), ("stick_slip", "stick-slip"), ("quasi_", "quasi-"), ("_", " ")):
+    for name, word in (
+        ("bit_bounce", "bit-bounce"),
+        ("stick_slip", "stick-slip"),
+        ("quasi_", "quasi-"),
+        ("_", " "),
+    ):
         flag = flag.replace(name, word)
     return flag.replace("+", " + ")
 
@@ -274,7 +325,8 @@ def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str], units: str) -
     before = None
     for row in rows[:MOST_INTERVALS]:
         here = ", ".join(
-            f"start {row[name]}" if name == "start" else point_text({name: row[name]}, units) for name in held
+            f"start {row[name]}" if name == "start" else point_text({name: row[name]}, units)
+            for name in held
         )
         if here and here != before:
             yield f"  at {here}"
@@ -284,7 +336,8 @@ def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str], units: str) -
             ends += f" to {value_text(axis, row['to'], units)}"
         points = number_of(row["points"], "point")
         yield (
-            f"  {ends:32s} {points:>12s}  {in_words('+'.join(row['differs'])):22s}  up {in_words(row['up'])}; "
+            f"  {ends:32s} {points:>12s}  {in_words('+'.join(row['differs'])):22s}  up "
+            f"{in_words(row['up'])}; "
             f"down {in_words(row['down'])}{'; open end' if row['open'] else ''}"
         )
     if len(rows) > MOST_INTERVALS:
@@ -301,10 +354,15 @@ def _show_ranges(ranges: dict[str, Any], units: str) -> Iterator[str]:
     from nsdrill.cli.words import in_units
     from nsdrill.quantity import sign
 
-    for name, r in ranges.items() if units == "si" else in_units({"ranges": ranges}, units)["ranges"].items():
+    for name, r in (
+        ranges.items() if units == "si" else in_units({"ranges": ranges}, units)["ranges"].items()
+    ):
         unit = "" if r["units"] == "1" else r["units"] if units == "si" else sign(r["units"])
         # Adding zero turns -0 into 0.
-        yield f"  {name:25s} {r['min'] + 0.0:12.5g} to {r['max'] + 0.0:12.5g} {unit:8s} {r['meaning']}"
+        yield (
+            f"  {name:25s} {r['min'] + 0.0:12.5g} to {r['max'] + 0.0:12.5g} {unit:8s} "
+            f"{r['meaning']}"
+        )
 
 
 def _show_trace(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
@@ -321,7 +379,10 @@ def _show_trace(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         elif name in s:
             yield f"  {label:14s} {value_text(name, s[name], units, both=True)}"
     for key, value in s.get("at", {}).items():
-        yield f"  {label_of(key):14s} {value if isinstance(value, str) else value_text(key, value, units)}"
+        yield (
+            f"  {label_of(key):14s} "
+            f"{value if isinstance(value, str) else value_text(key, value, units)}"
+        )
     yield from _show_string(s)
     yield from _show_method(s.get("method", "explicit"))
     if "procedure" in s:

@@ -15,7 +15,8 @@ from nsdrill.errors import CacheWarning
 
 
 class Leave(Exception):
-    """Leave with this message and exit code. click has ideas of its own about an interrupt and a closed pipe."""
+    """Leave with this message and exit code. click has ideas of its own about an
+    interrupt and a closed pipe."""
 
     def __init__(self, message: str, code: int) -> None:
         super().__init__(message)
@@ -23,7 +24,8 @@ class Leave(Exception):
 
 
 class _Stream:
-    """A standard stream whose errors go to ``lost``, so that they are not taken for those of a file."""
+    """A standard stream whose errors go to ``lost``, so that they are not taken for
+    those of a file."""
 
     def __init__(self, stream: Any, lost: Callable[[OSError], None]) -> None:
         self._stream, self._lost = stream, lost
@@ -47,8 +49,8 @@ class _Stream:
 
 @contextmanager
 def standard_streams() -> Iterator[None]:
-    """Data that cannot be written raise :class:`Leave`; a message that reaches nobody stops nothing. Warnings about the
-    cache become messages."""
+    """Data that cannot be written raise :class:`Leave`; a message that reaches nobody
+    stops nothing. Warnings about the cache become messages."""
     _open_closed()
     data, messages = sys.stdout, sys.stderr
     with (
@@ -77,11 +79,13 @@ def standard_streams() -> Iterator[None]:
 
 
 def _open_closed() -> None:
-    """Give closed streams their numbers back: else the next file opened has one, and what a library prints is in it.
-    Output is opened for reading, so data that reach nobody are still an error."""
+    """Give closed streams their numbers back: else the next file opened has one, and
+    what a library prints is in it. Output is opened for reading, so data that reach
+    nobody are still an error."""
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:
-            null = os.open(os.devnull, os.O_RDWR if name == "stderr" else os.O_RDONLY)  # the lowest number free
+            # the lowest number free
+            null = os.open(os.devnull, os.O_RDWR if name == "stderr" else os.O_RDONLY)
             os.set_inheritable(null, True)
             setattr(sys, name, open(null, "r" if name == "stdin" else "w", encoding="utf-8"))  # noqa: SIM115
 

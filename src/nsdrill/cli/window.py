@@ -19,21 +19,29 @@ from nsdrill.cli import options
 )
 @options.file_argument("results")
 @options.units
-@click.option("--json", "as_json", is_flag=True, help="The same for programs, with every map and region.")
+@click.option(
+    "--json", "as_json", is_flag=True, help="The same for programs, with every map and region."
+)
 @options.output("Picture to write as well: .png, .pdf or .svg.", required=False)
 @options.severity
 @options.confidence
 @options.overwrite
 def command(
-    results: str, units: str, as_json: bool, output: str | None, severity: int | None, confidence: float | None,
+    results: str,
+    units: str,
+    as_json: bool,
+    output: str | None,
+    severity: int | None,
+    confidence: float | None,
     overwrite: bool,
-) -> int:  # fmt: skip
+) -> int:
     """Say where one may run whatever the history.
 
-    Of a map over weight on bit, speed or depth, or of a sweep along one of them: the points that are safe in every
-    procedure of RESULTS, their largest region, the point with the most room around it and how far one may go from
-    there, and how the window changes with depth. Where the study has uncertain numbers, a point is safe where a run is
-    so with a stated probability.
+    Of a map over weight on bit, speed or depth, or of a sweep along one of them: the
+    points that are safe in every procedure of RESULTS, their largest region, the point
+    with the most room around it and how far one may go from there, and how the window
+    changes with depth. Where the study has uncertain numbers, a point is safe where a
+    run is so with a stated probability.
     """
     if output is not None:
         options.claim_picture(results, output, overwrite)
@@ -56,6 +64,10 @@ def command(
     if output is not None:
         from nsdrill.plot import draw, save
 
-        save(draw(data, "window", units=units, severity=severity, confidence=part), output, overwrite=overwrite)
+        save(
+            draw(data, "window", units=units, severity=severity, confidence=part),
+            output,
+            overwrite=overwrite,
+        )
         click.echo(f"{output}: drawn.", err=True)
     return 0

@@ -1,4 +1,5 @@
-"""The safe window as a note that an engineer can read; see :func:`nsdrill.analysis.window.find_window` for the data."""
+"""The safe window as a note that an engineer can read; see
+:func:`nsdrill.analysis.window.find_window` for the data."""
 
 from __future__ import annotations
 
@@ -46,8 +47,9 @@ class Writer:
     def span(self, axis: str, ends: list[float]) -> str:
         if ends[0] == ends[1]:
             return f"{name_of(axis)} {self.value(axis, ends[0])}"
-        return f"{name_of(axis)} {self.number(axis, ends[0])} to {self.number(axis, ends[1])} {self.unit(axis)}" + (
-            self._rpm(axis, *ends)
+        return (
+            f"{name_of(axis)} {self.number(axis, ends[0])} to {self.number(axis, ends[1])} "
+            f"{self.unit(axis)}" + (self._rpm(axis, *ends))
         )
 
     def _rpm(self, axis: str, *values: float) -> str:
@@ -81,7 +83,10 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
     if several:
         yield ""
         third = note["third"]
-        yield f"Safe at every {name_of(third)} of the file: {one['safe']} of {count(one['points'], 'point')}."
+        yield (
+            f"Safe at every {name_of(third)} of the file: {one['safe']} of "
+            f"{count(one['points'], 'point')}."
+        )
     if one["safe"]:
         yield ""
         yield from _map(note, one, w)
@@ -95,7 +100,9 @@ def _price(note: dict[str, Any], w: Writer) -> Iterator[str]:
     yield ""
     yield "What the confidence costs:"
     for row in note["price"]:
-        text = f"  {100 * row['confidence']:4g} %  {row['safe']:5d} safe ({100 * row['share']:.1f} %)"
+        text = (
+            f"  {100 * row['confidence']:4g} %  {row['safe']:5d} safe ({100 * row['share']:.1f} %)"
+        )
         if best := row["fastest"]:
             axes = sorted((axis for axis in (*note["axes"], note["third"]) if axis), key=_order)
             where = ", ".join(w.value(axis, best[axis]) for axis in axes)
@@ -108,14 +115,18 @@ def _rate(best: dict[str, Any], w: Writer) -> str:
 
 
 def _alone(note: dict[str, Any], w: Writer) -> Iterator[str]:
-    """The window without history against the one with it: of each procedure by itself, and of all of them."""
+    """The window without history against the one with it: of each procedure by itself,
+    and of all of them."""
     for one in note["alone"]:
         best = one.get("recommended")
         where = ""
         if best:
             at = ", ".join(w.value(axis, best[axis]) for axis in sorted(note["axes"], key=_order))
             where = f"; best at {at}, safe with {_percent(best)}"
-        yield f"By itself, {one['procedure']}: {one['safe']} safe ({100 * one['share']['safe']:.1f} %){where}."
+        yield (
+            f"By itself, {one['procedure']}: {one['safe']} safe ({100 * one['share']['safe']:.1f} "
+            f"%){where}."
+        )
 
 
 def _percent(best: dict[str, Any]) -> str:
@@ -127,20 +138,30 @@ def _percent(best: dict[str, Any]) -> str:
 def _basis(note: dict[str, Any], w: Writer) -> Iterator[str]:
     """What was looked at, and what not."""
     if note["overrides"]:
-        yield f"  overrides {'; '.join(f'{key} = {value}' for key, value in note['overrides'].items())}"
+        yield (
+            f"  overrides "
+            f"{'; '.join(f'{key} = {value}' for key, value in note['overrides'].items())}"
+        )
     what = "without a critical response"
     if note["severity"] is not None:
         what = f"with no severity above {note['severity']}"
     if note["confidence"] is not None:
-        by = f" in every procedure, {' and '.join(note['procedures'])}," if note["history_examined"] else ""
+        by = (
+            f" in every procedure, {' and '.join(note['procedures'])},"
+            if note["history_examined"]
+            else ""
+        )
         of = samples_text(note["counted"], note["effective"])
         yield (
-            f"  safe      {100 * note['confidence']:g} % or more of {of} of the uncertain numbers end well{by} {what}"
+            f"  safe      {100 * note['confidence']:g} % or more of {of} of the uncertain numbers "
+            f"end well{by} {what}"
         )
         if not note["history_examined"]:
             yield (
-                f"  HISTORY WAS NOT EXAMINED: the file holds one procedure only ({note['procedures'][0]}). Run the "
-                "study with procedure: up-down\n  to learn whether the window holds whatever came before."
+                f"  HISTORY WAS NOT EXAMINED: the file holds one procedure only "
+                f"({note['procedures'][0]}). Run the "
+                "study with procedure: up-down\n  to learn whether the window holds whatever came "
+                "before."
             )
         yield "  critical  fewer of them"
     elif note["history_examined"]:
@@ -152,34 +173,54 @@ def _basis(note: dict[str, Any], w: Writer) -> Iterator[str]:
     else:
         yield f"  safe      the run of the point ended well {what}"
         yield (
-            f"  HISTORY WAS NOT EXAMINED: the file holds one procedure only ({note['procedures'][0]}). Run the "
-            "study with procedure: up-down\n  to learn whether the window holds whatever came before."
+            f"  HISTORY WAS NOT EXAMINED: the file holds one procedure only "
+            f"({note['procedures'][0]}). Run the "
+            "study with procedure: up-down\n  to learn whether the window holds whatever came "
+            "before."
         )
     if note["confidence"] is None:
         yield "  critical  no run of the point was safe"
     for one in note.get("passed_over", ()):
-        speeds = w.span(one["axis"], [one["min"], one["max"]]).removeprefix(f"{name_of(one['axis'])} ")
+        speeds = w.span(one["axis"], [one["min"], one["max"]]).removeprefix(
+            f"{name_of(one['axis'])} "
+        )
         some = "" if one["everywhere"] else " (in a part of the study)"
         yield (
-            f"  THE SWEEP BEGINS at {w.value(one['axis'], one['from'])}, above {one['words']}, {speeds}{some}.\n  A "
-            "string that is brought up to speed passes through that: a point that is safe here need not be safe then."
+            f"  THE SWEEP BEGINS at {w.value(one['axis'], one['from'])}, above {one['words']}, "
+            f"{speeds}{some}.\n  A "
+            "string that is brought up to speed passes through that: a point that is safe here "
+            "need not be safe then."
         )
     if note["unknown"]:
-        yield "  unknown   a run failed or has no severity, and the others leave it open; no window goes there"
+        yield (
+            "  unknown   a run failed or has no severity, and the others leave it open; no window "
+            "goes there"
+        )
     if note["failed_runs"]:
         points = count(note["failed_points"], "point")
         yield f"  {note['failed_runs']} of {count(note['runs'], 'run')} failed, at {points}."
     if note["distrusted_points"]:
         one = note["distrusted_points"] == 1
-        said = "is marked as not to be trusted and counts" if one else "are marked as not to be trusted and count"
+        said = (
+            "is marked as not to be trusted and counts"
+            if one
+            else "are marked as not to be trusted and count"
+        )
         yield f"  {count(note['distrusted_points'], 'point')} {said} as not safe."
 
 
 def _shares(note: dict[str, Any]) -> str:
-    words = tuple(word for word in _columns({**note, "unknown": 0}) if word != "rim" or note["history_examined"])
+    words = tuple(
+        word
+        for word in _columns({**note, "unknown": 0})
+        if word != "rim" or note["history_examined"]
+    )
     parts = [f"{note[word]} {word} ({100 * note['share'][word]:.1f} %)" for word in words]
     if note["unknown"]:
-        parts.append(f"{note['unknown']} unknown ({unknown_words(note)}, {100 * note['share']['unknown']:.1f} %)")
+        parts.append(
+            f"{note['unknown']} unknown ({unknown_words(note)}, "
+            f"{100 * note['share']['unknown']:.1f} %)"
+        )
     return f"of {count(note['points'], 'point')} {', '.join(parts)}"
 
 
@@ -187,7 +228,9 @@ def _columns(note: dict[str, Any]) -> tuple[str, ...]:
     """The classes of points in the tables of this note."""
     if note["confidence"] is not None:
         return ("safe", "critical", "unknown") if note["unknown"] else ("safe", "critical")
-    return ("safe", "rim", "critical", "unknown") if note["unknown"] else ("safe", "rim", "critical")
+    return (
+        ("safe", "rim", "critical", "unknown") if note["unknown"] else ("safe", "rim", "critical")
+    )
 
 
 def _heads(note: dict[str, Any]) -> str:
@@ -217,7 +260,8 @@ def _no_window(note: dict[str, Any], w: Writer) -> Iterator[str]:
         yield f"Most probably safe: {at}, with {_percent(best)}.{_yields(best, w)}{ties}"
     if note["severity"] is None:
         yield (
-            "How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; `nsdrill "
+            "How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; "
+            "`nsdrill "
             "classify` moves the thresholds."
         )
 
@@ -228,7 +272,9 @@ def _table(note: dict[str, Any], w: Writer) -> Iterator[str]:
     wide = max(12, *(len(w.value(third, one["at"][third])) for one in maps))
     yield f"{name_of(third):>{wide}s}{_heads(note)}   recommended, and how far from there"
     for one in _some(maps):
-        yield f"{w.value(third, one['at'][third]):>{wide}s}{_row(note, one)}   {_brief(note, one, w)}"
+        yield (
+            f"{w.value(third, one['at'][third]):>{wide}s}{_row(note, one)}   {_brief(note, one, w)}"
+        )
     if len(maps) > MOST_ROWS:
         yield f"  ({MOST_ROWS} of {len(maps)}; all with --json)"
 
@@ -268,31 +314,47 @@ def _map(note: dict[str, Any], one: dict[str, Any], w: Writer) -> Iterator[str]:
         spans = ", ".join(w.span(axis, area[axis]) for axis in axes)
         others = f"; {len(one['regions'])} regions in all" if len(one["regions"]) > 1 else ""
         yield (
-            f"Largest safe region: {count(area['points'], 'point')} ({100 * area['share']:.1f} % of the map) within "
+            f"Largest safe region: {count(area['points'], 'point')} ({100 * area['share']:.1f} % "
+            f"of the map) within "
             f"{spans}{others}."
         )
     best = one["recommended"]
     yield f"Recommended: {', '.join(w.value(axis, best[axis]) for axis in axes)}.{_yields(best, w)}"
     if "probability" in best:
-        yield f"  safe with a probability of {_percent(best)}; in brackets the 95 % interval from the number of samples"
+        yield (
+            f"  safe with a probability of {_percent(best)}; in brackets the 95 % interval from "
+            f"the number of samples"
+        )
     for axis in axes:
-        other = "" if len(axes) == 1 else f", the {name_of(next(a for a in axes if a != axis))} held"
+        other = (
+            "" if len(axes) == 1 else f", the {name_of(next(a for a in axes if a != axis))} held"
+        )
         yield f"  {name_of(axis)}{other}:"
         for side, word in (SIDES_OF_DEPTH if axis == "depth" else SIDES).items():
             yield f"    {word} {_limit(axis, best['margins'][axis][side], w)}"
     sides = [side for axis in axes for side in best["margins"][axis].values()]
     if any(side["margin"] == 0.0 for side in sides):
-        yield "It has no room to one side or more: a hint, not a setting. A finer map around it would tell."
+        yield (
+            "It has no room to one side or more: a hint, not a setting. A finer map around it "
+            "would tell."
+        )
     fastest = one["fastest"]
     if fastest is not None and any(fastest[axis] != best[axis] for axis in axes):
         where = ", ".join(w.value(axis, fastest[axis]) for axis in axes)
         yield f"Fastest safe point, whatever room it has: {where}.{_yields(fastest, w)}"
-    yield "Limits lie between the last safe point and the next one; finer axes bring them closer together."
+    yield (
+        "Limits lie between the last safe point and the next one; finer axes bring them closer "
+        "together."
+    )
 
 
 def _yields(point: dict[str, Any], w: Writer) -> str:
-    """What drilling there yields, in a sentence of its own; "" where the file does not say."""
-    words = {"rate_of_penetration": "rate of penetration", "mechanical_specific_energy": "specific energy"}
+    """What drilling there yields, in a sentence of its own; "" where the file does not
+    say."""
+    words = {
+        "rate_of_penetration": "rate of penetration",
+        "mechanical_specific_energy": "specific energy",
+    }
     told = [f"{word} {w.value(name, point[name])}" for name, word in words.items() if name in point]
     return f" {told[0][0].upper()}{', '.join(told)[1:]}." if told else ""
 
@@ -303,9 +365,11 @@ def _limit(axis: str, limit: dict[str, Any], w: Writer) -> str:
         text = "not at all"
     if limit["why"] == "edge":
         return f"{text}: the edge of the map, nothing is known beyond"
-    reason = {"failed": "a run failed", "distrusted": "not to be trusted", "unknown": "no severity is known"}.get(
-        limit["why"], "critical"
-    )
+    reason = {
+        "failed": "a run failed",
+        "distrusted": "not to be trusted",
+        "unknown": "no severity is known",
+    }.get(limit["why"], "critical")
     if limit["responses"] and limit["why"] not in ("failed", "unknown"):
         reason = ", ".join(_words(name) for name in limit["responses"])
     if limit["why"] == "rim":
@@ -330,7 +394,11 @@ def _over_depth(note: dict[str, Any], w: Writer, table: bool) -> Iterator[str]:
         return
     first = depth["open"][0][0]
     said = "Going down, the window "
-    said += "is open from the first depth" if first == rows[0]["depth"] else f"opens at {w.value('depth', first)}"
+    said += (
+        "is open from the first depth"
+        if first == rows[0]["depth"]
+        else f"opens at {w.value('depth', first)}"
+    )
     if depth["closes"] is None:
         yield f"{said} and stays open to the last, {w.value('depth', rows[-1]['depth'])}."
         return
@@ -342,7 +410,10 @@ def _over_depth(note: dict[str, Any], w: Writer, table: bool) -> Iterator[str]:
         f"{w.number('depth', a)} to {w.number('depth', b)}" if a != b else w.number("depth", a)
         for a, b in depth["open"]
     )
-    yield f"{said}; it reopens at {w.value('depth', depth['reopens'])}. Open at {spans} {w.unit('depth')}."
+    yield (
+        f"{said}; it reopens at {w.value('depth', depth['reopens'])}. Open at {spans} "
+        f"{w.unit('depth')}."
+    )
 
 
 def _words(flag: str) -> str:

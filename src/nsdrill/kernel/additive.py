@@ -1,23 +1,29 @@
-"""One step of an additive Runge-Kutta pair in every lane at once: friction implicit, all else explicit.
+"""One step of an additive Runge-Kutta pair in every lane at once: friction implicit,
+all else explicit.
 
-The acceleration of a velocity is a part without friction and a *push*, what the friction of contacts adds; friction
-that is steep in the slip speed makes an explicit method slow, and only it. A stage of the implicit part is
+The acceleration of a velocity is a part without friction and a *push*, what the
+friction of contacts adds; friction that is steep in the slip speed makes an explicit
+method slow, and only it. A stage of the implicit part is
 
     V = V* + h g push(X, V)
 
-with V* and the positions X known from the stages before (positions are explicit), so the right-hand side solves for the
-slip speeds alone, one or two of them (:class:`nsdrill.abi.Rows`, ``relax`` = h g). Three points make it work:
+with V* and the positions X known from the stages before (positions are explicit), so
+the right-hand side solves for the slip speeds alone, one or two of them
+(:class:`nsdrill.abi.Rows`, ``relax`` = h g). Three points make it work:
 
-- The loads that come back agree with the velocities to rounding, so steepness amplifies nothing.
-- The end of the step is solved once more, y = y0 + h sum b_j f_j + h g (push(y) - push_last): the end of an additive
-  pair does not lie where friction balances, and the next step would begin with noise. The difference of the two pushes
-  belongs to the error.
-- Positions take pushes through the implicit matrix: h^2 A_E A_I. With A_E A_E in its place the order is the same and
-  the error in rolling a hundred times larger.
+- The loads that come back agree with the velocities to rounding, so steepness amplifies
+  nothing.
+- The end of the step is solved once more, y = y0 + h sum b_j f_j + h g (push(y) -
+  push_last): the end of an additive pair does not lie where friction balances, and the
+  next step would begin with noise. The difference of the two pushes belongs to the
+  error.
+- Positions take pushes through the implicit matrix: h^2 A_E A_I. With A_E A_E in its
+  place the order is the same and the error in rolling a hundred times larger.
 
-Source of the method: Kennedy & Carpenter 2003, Additive Runge-Kutta schemes for convection-diffusion-reaction
-equations, Appl. Numer. Math. 44:139-181. A slope row has the whole slope and a push row its push, so that a sum over
-stages has the explicit weights of slopes and the difference of the two matrices as weights of pushes.
+Source of the method: Kennedy & Carpenter 2003, Additive Runge-Kutta schemes for
+convection-diffusion-reaction equations, Appl. Numer. Math. 44:139-181. A slope row has
+the whole slope and a push row its push, so that a sum over stages has the explicit
+weights of slopes and the difference of the two matrices as weights of pushes.
 """
 
 from __future__ import annotations
@@ -54,13 +60,14 @@ LEAST = 1e-300  # in place of a zero that is divided by
 
 @dataclass(frozen=True)
 class AdditivePair(OfTableau):
-    """A stepper (:class:`nsdrill.kernel.steppers.Stepper`) from the numbers of an additive pair, for right-hand sides
-    with friction apart."""
+    """A stepper (:class:`nsdrill.kernel.steppers.Stepper`) from the numbers of an
+    additive pair, for right-hand sides with friction apart."""
 
     tableau: Additive
 
     def rows(self, rows: Rows) -> Rows:
-        """``rows`` with room for slopes and pushes at the stages but the first, and for how far positions would go."""
+        """``rows`` with room for slopes and pushes at the stages but the first, and for
+        how far positions would go."""
         inner = len(self.tableau.nodes) - 1
         return replace(rows, private=inner * (rows.slopes + len(rows.pushed)) + rows.slopes)
 
@@ -81,14 +88,17 @@ class AdditivePair(OfTableau):
         )
 
     def make(self, lanes: int, rows: Rows) -> Any:
-        """The compiled stepper for a number of lanes and a row layout with this pair's rows."""
+        """The compiled stepper for a number of lanes and a row layout with this pair's
+        rows."""
         return _make(self.tableau, lanes, rows)
 
 
 @lru_cache
 def _make(pair: Additive, lanes: int, rows: Rows) -> Any:
     step = define("step", _text(pair, lanes, rows), fma=fma, decide=decide)
-    return compiled(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER), lanes, *astuple(rows))(step)
+    return compiled(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER), lanes, *astuple(rows))(
+        step
+    )
 
 
 def _text(pair: Additive, lanes: int, rows: Rows) -> str:
@@ -97,11 +107,17 @@ def _text(pair: Additive, lanes: int, rows: Rows) -> str:
     places = {
         **places_of(rows, lanes, pair.order),
         **{f"a{k}_": W * (rows.stepper + (k - 2) * width) for k in range(2, stages + 1)},
-        **{f"p{k}_": W * (rows.stepper + (k - 2) * width + rows.slopes) for k in range(2, stages + 1)},
+        **{
+            f"p{k}_": W * (rows.stepper + (k - 2) * width + rows.slopes)
+            for k in range(2, stages + 1)
+        },
         "lead_": W * (rows.stepper + (stages - 1) * width),
-        "p1_": W * rows.start_push, "push_": W * rows.push,
-        "relax_": W * rows.relax, "falling_": W * rows.falling, "diagonal": pair.diagonal,
-    }  # fmt: skip
+        "p1_": W * rows.start_push,
+        "push_": W * rows.push,
+        "relax_": W * rows.relax,
+        "falling_": W * rows.falling,
+        "diagonal": pair.diagonal,
+    }
     lines = [
         '"""One step in all lanes; made from the numbers of an additive Runge-Kutta pair."""',
         "",
@@ -139,7 +155,8 @@ def _ahead(c: float, bends: str) -> str:
 
 
 def _stage(pair: Additive, rows: Rows, stage: int) -> Iterable[str]:
-    """Stage ``stage``, counted from 1, in one pass over the states; the one after the last is the end of the step."""
+    """Stage ``stage``, counted from 1, in one pass over the states; the one after the
+    last is the end of the step."""
     stages = len(pair.nodes)
     end = stage > stages
     c = 1.0 if end else pair.nodes[stage - 1]

@@ -1,6 +1,7 @@
-"""The pair of Dormand & Prince 1980, A family of embedded Runge-Kutta formulae, J. Comput. Appl. Math. 6:19-26: fifth
-order with an embedded fourth, seven stages of which the last is the first of the next step. It is the RK45 of SciPy and
-the ode45 of MATLAB."""
+"""The pair of Dormand & Prince 1980, A family of embedded Runge-Kutta formulae, J.
+Comput. Appl. Math. 6:19-26: fifth order with an embedded fourth, seven stages of which
+the last is the first of the next step. It is the RK45 of SciPy and the ode45 of
+MATLAB."""
 
 from nsdrill.kernel.tableau import Tableau
 

@@ -1,15 +1,20 @@
-"""One step of an embedded explicit Runge-Kutta pair in every lane at once, each lane with its own time and step size.
+"""One step of an embedded explicit Runge-Kutta pair in every lane at once, each lane
+with its own time and step size.
 
-States are positions and velocities in turn, so the stages of the positions follow from those of the velocities: only
-slopes of velocities are computed and kept (see :class:`nsdrill.kernel.tableau.Tableau`). The result is the pair's own,
-with half the memory traffic, which is what limits a packed step. States of first order take the pair as it is.
+States are positions and velocities in turn, so the stages of the positions follow from
+those of the velocities: only slopes of velocities are computed and kept (see
+:class:`nsdrill.kernel.tableau.Tableau`). The result is the pair's own, with half the
+memory traffic, which is what limits a packed step. States of first order take the pair
+as it is.
 
-A step runs from (``time``, ``start``, ``start_acceleration``) to (``time`` + ``step``, ``stage``, ``acceleration``).
-The controller judges it and the observer is shown it. The lanes whose step was accepted (``moves``) move on when the
-next step begins, or earlier by the loop's hand.
+A step runs from (``time``, ``start``, ``start_acceleration``) to (``time`` + ``step``,
+``stage``, ``acceleration``). The controller judges it and the observer is shown it. The
+lanes whose step was accepted (``moves``) move on when the next step begins, or earlier
+by the loop's hand.
 
-The weights are compile-time constants and every sum is written out, as the compiler packs no loop over weights: the
-text of the step is made from the tableau, in the functions below, which give its lines in order.
+The weights are compile-time constants and every sum is written out, as the compiler
+packs no loop over weights: the text of the step is made from the tableau, in the
+functions below, which give its lines in order.
 """
 
 from __future__ import annotations
@@ -48,7 +53,8 @@ class ExplicitPair(OfTableau):
     tableau: Tableau
 
     def rows(self, rows: Rows) -> Rows:
-        """``rows`` with room for the slopes at the inner stages and, once, for how far the positions would go."""
+        """``rows`` with room for the slopes at the inner stages and, once, for how far
+        the positions would go."""
         inner = len(self.tableau.nodes) - 2
         return replace(rows, private=(inner + 1) * rows.slopes)
 
@@ -56,7 +62,10 @@ class ExplicitPair(OfTableau):
         """The numbers of a step, in a buffer with these rows."""
         pair, stages = self.tableau, len(self.tableau.matrix)
         none = np.zeros((stages, stages))
-        slopes = (rows.start_acceleration, *(rows.stepper + n * rows.slopes for n in range(stages - 1)))
+        slopes = (
+            rows.start_acceleration,
+            *(rows.stepper + n * rows.slopes for n in range(stages - 1)),
+        )
         return Scheme(
             np.array(pair.nodes[1:]),
             square(pair.matrix, stages),
@@ -68,14 +77,17 @@ class ExplicitPair(OfTableau):
         )
 
     def make(self, lanes: int, rows: Rows) -> Any:
-        """The compiled stepper for a number of lanes and a row layout with this pair's rows."""
+        """The compiled stepper for a number of lanes and a row layout with this pair's
+        rows."""
         return _make(self.tableau, lanes, rows)
 
 
 @lru_cache
 def _make(pair: Tableau, lanes: int, rows: Rows) -> Any:
     step = define("step", _text(pair, lanes, rows), fma=fma, decide=decide)
-    return compiled(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER), lanes, *astuple(rows))(step)
+    return compiled(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER), lanes, *astuple(rows))(
+        step
+    )
 
 
 def _text(pair: Tableau, lanes: int, rows: Rows) -> str:
@@ -113,11 +125,16 @@ def _first_stage(pair: Tableau, rows: Rows) -> Iterable[str]:
 
 
 def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
-    """Stage ``stage``, counted from 1, in one pass over the states: the slope just computed is kept, and the next
-    values are formed. Where the last two stages stand at one time, it is set once."""
+    """Stage ``stage``, counted from 1, in one pass over the states: the slope just
+    computed is kept, and the next values are formed. Where the last two stages stand at
+    one time, it is set once."""
     c, weights, bends = pair.nodes[stage - 1], pair.matrix[stage - 2], pair.positions[stage - 2]
     newest = f"a{stage - 1}"
-    head = ["for i in range(W):", "    h = b[step_ + i]", f"    hh, newest = h * h, h * {weights[-1]!r}"]
+    head = [
+        "for i in range(W):",
+        "    h = b[step_ + i]",
+        f"    hh, newest = h * h, h * {weights[-1]!r}",
+    ]
     yield from head
     if c != pair.nodes[stage - 2]:
         yield f"    {stage_time(c)}"
@@ -131,7 +148,10 @@ def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
             yield f"        b[stage_ + x] = fma(hh, {sum_of_slopes(bends)}, {led(c)})"
         last = "xv"[order - 1]
         rate = sum_of_slopes(weights[:-1])
-        yield f"        b[stage_ + {last}] = fma(newest, {newest}, fma(h, {rate}, b[start_ + {last}]))"
+        yield (
+            f"        b[stage_ + {last}] = fma(newest, {newest}, fma(h, {rate}, b[start_ + "
+            f"{last}]))"
+        )
     yield "right_hand_side(b)"
 
 

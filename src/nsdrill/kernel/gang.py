@@ -1,8 +1,9 @@
 """A gang: some lanes, the runs waiting for them, and the runs just finished.
 
-A gang is plain data; the compiled parts come in when it is advanced. So it can be sent to any thread or process. It is
-advanced for a bounded time, so that its owner can save, stop, and hand it more runs; nothing about the numbers depends
-on when that happens, on the number of lanes, or on the neighbours in the other lanes.
+A gang is plain data; the compiled parts come in when it is advanced. So it can be sent
+to any thread or process. It is advanced for a bounded time, so that its owner can save,
+stop, and hand it more runs; nothing about the numbers depends on when that happens, on
+the number of lanes, or on the neighbours in the other lanes.
 """
 
 from __future__ import annotations
@@ -42,11 +43,13 @@ BEYOND = 1.25  # times the nearest cache that the buffer may have with four of t
 
 
 def choose_lanes(chains: int) -> int:
-    """How many lanes serve this many chains best; the numbers do not depend on it. ``$NSDRILL_LANES`` decides if set.
+    """How many lanes serve this many chains best; the numbers do not depend on it.
+    ``$NSDRILL_LANES`` decides if set.
 
-    A lone chain gains nothing from lanes: all but one would stand empty. With many, two vector registers to a row hide
-    the latencies of the instructions better than one; four no longer fit the nearest cache. With few, the longest takes
-    as long as all others together, and a packed step of one register is over sooner.
+    A lone chain gains nothing from lanes: all but one would stand empty. With many, two
+    vector registers to a row hide the latencies of the instructions better than one;
+    four no longer fit the nearest cache. With few, the longest takes as long as all
+    others together, and a packed step of one register is over sooner.
     """
     if chosen := os.environ.get("NSDRILL_LANES"):
         if chosen not in ("1", "2", "4", "8", "16", "32"):
@@ -54,15 +57,19 @@ def choose_lanes(chains: int) -> int:
         return int(chosen)
     if chains <= 1:
         return 1
-    return 8 if chains <= FEW or not llvmlite.binding.get_host_cpu_features().get("avx512f") else USUAL
+    return (
+        8 if chains <= FEW or not llvmlite.binding.get_host_cpu_features().get("avx512f") else USUAL
+    )
 
 
 def widened(lanes: int, chains: int, rows: Rows) -> int:
-    """More lanes than these, where so many chains with friction apart gain from it; the numbers do not depend on it.
+    """More lanes than these, where so many chains with friction apart gain from it; the
+    numbers do not depend on it.
 
-    Newton's iterations for the slips are one long chain of instructions, each of which waits for the last. Two vector
-    registers to a row fill half of that time, four all of it: 1.1 to 1.3 times the speed, measured with a first-level
-    cache of 48 KiB. Where the buffer is much larger than that cache, nothing is gained.
+    Newton's iterations for the slips are one long chain of instructions, each of which
+    waits for the last. Two vector registers to a row fill half of that time, four all
+    of it: 1.1 to 1.3 times the speed, measured with a first-level cache of 48 KiB.
+    Where the buffer is much larger than that cache, nothing is gained.
     """
     fits = rows.total * WIDE * 8 <= BEYOND * nearest_cache()
     gains = rows.apart != 0 and lanes == USUAL and chains >= 2 * FEW and fits
@@ -84,7 +91,8 @@ def nearest_cache() -> int:
 
 @dataclass(frozen=True)
 class Compiled:
-    """The compiled parts for one lane count: the model's right-hand side, the observer and its marker."""
+    """The compiled parts for one lane count: the model's right-hand side, the observer
+    and its marker."""
 
     right_hand_side: Any
     observer: Any
@@ -95,10 +103,11 @@ class Compiled:
 class Runs:
     """What distinguishes runs of one model; arrays over the runs.
 
-    ``parameters`` [n, parameters], ``sizes`` [n, states]: the absolute tolerance of a state is the relative one times
-    its size; ``drifts`` [n, slopes]: what the rate of a position has beyond its velocity; ``phase_rate`` [n] [rad/s];
-    ``first_step`` [n] [s]; ``initial`` [n, states + 1], the phase last. ``transient`` and ``observe`` [n] [s] where
-    they are not those of the gang.
+    ``parameters`` [n, parameters], ``sizes`` [n, states]: the absolute tolerance of a
+    state is the relative one times its size; ``drifts`` [n, slopes]: what the rate of a
+    position has beyond its velocity; ``phase_rate`` [n] [rad/s]; ``first_step`` [n]
+    [s]; ``initial`` [n, states + 1], the phase last. ``transient`` and ``observe`` [n]
+    [s] where they are not those of the gang.
     """
 
     parameters: Array
@@ -129,20 +138,32 @@ class Finished:
 
 
 def _marks(transient: Any, observe: Any) -> dict[str, Any]:
-    """When the marks of a run are due [s], and its least step, which still moves the clock at the end."""
+    """When the marks of a run are due [s], and its least step, which still moves the
+    clock at the end."""
     closes = transient + observe
-    return {"least_step": 16 * np.finfo(float).eps * closes, "opens": transient, "halves": transient + 0.5 * observe,
-            "closes": closes}  # fmt: skip
+    return {
+        "least_step": 16 * np.finfo(float).eps * closes,
+        "opens": transient,
+        "halves": transient + 0.5 * observe,
+        "closes": closes,
+    }
 
 
 class Gang:
     """``lanes`` lanes with room for ``slots`` runs.
 
-    ``store`` is the observer's store and ``report_width`` the number of columns in which it reports.
+    ``store`` is the observer's store and ``report_width`` the number of columns in
+    which it reports.
     """
 
     def __init__(
-        self, lanes: int, slots: int, rows: Rows, store: Array, report_width: int, simulation: Simulation
+        self,
+        lanes: int,
+        slots: int,
+        rows: Rows,
+        store: Array,
+        report_width: int,
+        simulation: Simulation,
     ) -> None:
         self.lanes, self.stepper = lanes, simulation.stepper
         self.rows = rows = self._stepper.rows(rows)
@@ -163,9 +184,10 @@ class Gang:
     @staticmethod
     def _settings(simulation: Simulation) -> dict[str, float]:
         return {
-            **_marks(simulation.transient, simulation.observe), "per_rtol": 1.0 / simulation.rtol,
+            **_marks(simulation.transient, simulation.observe),
+            "per_rtol": 1.0 / simulation.rtol,
             "limit": float(simulation.max_steps),
-        }  # fmt: skip
+        }
 
     @property
     def _stepper(self) -> Stepper:
@@ -201,10 +223,12 @@ class Gang:
         return int(self._counters[PACKED_STEPS])
 
     def add(self, job: Array, runs: Runs) -> None:
-        """Append one chain: runs that follow one another, each from the state which the one before has reached.
+        """Append one chain: runs that follow one another, each from the state which the
+        one before has reached.
 
-        ``job`` [n] ids. The first row of ``runs.initial`` is the state of the first run; the others serve where the run
-        before failed. Raises ValueError where they do not fit.
+        ``job`` [n] ids. The first row of ``runs.initial`` is the state of the first
+        run; the others serve where the run before failed. Raises ValueError where they
+        do not fit.
         """
         slots = self._place(job, runs)
         self._successor[slots[:-1]] = slots[1:]
@@ -218,7 +242,11 @@ class Gang:
         if len(job) > self.free:
             raise ValueError(f"{len(job)} runs for {self.free} free slots")
         slots = np.array([self._free.pop() for _ in range(len(job))], dtype=np.int64)
-        settings: dict[str, Any] = {**self.settings, "phase_rate": runs.phase_rate, "first_step": runs.first_step}
+        settings: dict[str, Any] = {
+            **self.settings,
+            "phase_rate": runs.phase_rate,
+            "first_step": runs.first_step,
+        }
         if runs.transient is not None and runs.observe is not None:
             settings |= _marks(runs.transient, runs.observe)
         wide = np.concatenate([runs.parameters, runs.sizes, runs.drifts], axis=1)
@@ -243,24 +271,39 @@ class Gang:
                 return done
 
     def advance(self, parts: Compiled, seconds: float, drain: bool) -> Finished:
-        """Advance for about ``seconds`` of wall time, less where all runs end; unless ``drain``, also less where a lane
-        finds nothing to do. Gives the runs that ended and forgets them."""
+        """Advance for about ``seconds`` of wall time, less where all runs end; unless
+        ``drain``, also less where a lane finds nothing to do. Gives the runs that ended
+        and forgets them."""
         deadline = time.perf_counter() + seconds
         loop, places = make_advance(), places_of(self.lanes, self.rows)
         stepper = self._stepper.make(self.lanes, self.rows)
         while True:
             before = self.packed_steps
             loop(
-                places, self._buffer, self._store, self._lane, self._table, self._state, self._successor, self._queue,
-                self._outbox, self._finished, self._counters, drain, SEGMENT,
-                parts.right_hand_side, parts.observer, parts.marker, stepper,
-            )  # fmt: skip
+                places,
+                self._buffer,
+                self._store,
+                self._lane,
+                self._table,
+                self._state,
+                self._successor,
+                self._queue,
+                self._outbox,
+                self._finished,
+                self._counters,
+                drain,
+                SEGMENT,
+                parts.right_hand_side,
+                parts.observer,
+                parts.marker,
+                stepper,
+            )
             if self.packed_steps - before < SEGMENT or time.perf_counter() >= deadline:
                 return self._collect()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Of the outbox, most of the bytes, only what the runs in the lanes have left there: between two advances all
-        others are collected, or have not begun."""
+        """Of the outbox, most of the bytes, only what the runs in the lanes have left
+        there: between two advances all others are collected, or have not begun."""
         running = self._lane[: self.lanes]
         running = running[running >= 0]
         return {**self.__dict__, "_outbox": (self._outbox.shape, running, self._outbox[running])}
@@ -283,8 +326,12 @@ class Gang:
         out = self._outbox[slots]
         self._free.extend(slots[::-1].tolist())
         return Finished(
-            job=self._job[slots], status=out[:, 0].astype(np.int8), accepted=out[:, 1].astype(np.int64),
-            rejected=out[:, 2].astype(np.int64), initial=self._state[slots],
-            final=out[:, len(REPORT) : len(REPORT) + states + 1], report=out[:, len(REPORT) + states + 1 :],
+            job=self._job[slots],
+            status=out[:, 0].astype(np.int8),
+            accepted=out[:, 1].astype(np.int64),
+            rejected=out[:, 2].astype(np.int64),
+            initial=self._state[slots],
+            final=out[:, len(REPORT) : len(REPORT) + states + 1],
+            report=out[:, len(REPORT) + states + 1 :],
             parameters=self._table[slots, : self.rows.parameters],
-        )  # fmt: skip
+        )

@@ -1,8 +1,10 @@
 """The additive Runge-Kutta pair ARK4(3)7L[2]SA as data.
 
-Kennedy & Carpenter 2019, Higher-order additive Runge-Kutta schemes for ordinary differential equations, Appl. Numer.
-Math. 136:183-205; the numbers as SUNDIALS 7 tabulates them. Fourth order with an embedded third, seven stages; the
-implicit part is stiffly accurate and L-stable, all its stages but the first have one coefficient on the diagonal.
+Kennedy & Carpenter 2019, Higher-order additive Runge-Kutta schemes for ordinary
+differential equations, Appl. Numer. Math. 136:183-205; the numbers as SUNDIALS 7
+tabulates them. Fourth order with an embedded third, seven stages; the implicit part is
+stiffly accurate and L-stable, all its stages but the first have one coefficient on the
+diagonal.
 """
 
 from __future__ import annotations
@@ -15,8 +17,9 @@ Rows = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True)
 class Additive:
-    """``nodes`` c, ``explicit`` and ``implicit`` (the rows of stages 2 to the last; those of the implicit part end with
-    its diagonal), ``weights`` b of both and ``embedded`` b*."""
+    """``nodes`` c, ``explicit`` and ``implicit`` (the rows of stages 2 to the last;
+    those of the implicit part end with its diagonal), ``weights`` b of both and
+    ``embedded`` b*."""
 
     name: str
     order: int
@@ -34,50 +37,74 @@ class Additive:
     @property
     def error(self) -> tuple[float, ...]:
         """b - b*."""
-        return tuple(float(Fraction(one) - Fraction(two)) for one, two in zip(self.weights, self.embedded, strict=True))
+        return tuple(
+            float(Fraction(one) - Fraction(two))
+            for one, two in zip(self.weights, self.embedded, strict=True)
+        )
 
     @property
     def pushes(self) -> Rows:
-        """What the implicit matrix has beyond the explicit one, without the diagonal: what the part of a slope that is
-        integrated implicitly needs besides the weights of the whole slope."""
+        """What the implicit matrix has beyond the explicit one, without the diagonal:
+        what the part of a slope that is integrated implicitly needs besides the weights
+        of the whole slope."""
         return tuple(
-            tuple(float(Fraction(one) - Fraction(two)) for one, two in zip(implicit[:-1], explicit, strict=True))
+            tuple(
+                float(Fraction(one) - Fraction(two))
+                for one, two in zip(implicit[:-1], explicit, strict=True)
+            )
             for implicit, explicit in zip(self.implicit, self.explicit, strict=True)
         )
 
     @property
     def positions(self) -> Rows:
-        """The weights of the slopes at the stages 2 to the last, and at the end, for positions: the explicit weights
-        through the explicit matrix. They lack the last column, which is zero."""
+        """The weights of the slopes at the stages 2 to the last, and at the end, for
+        positions: the explicit weights through the explicit matrix. They lack the last
+        column, which is zero."""
         return tuple(self._through(row, self.explicit) for row in (*self.explicit, self.weights))
 
     @property
     def position_pushes(self) -> Rows:
-        """What the weights of pushes for positions have beyond :attr:`positions`: a position takes a push through the
-        implicit matrix. With the diagonal, so one column more."""
+        """What the weights of pushes for positions have beyond :attr:`positions`: a
+        position takes a push through the implicit matrix. With the diagonal, so one
+        column more."""
         return tuple(
-            tuple(float(a - b) for a, b in zip(self._exact(row, self.implicit), self._exact(row, self.explicit),
-                                               strict=True))
+            tuple(
+                float(a - b)
+                for a, b in zip(
+                    self._exact(row, self.implicit), self._exact(row, self.explicit), strict=True
+                )
+            )
             for row in (*self.explicit, self.weights)
-        )  # fmt: skip
+        )
 
     @property
     def position_error(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """The error of positions: weights of slopes and what those of pushes have beyond."""
-        error, both = self.error, zip(
-            self._exact(self.error, self.implicit), self._exact(self.error, self.explicit), strict=True
-        )  # fmt: skip
+        """The error of positions: weights of slopes and what those of pushes have
+        beyond."""
+        error, both = (
+            self.error,
+            zip(
+                self._exact(self.error, self.implicit),
+                self._exact(self.error, self.explicit),
+                strict=True,
+            ),
+        )
         return self._through(error, self.explicit), tuple(float(a - b) for a, b in both)
 
     def _through(self, weights: tuple[float, ...], matrix: Rows) -> tuple[float, ...]:
         return tuple(float(value) for value in self._exact(weights, matrix))[:-1]
 
     def _exact(self, weights: tuple[float, ...], matrix: Rows) -> tuple[Fraction, ...]:
-        """``weights`` of the stages times ``matrix``, exact: these numbers are constants of compiled code."""
+        """``weights`` of the stages times ``matrix``, exact: these numbers are
+        constants of compiled code."""
         rows = ((), *matrix)
         return tuple(
             sum(
-                (Fraction(weights[m]) * Fraction(rows[m][j]) for m in range(len(weights)) if j < len(rows[m])),
+                (
+                    Fraction(weights[m]) * Fraction(rows[m][j])
+                    for m in range(len(weights))
+                    if j < len(rows[m])
+                ),
                 Fraction(0),
             )
             for j in range(len(weights))
@@ -93,7 +120,13 @@ KENNEDY_CARPENTER = Additive(
         (0.06175, 0.35990537495307723),
         (0.05301658458687121, 0.3594926452932843, -0.07750922988015546),
         (0.0584171594478, -0.16313824817772324, -0.1973209097979841, 0.3770419985279074),
-        (0.538530322708108, -0.4549774689591667, 1.256290562342994, -0.47828452721130055, -0.16155888888063494),
+        (
+            0.538530322708108,
+            -0.4549774689591667,
+            1.256290562342994,
+            -0.47828452721130055,
+            -0.16155888888063494,
+        ),
         (
             0.23221715782277083,
             0.23221715782277083,
@@ -107,7 +140,13 @@ KENNEDY_CARPENTER = Additive(
         (0.1235, 0.1235),
         (0.14907768747653863, 0.14907768747653863, 0.1235),
         (0.12483442871739439, 0.12483442871739439, -0.03816885743478878, 0.1235),
-        (-0.07303194030218091, -0.07303194030218091, -0.2434356871601467, 0.3409995677645085, 0.1235),
+        (
+            -0.07303194030218091,
+            -0.07303194030218091,
+            -0.2434356871601467,
+            0.3409995677645085,
+            0.1235,
+        ),
         (
             -0.15296500088128806,
             -0.15296500088128806,
@@ -116,8 +155,32 @@ KENNEDY_CARPENTER = Additive(
             0.4059180788027232,
             0.1235,
         ),
-        (0.0, 0.0, 0.5161107283174237, -0.1460635639385708, 0.23473048589019332, 0.27172234973095377, 0.1235),
+        (
+            0.0,
+            0.0,
+            0.5161107283174237,
+            -0.1460635639385708,
+            0.23473048589019332,
+            0.27172234973095377,
+            0.1235,
+        ),
     ),
-    weights=(0.0, 0.0, 0.5161107283174237, -0.1460635639385708, 0.23473048589019332, 0.27172234973095377, 0.1235),
-    embedded=(0.0, 0.0, 0.5175217461593482, -0.15173820706113939, 0.23672007870234135, 0.2754463821994498, 0.12205),
+    weights=(
+        0.0,
+        0.0,
+        0.5161107283174237,
+        -0.1460635639385708,
+        0.23473048589019332,
+        0.27172234973095377,
+        0.1235,
+    ),
+    embedded=(
+        0.0,
+        0.0,
+        0.5175217461593482,
+        -0.15173820706113939,
+        0.23672007870234135,
+        0.2754463821994498,
+        0.12205,
+    ),
 )

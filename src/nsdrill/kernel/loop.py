@@ -1,8 +1,9 @@
 """The loop over packed steps: fill the lanes, step, attend to marks and ends, refill.
 
-Runs wait in *slots*, rows of a few arrays made by :class:`nsdrill.kernel.gang.Gang`. A lane takes a slot from the
-queue; when its run ends it goes on with the slot's successor, starting from the state it has reached, or takes the next
-one from the queue at once, whatever its neighbours do. The work for one lane is rare and scalar.
+Runs wait in *slots*, rows of a few arrays made by :class:`nsdrill.kernel.gang.Gang`. A
+lane takes a slot from the queue; when its run ends it goes on with the slot's
+successor, starting from the state it has reached, or takes the next one from the queue
+at once, whatever its neighbours do. The work for one lane is rare and scalar.
 """
 
 from __future__ import annotations
@@ -29,11 +30,21 @@ from nsdrill.abi import (
     Rows,
     compiled,
     inlined,
-)  # fmt: skip
+)
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 
-# Columns of the slot table after the model's parameters, the states' sizes and the positions' drifts.
-SETTINGS = ("phase_rate", "first_step", "least_step", "per_rtol", "limit", "opens", "halves", "closes")
+# Columns of the slot table after the model's parameters, the states' sizes and the
+# positions' drifts.
+SETTINGS = (
+    "phase_rate",
+    "first_step",
+    "least_step",
+    "per_rtol",
+    "limit",
+    "opens",
+    "halves",
+    "closes",
+)
 # Columns of the outbox before the observer's.
 REPORT = ("status", "accepted", "rejected")
 # Entries of the counters.
@@ -46,7 +57,8 @@ _INDICES = types.int64[::1]
 
 @inlined
 def move_on(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_):  # type: ignore[no-untyped-def]
-    """Let lane i take its accepted step now, which the stepper would do when the next step begins."""
+    """Let lane i take its accepted step now, which the stepper would do when the next
+    step begins."""
     if b[moves_ + i] != 0.0:
         b[moves_ + i] = 0.0
         b[t_ + i] = b[t_ + i] + b[h_ + i]
@@ -57,14 +69,16 @@ def move_on(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_):  # t
 
 
 _RATE, _FIRST, _LEAST, _PER_RTOL, _LIMIT, _OPENS = (
-    SETTINGS.index(name) for name in ("phase_rate", "first_step", "least_step", "per_rtol", "limit", "opens")
+    SETTINGS.index(name)
+    for name in ("phase_rate", "first_step", "least_step", "per_rtol", "limit", "opens")
 )
 
 
 class Places(NamedTuple):
-    """Where the loop finds a run in the lane buffer and in the slot table: counts, offsets of rows (names that end in
-    ``_``) and columns of the table (in ``_c``). The loop is compiled once, for every layout: what it does for a lane is
-    rare, unlike what the stepper does."""
+    """Where the loop finds a run in the lane buffer and in the slot table: counts,
+    offsets of rows (names that end in ``_``) and columns of the table (in ``_c``). The
+    loop is compiled once, for every layout: what it does for a lane is rare, unlike
+    what the stepper does."""
 
     lanes: int
     states: int
@@ -106,13 +120,26 @@ def places_of(lanes: int, rows: Rows) -> Places:
     places = {
         name: lanes * row
         for name, row in {
-            "stage_": rows.stage, "acceleration_": rows.acceleration, "t_stage_": rows.stage_time,
-            "phase_": rows.phase, "parameter_": rows.parameter, "y_": rows.start, "a1_": rows.start_acceleration,
-            "t_": rows.time, "h_": rows.step, "moves_": rows.moves, "window_": rows.window, "size_": rows.size,
+            "stage_": rows.stage,
+            "acceleration_": rows.acceleration,
+            "t_stage_": rows.stage_time,
+            "phase_": rows.phase,
+            "parameter_": rows.parameter,
+            "y_": rows.start,
+            "a1_": rows.start_acceleration,
+            "t_": rows.time,
+            "h_": rows.step,
+            "moves_": rows.moves,
+            "window_": rows.window,
+            "size_": rows.size,
             "drift_": rows.drift,
-            **{f"{name}_": rows.control + i for i, name in enumerate(CONTROL) if f"{name}_" in Places._fields},
+            **{
+                f"{name}_": rows.control + i
+                for i, name in enumerate(CONTROL)
+                if f"{name}_" in Places._fields
+            },
         }.items()
-    }  # fmt: skip
+    }
     return Places(
         lanes=lanes,
         states=rows.states,
@@ -130,10 +157,12 @@ def places_of(lanes: int, rows: Rows) -> Places:
 def make_advance() -> Any:
     """The compiled loop.
 
-    ``advance(places, buffer, store, lane, table, state, successor, queue, outbox, finished, counters, drain, budget,
-    right_hand_side, observer, marker, stepper)`` makes at most ``budget`` packed steps. It returns early when all lanes
-    are idle, or, unless ``drain``, when one more than at first is. A run that fails does not end its chain: the next
-    one then starts from the state laid down in its own slot.
+    ``advance(places, buffer, store, lane, table, state, successor, queue, outbox,
+    finished, counters, drain, budget, right_hand_side, observer, marker,
+    stepper)`` makes at most ``budget`` packed steps. It returns early when all lanes
+    are idle, or, unless ``drain``, when one more than at first is. A run that fails
+    does not end its chain: the next one then starts from the state laid down in its own
+    slot.
     """
     report_state = len(REPORT)
 
@@ -187,7 +216,8 @@ def make_advance() -> Any:
         )
         y_, a1_, t_, h_, moves_, window_ = at.y_, at.a1_, at.t_, at.h_, at.moves_, at.window_
         first_setting, report_observed = at.setting_c, report_state + N + 1
-        # lane[i] is the slot of lane i (-1: idle), lane[W + i] its next mark, lane[2 W + i] whether it was just loaded.
+        # lane[i] is the slot of lane i (-1: idle), lane[W + i] its next mark,
+        # lane[2 W + i] whether it was just loaded.
         refill = True
         idle_at_first = -1
         for _ in range(budget):
@@ -230,7 +260,8 @@ def make_advance() -> Any:
                 if fresh:
                     for i in range(W):
                         move_on(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_)
-                    # Accelerations at the new states. All lanes are computed, the new ones keep the result.
+                    # Accelerations at the new states. All lanes are computed, the new
+                    # ones keep the result.
                     for j in range(N * W):
                         b[stage_ + j] = b[y_ + j]
                     for i in range(W):
@@ -241,14 +272,16 @@ def make_advance() -> Any:
                     for i in range(W):
                         b[moves_ + i] = float(lane[2 * W + i])
                         b[h_ + i] = 0.0
-                    observer(b, store)  # shows the new lanes where they start; no window is open there
+                    # shows the new lanes where they start; no window is open there
+                    observer(b, store)
                     for i in range(W):
                         b[moves_ + i] = 0.0
                         if lane[2 * W + i] == 1:
                             lane[2 * W + i] = 0
                             for j in range(A):
                                 b[a1_ + j * W + i] = b[acceleration_ + j * W + i]
-                            if b[at.mark_time_ + i] <= 0.0:  # no transient: the window opens at once
+                            # no transient: the window opens at once
+                            if b[at.mark_time_ + i] <= 0.0:
                                 marker(b, store, i, OPENS, outbox[lane[i]], report_observed)
                                 b[window_ + i] = 1.0
                                 lane[W + i] = OPENS + 1
@@ -297,7 +330,8 @@ def make_advance() -> Any:
                 b[window_ + i] = 0.0
                 following = successor[slot]
                 if following >= 0:
-                    if status == OK:  # else the next one starts from the state that waits in its slot
+                    # else the next one starts from the state that waits in its slot
+                    if status == OK:
                         for j in range(own):
                             state[following, j] = b[y_ + j * W + i]
                         state[following, N] = phase

@@ -1,4 +1,5 @@
-"""The numbers of a step as arrays, for whoever makes one in a loop: one lane, now and then."""
+"""The numbers of a step as arrays, for whoever makes one in a loop: one lane, now and
+then."""
 
 from __future__ import annotations
 
@@ -12,11 +13,13 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 @dataclass(frozen=True, eq=False)
 class Scheme:
-    """A step evaluates the slopes at its stages, the first of which is its start; row n of the arrays makes stage n + 2
-    or, the last, the end. ``nodes`` [stages]; ``rates`` and ``positions`` [stages, stages] are weights of the slopes,
-    for velocities and, times the step, for positions; ``more_rates`` and ``more_positions`` those of pushes beyond.
-    ``slopes`` and ``pushes`` say in which rows of the buffer those of each stage stand, and ``diagonal`` times the step
-    is what an implicit stage relaxes by, 0 of an explicit one."""
+    """A step evaluates the slopes at its stages, the first of which is its start; row n
+    of the arrays makes stage n + 2 or, the last, the end. ``nodes`` [stages]; ``rates``
+    and ``positions`` [stages, stages] are weights of the slopes, for velocities and,
+    times the step, for positions; ``more_rates`` and ``more_positions`` those of pushes
+    beyond. ``slopes`` and ``pushes`` say in which rows of the buffer those of each
+    stage stand, and ``diagonal`` times the step is what an implicit stage relaxes by, 0
+    of an explicit one."""
 
     nodes: Array
     rates: Array
@@ -30,7 +33,8 @@ class Scheme:
 
 @dataclass(frozen=True)
 class OfTableau:
-    """What steppers that are made from a tableau have alike: ``tableau`` holds name, order and numbers."""
+    """What steppers that are made from a tableau have alike: ``tableau`` holds name,
+    order and numbers."""
 
     tableau: Any
 

@@ -1,4 +1,5 @@
-"""The steppers by the names that a study gives them. A new one is a file beside these and a line here."""
+"""The steppers by the names that a study gives them. A new one is a file beside these
+and a line here."""
 
 from __future__ import annotations
 
@@ -16,9 +17,10 @@ from nsdrill.kernel.tableau import TSITOURAS
 class Stepper(Protocol):
     """What the kernel asks of a method.
 
-    Its compiled function ``step(buffer, right_hand_side, observer, store)`` tries one step in every lane from
-    (``time``, ``start``, ``start_acceleration``), for which the lanes with ``moves`` set move on first; leaves the end
-    of the step in ``stage`` and ``acceleration`` and the verdict in the rows of ``CONTROL``; shows the step to the
+    Its compiled function ``step(buffer, right_hand_side, observer, store)`` tries one
+    step in every lane from (``time``, ``start``, ``start_acceleration``), for which the
+    lanes with ``moves`` set move on first; leaves the end of the step in ``stage`` and
+    ``acceleration`` and the verdict in the rows of ``CONTROL``; shows the step to the
     observer; and returns whether some lane asks for attention.
     """
 
@@ -37,12 +39,14 @@ class Stepper(Protocol):
         ...
 
     def make(self, lanes: int, rows: Rows) -> Any:
-        """The compiled function for a number of lanes and a row layout that :meth:`rows` gave."""
+        """The compiled function for a number of lanes and a row layout that
+        :meth:`rows` gave."""
         ...
 
 
 IMPLICIT = "kennedy_carpenter"
-"""The name of the stepper that treats friction implicitly: its right-hand sides keep friction apart."""
+"""The name of the stepper that treats friction implicitly: its right-hand sides keep
+friction apart."""
 
 STEPPERS: dict[str, ExplicitPair | AdditivePair] = {
     "tsitouras": ExplicitPair(TSITOURAS),

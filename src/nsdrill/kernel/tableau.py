@@ -1,8 +1,9 @@
 """The Runge-Kutta pair as data.
 
-Tsitouras 2011, Runge-Kutta pairs of order 5(4) satisfying only the first column simplifying assumption, Comput. Math.
-Appl. 62:770-775. Fifth order with an embedded fourth, seven stages of which the last is the first of the next step. At
-the same tolerance it takes an eighth fewer steps than the pair of Dormand and Prince.
+Tsitouras 2011, Runge-Kutta pairs of order 5(4) satisfying only the first column
+simplifying assumption, Comput. Math. Appl. 62:770-775. Fifth order with an embedded
+fourth, seven stages of which the last is the first of the next step. At the same
+tolerance it takes an eighth fewer steps than the pair of Dormand and Prince.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ from fractions import Fraction
 
 @dataclass(frozen=True)
 class Tableau:
-    """``nodes`` c, ``matrix`` a (rows of stages 2 to 7; the last is also the weights), ``error`` b - b*."""
+    """``nodes`` c, ``matrix`` a (rows of stages 2 to 7; the last is also the weights),
+    ``error`` b - b*."""
 
     name: str
     order: int
@@ -23,24 +25,31 @@ class Tableau:
 
     @property
     def positions(self) -> tuple[tuple[float, ...], ...]:
-        """The matrix for positions, which need no slopes of their own: a position's rate at a stage is its rate at the
-        start and h times what ``matrix`` makes of the accelerations, so that its stage value is x + c h x' + h^2 times
-        this matrix, ``matrix`` squared, of the accelerations. Its rows lack the last column, which is zero."""
+        """The matrix for positions, which need no slopes of their own: a position's
+        rate at a stage is its rate at the start and h times what ``matrix`` makes of
+        the accelerations, so that its stage value is x + c h x' + h^2 times this
+        matrix, ``matrix`` squared, of the accelerations. Its rows lack the last column,
+        which is zero."""
         return tuple(self._through_stages(row) for row in self.matrix)
 
     @property
     def position_error(self) -> tuple[float, ...]:
-        """The error of positions, h^2 times these weights of the accelerations (all but the last)."""
+        """The error of positions, h^2 times these weights of the accelerations (all but
+        the last)."""
         return self._through_stages(self.error)
 
     def _through_stages(self, weights: tuple[float, ...]) -> tuple[float, ...]:
-        """``weights`` times ``matrix``: what weights of the slopes are as weights of the accelerations.
+        """``weights`` times ``matrix``: what weights of the slopes are as weights of
+        the accelerations.
 
-        Exact, and rounded once: these numbers are constants of the compiled code, and the rounding of the built-in
-        ``sum`` of floats is not the same in every Python."""
+        Exact, and rounded once: these numbers are constants of the compiled code, and
+        the rounding of the built-in ``sum`` of floats is not the same in every
+        Python."""
         rows = ((), *self.matrix)
         return tuple(
-            float(sum(Fraction(weights[m]) * Fraction(rows[m][j]) for m in range(j + 1, len(weights))))
+            float(
+                sum(Fraction(weights[m]) * Fraction(rows[m][j]) for m in range(j + 1, len(weights)))
+            )
             for j in range(len(weights) - 1)
         )
 
@@ -54,8 +63,21 @@ TSITOURAS = Tableau(
         (-0.008480655492356989, 0.335480655492357),
         (2.8971530571054935, -6.359448489975075, 4.3622954328695815),
         (5.325864828439257, -11.748883564062828, 7.4955393428898365, -0.09249506636175525),
-        (5.86145544294642, -12.92096931784711, 8.159367898576159, -0.071584973281401, -0.028269050394068383),
-        (0.09646076681806523, 0.01, 0.4798896504144996, 1.379008574103742, -3.290069515436081, 2.324710524099774),
+        (
+            5.86145544294642,
+            -12.92096931784711,
+            8.159367898576159,
+            -0.071584973281401,
+            -0.028269050394068383,
+        ),
+        (
+            0.09646076681806523,
+            0.01,
+            0.4798896504144996,
+            1.379008574103742,
+            -3.290069515436081,
+            2.324710524099774,
+        ),
     ),
     error=(
         -0.00178001105222577714,

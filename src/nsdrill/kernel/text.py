@@ -1,4 +1,5 @@
-"""Pieces of the text of a step, which the steppers share: loops over blocks of states, weighted sums, the verdict."""
+"""Pieces of the text of a step, which the steppers share: loops over blocks of states,
+weighted sums, the verdict."""
 
 from __future__ import annotations
 
@@ -7,28 +8,40 @@ from collections.abc import Callable, Iterable, Sequence
 from nsdrill.abi import CONTROL, MARK, Rows
 from nsdrill.kernel.controller import INTEGRAL
 
-# Pairs of states in one loop over the lanes. The compiler unrolls the loop over them, else it packs none; of more pairs
-# it does so no longer, and each part of them has a loop over the lanes of its own.
+# Pairs of states in one loop over the lanes. The compiler unrolls the loop over them,
+# else it packs none; of more pairs it does so no longer, and each part of them has a
+# loop over the lanes of its own.
 TOGETHER, PART = 8, 4
 
 
 def places_of(rows: Rows, lanes: int, order: int) -> dict[str, float]:
-    """The places in the buffer that every step names, and the numbers of the controller for a method of this order."""
+    """The places in the buffer that every step names, and the numbers of the controller
+    for a method of this order."""
     return {
-        "W": lanes, "stage_": lanes * rows.stage, "slope_": lanes * rows.acceleration,
-        "stage_time_": lanes * rows.stage_time, "start_": lanes * rows.start, "a1_": lanes * rows.start_acceleration,
-        "drift_": lanes * rows.drift, "size_": lanes * rows.size, "time_": lanes * rows.time,
-        "step_": lanes * rows.step, "moves_": lanes * rows.moves,
+        "W": lanes,
+        "stage_": lanes * rows.stage,
+        "slope_": lanes * rows.acceleration,
+        "stage_time_": lanes * rows.stage_time,
+        "start_": lanes * rows.start,
+        "a1_": lanes * rows.start_acceleration,
+        "drift_": lanes * rows.drift,
+        "size_": lanes * rows.size,
+        "time_": lanes * rows.time,
+        "step_": lanes * rows.step,
+        "moves_": lanes * rows.moves,
         **{f"{name}_": lanes * (rows.control + i) for i, name in enumerate(CONTROL)},
-        "MARK": MARK, "PROPORTIONAL": 1.0 / order - 0.75 * INTEGRAL, "PER_ORDER": 1.0 / order,
-    }  # fmt: skip
+        "MARK": MARK,
+        "PROPORTIONAL": 1.0 / order - 0.75 * INTEGRAL,
+        "PER_ORDER": 1.0 / order,
+    }
 
 
 def loops_over(rows: Rows, *, companions: bool = True) -> list[tuple[str, int, bool, bool]]:
-    """The heads of the loops over blocks of states, with the order of their states, whether a loop over the lanes
-    begins anew before it, and whether its slopes have a push: x is the place of a position, or of a state of first
-    order, v that of its velocity, j that of its slope, q that of its push. Blocks of pairs that follow one another are
-    one."""
+    """The heads of the loops over blocks of states, with the order of their states,
+    whether a loop over the lanes begins anew before it, and whether its slopes have a
+    push: x is the place of a position, or of a state of first order, v that of its
+    velocity, j that of its slope, q that of its push. Blocks of pairs that follow one
+    another are one."""
     joined: list[list[int]] = []
     pushed = rows.pushed
     for order, count, state, slope in rows.blocks:
@@ -42,7 +55,9 @@ def loops_over(rows: Rows, *, companions: bool = True) -> list[tuple[str, int, b
     apart = sum(count for _, count, _, _, _ in joined) > TOGETHER
     heads: list[tuple[str, int, bool, bool]] = []
     for order, count, state, slope, push in joined:
-        places = [f"({order} * p + {state + k}) * W + i" for k in range(order)] + [f"(p + {slope}) * W + i"]
+        places = [f"({order} * p + {state + k}) * W + i" for k in range(order)] + [
+            f"(p + {slope}) * W + i"
+        ]
         names = "x, v, j" if order == 2 else "x, j"
         if push >= 0:
             names, places = f"{names}, q", [*places, f"(p + {push}) * W + i"]
@@ -54,15 +69,16 @@ def loops_over(rows: Rows, *, companions: bool = True) -> list[tuple[str, int, b
 
 
 def _follows(block: list[int], one: list[int]) -> bool:
-    """Whether the state ``one`` is the next of a ``block``, with or without pushes as the block."""
+    """Whether the state ``one`` is the next of a ``block``, with or without pushes as
+    the block."""
     order, count, state, slope, push = block
     pushes_on = push + count == one[4] if push >= 0 else one[4] < 0
     return one[2] == state + order * count and one[3] == slope + count and pushes_on
 
 
 def loads(upto: int, pushed: bool = False, newest: bool = True) -> Iterable[str]:
-    """Loads of the slopes of the stages up to this one, and of their pushes if there are any, the newest of them from
-    where the right-hand side has left it."""
+    """Loads of the slopes of the stages up to this one, and of their pushes if there
+    are any, the newest of them from where the right-hand side has left it."""
     for k in range(1, upto + 1):
         last = newest and k == upto
         yield f"a{k} = b[{'slope_' if last else f'a{k}_'} + j]"
@@ -71,12 +87,18 @@ def loads(upto: int, pushed: bool = False, newest: bool = True) -> Iterable[str]
 
 
 def first_stages(
-    rows: Rows, c: float, step: str, ahead: Callable[[bool], str], rate: Callable[[bool], str], more: Sequence[str] = ()
+    rows: Rows,
+    c: float,
+    step: str,
+    ahead: Callable[[bool], str],
+    rate: Callable[[bool], str],
+    more: Sequence[str] = (),
 ) -> Iterable[str]:
-    """The lanes whose last step was accepted move on; then the second stage, at the share ``c`` of the ``step``: of
-    slopes with a push or without, how far the positions are ``ahead`` and the ``rate`` of what else there is. ``more``
-    follows once the step h is known. (Both values are loaded and one is selected: a masked store could not be forwarded
-    to the loads that follow.)"""
+    """The lanes whose last step was accepted move on; then the second stage, at the
+    share ``c`` of the ``step``: of slopes with a push or without, how far the positions
+    are ``ahead`` and the ``rate`` of what else there is. ``more`` follows once the step
+    h is known. (Both values are loaded and one is selected: a masked store could not be
+    forwarded to the loads that follow.)"""
     yield "for i in range(W):"
     yield "    moves = b[moves_ + i] != 0.0"
     yield "    before, after = b[time_ + i], b[time_ + i] + b[step_ + i]"
@@ -116,18 +138,23 @@ def first_stages(
 
 def stage_time(c: float) -> str:
     """The time of a stage at the share ``c`` of the step."""
-    return f"b[stage_time_ + i] = {'b[time_ + i] + h' if c == 1.0 else f'fma({c!r}, h, b[time_ + i])'}"
+    return (
+        f"b[stage_time_ + i] = {'b[time_ + i] + h' if c == 1.0 else f'fma({c!r}, h, b[time_ + i])'}"
+    )
 
 
 def led(c: float) -> str:
     """Where a position would be at the share ``c`` of the step without slopes."""
-    return "b[lead_ + j] + b[start_ + x]" if c == 1.0 else f"fma({c!r}, b[lead_ + j], b[start_ + x])"
+    return (
+        "b[lead_ + j] + b[start_ + x]" if c == 1.0 else f"fma({c!r}, b[lead_ + j], b[start_ + x])"
+    )
 
 
 def judgement(rows: Rows, errors: Callable[[int, bool], Iterable[str]]) -> Iterable[str]:
-    """The error of each state against its own tolerance rtol (size + |y|), squared and summed; what follows from it.
-    ``errors`` gives the lines that make error_x and error_v, of states of an order with a push or without; the
-    quotients of a pair share one division. Companions count only where ``rows`` say so."""
+    """The error of each state against its own tolerance rtol (size + |y|), squared and
+    summed; what follows from it. ``errors`` gives the lines that make error_x and
+    error_v, of states of an order with a push or without; the quotients of a pair share
+    one division. Companions count only where ``rows`` say so."""
     yield "wanted = 0"
     yield "for i in range(W):"
     yield "    h, proposal = b[step_ + i], b[proposed_ + i]"
@@ -143,7 +170,10 @@ def judgement(rows: Rows, errors: Callable[[int, bool], Iterable[str]]) -> Itera
             largest = f"max(abs(b[start_ + {state}]), abs(b[stage_ + {state}]))"
             yield f"        scale_{state} = b[size_ + {state}] + {largest}"
         if order == 2:
-            yield "        cross_x, cross_v, both = error_x * scale_v, error_v * scale_x, scale_x * scale_v"
+            yield (
+                "        cross_x, cross_v, both = error_x * scale_v, error_v * scale_x, scale_x * "
+                "scale_v"
+            )
             yield "        total += fma(cross_x, cross_x, cross_v * cross_v) / (both * both)"
         else:
             yield "        quotient = error_x / scale_x"
@@ -152,8 +182,9 @@ def judgement(rows: Rows, errors: Callable[[int, bool], Iterable[str]]) -> Itera
 
 
 def _verdict(states: int) -> str:
-    """What follows from ``total``, the sum of squared errors of so many states over their tolerances and the step: the
-    controller judges it, and the lane may want attention."""
+    """What follows from ``total``, the sum of squared errors of so many states over
+    their tolerances and the step: the controller judges it, and the lane may want
+    attention."""
     return f"""\
     ratio = h * b[per_rtol_ + i]
     tries = b[accepted_ + i] + b[rejected_ + i] + 1.0
@@ -177,7 +208,8 @@ def _verdict(states: int) -> str:
 
 
 def weighted(terms: Iterable[tuple[float, str]]) -> str:
-    """The sum of weights times names as nested multiply-adds; weights of zero are left out."""
+    """The sum of weights times names as nested multiply-adds; weights of zero are left
+    out."""
     kept = [(weight, name) for weight, name in terms if weight != 0.0]
     if not kept:
         return "0.0"

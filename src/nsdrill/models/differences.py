@@ -1,10 +1,12 @@
-"""A deviation by the difference of two right-hand sides, for models that are written in lanes and not linearised.
+"""A deviation by the difference of two right-hand sides, for models that are written in
+lanes and not linearised.
 
-The right-hand side is evaluated at the state plus and minus a small part of the deviation, and then at the state
-itself, so that the motion has the very bits that it has without a deviation. Where a contact is open at one of the two
-states and closed at the other, the difference is between the state itself and that one of them at which the contact is
-as it was at the start of the step: so steps that land on contacts (:mod:`nsdrill.observe.landing`) have the slopes of
-their own side.
+The right-hand side is evaluated at the state plus and minus a small part of the
+deviation, and then at the state itself, so that the motion has the very bits that it
+has without a deviation. Where a contact is open at one of the two states and closed at
+the other, the difference is between the state itself and that one of them at which the
+contact is as it was at the start of the step: so steps that land on contacts
+(:mod:`nsdrill.observe.landing`) have the slopes of their own side.
 """
 
 from __future__ import annotations
@@ -20,24 +22,36 @@ Touch = tuple[int, int]
 
 
 def rows_to_keep(own: int, slopes: int, apart: int, contacts: int = 0) -> int:
-    """How many rows a difference keeps meanwhile, with so many ``own`` states and ``slopes``; ``apart`` has a bit for
-    each slope whose friction is apart."""
+    """How many rows a difference keeps meanwhile, with so many ``own`` states and
+    ``slopes``; ``apart`` has a bit for each slope whose friction is apart."""
     return own + slopes + 4 * apart.bit_count() + contacts + 1
 
 
 def make_differences(
-    motion: Any, lanes: int, rows: Rows, first: int, *identity: int, touches: tuple[Touch, ...] = (), place: int = 0
+    motion: Any,
+    lanes: int,
+    rows: Rows,
+    first: int,
+    *identity: int,
+    touches: tuple[Touch, ...] = (),
+    place: int = 0,
 ) -> Any:
-    """The compiled right-hand side of the motion and of one deviation from it, from ``motion``, the compiled right-hand
-    side in a buffer of these ``rows`` with companions. It keeps numbers in the :func:`rows_to_keep` from ``first`` on;
+    """The compiled right-hand side of the motion and of one deviation from it, from
+    ``motion``, the compiled right-hand side in a buffer of these ``rows`` with
+    companions. It keeps numbers in the :func:`rows_to_keep` from ``first`` on;
     ``identity`` tells models apart.
 
-    Each of the ``touches`` is a contact: it is closed where the value in the first row, which ``motion`` leaves, is
-    above that in the second one, or above zero where this is -1. Their functions at the start of the step stand among
-    the observer's rows, at ``place``."""
+    Each of the ``touches`` is a contact: it is closed where the value in the first row,
+    which ``motion`` leaves, is above that in the second one, or above zero where this
+    is -1. Their functions at the start of the step stand among the observer's rows, at
+    ``place``."""
     W, own, slopes = lanes, rows.own, rows.own_slopes
     state_, deviation_, kept_ = W * rows.stage, W * (rows.stage + own), W * first
-    slope_, above_, below_ = W * rows.acceleration, W * (rows.acceleration + slopes), W * (first + own)
+    slope_, above_, below_ = (
+        W * rows.acceleration,
+        W * (rows.acceleration + slopes),
+        W * (first + own),
+    )
     pushes = tuple(p for p in rows.pushed if p < slopes)
     apart, contacts = len(pushes), len(touches)
     push_, pushed_ = W * rows.push, W * (rows.push + apart)
@@ -45,7 +59,8 @@ def make_differences(
     closed_ = solved_ + 4 * W * apart
     side_ = closed_ + W * contacts
     start_ = W * (rows.observer + place)
-    # Where friction is implicit, the right-hand side solves for velocities and leaves them among the states.
+    # Where friction is implicit, the right-hand side solves for velocities and leaves
+    # them among the states.
     velocity = tuple(W * (2 * p + 1) for p in pushes) or (0,)
     value = tuple(W * row for row, _ in touches) or (0,)
     limit = tuple(W * row if row >= 0 else -1 for _, row in touches) or (0,)
@@ -81,7 +96,10 @@ def make_differences(
             for i in range(W):
                 least = b[limit[c] + i] if limit[c] >= 0 else 0.0
                 here = 1.0 if b[value[c] + i] > least else 0.0
-                there, wanted = b[closed_ + c * W + i], 1.0 if b[start_ + RATES * c * W + i] > 0.0 else 0.0
+                there, wanted = (
+                    b[closed_ + c * W + i],
+                    1.0 if b[start_ + RATES * c * W + i] > 0.0 else 0.0,
+                )
                 chosen = 1.0 if there == wanted else -1.0
                 b[side_ + i] = chosen if there != here else b[side_ + i]
         for j in range(own * W):

@@ -10,12 +10,14 @@ from nsdrill.variables import MODEL, POINT, Axis, Unknown, Variable
 
 @dataclass(frozen=True)
 class Kept:
-    """What is kept of each point beside features and labels: how many peaks and returns to the Poincare section, and
-    whether the Lyapunov exponent; from how many states each operating point is started, 0 where from one only,
-    without a dimension for it; with how many samples it is run, 0 where no number is uncertain, and which the
-    ``unknowns`` are; whether there are checks of each point; the axes beside those of the operation; the
-    names of the states, () for those that the model has by default; the name of the model; the words of its
-    options that bring variables; and whether the method by which a point was integrated."""
+    """What is kept of each point beside features and labels: how many peaks and returns
+    to the Poincare section, and whether the Lyapunov exponent; from how many states
+    each operating point is started, 0 where from one only, without a dimension for it;
+    with how many samples it is run, 0 where no number is uncertain, and which the
+    ``unknowns`` are; whether there are checks of each point; the axes beside those of
+    the operation; the names of the states, () for those that the model has by default;
+    the name of the model; the words of its options that bring variables; and whether
+    the method by which a point was integrated."""
 
     peaks: int = 0
     returns: int = 0
@@ -36,7 +38,9 @@ class Kept:
         object.__setattr__(self, "states", tuple(self.states) or model.state_sets[0])
         made = tuple(axis if isinstance(axis, Axis) else Axis(**axis) for axis in self.axes)
         object.__setattr__(self, "axes", made)
-        unknowns = tuple(one if isinstance(one, Unknown) else Unknown(**one) for one in self.unknowns)
+        unknowns = tuple(
+            one if isinstance(one, Unknown) else Unknown(**one) for one in self.unknowns
+        )
         object.__setattr__(self, "unknowns", unknowns)
         object.__setattr__(self, "options", tuple(self.options))
 
@@ -58,12 +62,19 @@ class Kept:
     def has(self, variable: Variable) -> bool:
         """Whether ``variable`` is among what is kept."""
         only = variable.only
-        return only is None or only in (*self.states, *self.options) or bool(getattr(self, only, False))
+        return (
+            only is None
+            or only in (*self.states, *self.options)
+            or bool(getattr(self, only, False))
+        )
 
     def length(self, dimension: str) -> int:
         """The length of a dimension that is no axis."""
         lengths = {
-            "sample": self.samples, "start": self.starts, "peak": self.peaks, "crossing": self.returns,
+            "sample": self.samples,
+            "start": self.starts,
+            "peak": self.peaks,
+            "crossing": self.returns,
             "state": len(self.states),
-        }  # fmt: skip
+        }
         return lengths[dimension]

@@ -1,7 +1,9 @@
-"""Values inside trees of parameter records, by their dotted keys: what a sweep changes from point to point.
+"""Values inside trees of parameter records, by their dotted keys: what a sweep changes
+from point to point.
 
-A choice, as the kind of a drive, is an axis as well. Along such an axis a value is the place of its word among
-:func:`words_of` the choice, so that points are numbers everywhere; studies, files and people see the words.
+A choice, as the kind of a drive, is an axis as well. Along such an axis a value is the
+place of its word among :func:`words_of` the choice, so that points are numbers
+everywhere; studies, files and people see the words.
 """
 
 from __future__ import annotations
@@ -28,8 +30,9 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 @dataclass(frozen=True)
 class Values:
-    """What points have: the parameters and the start, with arrays [points] where an axis changes a number, and the
-    operation: depth [m], weight on bit [N] and rotary speed [rad/s]."""
+    """What points have: the parameters and the start, with arrays [points] where an
+    axis changes a number, and the operation: depth [m], weight on bit [N] and rotary
+    speed [rad/s]."""
 
     parameters: Any
     initial: Starts
@@ -38,15 +41,22 @@ class Values:
 
 @lru_cache
 def further_axes(model: str) -> dict[str, tuple[str, str]]:
-    """The numbers beside those of the operation that a sweep of the model of this name may vary: by the name of the
-    dimension the dotted key and the SI units, those of the first choice where they depend on one."""
+    """The numbers beside those of the operation that a sweep of the model of this name
+    may vary: by the name of the dimension the dotted key and the SI units, those of the
+    first choice where they depend on one."""
     told = described(model)
     found: dict[str, tuple[str, str]] = {}
 
     def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
-        number = isinstance(value, float) or (value is None and "units" in meta and "most" not in meta)
+        number = isinstance(value, float) or (
+            value is None and "units" in meta and "most" not in meta
+        )
         if number or "words" in meta or key in told.compiled or key in choices_of(model):
-            units = next(iter(told.units_by[key][1].values())) if key in told.units_by else meta.get("units", "")
+            units = (
+                next(iter(told.units_by[key][1].values()))
+                if key in told.units_by
+                else meta.get("units", "")
+            )
             found[dimension_of(key)] = (key, units)
 
     describe(told.parameters(), visit)
@@ -57,8 +67,9 @@ def further_axes(model: str) -> dict[str, tuple[str, str]]:
 
 @lru_cache
 def choices_of(model: str) -> dict[str, tuple[str, ...]]:
-    """The words of each choice of the model of this name that a sweep may vary, by its key. A choice that decides the
-    units of a number is none, as that number cannot stand for all its words."""
+    """The words of each choice of the model of this name that a sweep may vary, by its
+    key. A choice that decides the units of a number is none, as that number cannot
+    stand for all its words."""
     told = described(model)
     deciding = {choice for choice, _ in told.units_by.values()}
     found: dict[str, tuple[str, ...]] = {}
@@ -79,8 +90,8 @@ def choices_of(model: str) -> dict[str, tuple[str, ...]]:
 
 @lru_cache
 def words_of(key: str) -> tuple[str, ...]:
-    """The words of the choice at this dotted key, those of all models that have it; () for a number. The place of a
-    word among them is its value along an axis."""
+    """The words of the choice at this dotted key, those of all models that have it; ()
+    for a number. The place of a word among them is its value along an axis."""
     if "." not in key:  # an operating value: no model need be imported to tell
         return ()
     return tuple(dict.fromkeys(word for model in NAMES for word in choices_of(model).get(key, ())))
@@ -111,14 +122,16 @@ def as_told(key: str, value: float) -> float | str:
 
 
 def as_value(key: str, told: Any) -> float:
-    """The inverse of :func:`as_told`. ValueError for what is no number, or no word of the choice."""
+    """The inverse of :func:`as_told`. ValueError for what is no number, or no word of
+    the choice."""
     words = words_of(key) or words_along(key)
     return float(words.index(told) if isinstance(told, str) and words else told)
 
 
 def in_words(data: Any, about: str = "") -> Any:
-    """Plain data with words in place of their values along axes: of keys that are such an axis, and of the ends of a
-    range that is told of one (``about``, by the key around it or the entry ``axis``)."""
+    """Plain data with words in place of their values along axes: of keys that are such
+    an axis, and of the ends of a range that is told of one (``about``, by the key
+    around it or the entry ``axis``)."""
     if isinstance(data, list | tuple):
         return [in_words(one, about) for one in data]
     if isinstance(data, dict):
@@ -138,21 +151,29 @@ def _choice(name: str) -> tuple[str, ...]:
 
 
 def is_apart(model: str, key: str) -> bool:
-    """Whether the points of each value along this axis have code of their own: those of a choice, or of a number that
-    is compiled in."""
+    """Whether the points of each value along this axis have code of their own: those of
+    a choice, or of a number that is compiled in."""
     return key in described(model).compiled or key in choices_of(model)
 
 
-def in_parts(model: str, values: Mapping[str, Any]) -> Iterator[tuple[dict[str, Any], Array | slice]]:
-    """The points with these ``values``, arrays [points], in parts in which each axis that :func:`is_apart` has one
-    value: those values by key, and the places of the points, all in one part where there is no such axis."""
+def in_parts(
+    model: str, values: Mapping[str, Any]
+) -> Iterator[tuple[dict[str, Any], Array | slice]]:
+    """The points with these ``values``, arrays [points], in parts in which each axis
+    that :func:`is_apart` has one value: those values by key, and the places of the
+    points, all in one part where there is no such axis."""
     keys = [key for key in values if is_apart(model, key)]
     if not keys:
         yield {}, slice(None)
         return
-    every, which = np.unique([np.atleast_1d(values[key]) for key in keys], axis=1, return_inverse=True)
+    every, which = np.unique(
+        [np.atleast_1d(values[key]) for key in keys], axis=1, return_inverse=True
+    )
     for number, row in enumerate(every.T):
-        whole = {key: float(value) if words_of(key) else int(value) for key, value in zip(keys, row, strict=True)}
+        whole = {
+            key: float(value) if words_of(key) else int(value)
+            for key, value in zip(keys, row, strict=True)
+        }
         yield whole, np.flatnonzero(which.ravel() == number)
 
 
@@ -163,31 +184,51 @@ def is_further_axis(key: str) -> bool:
 
 
 def values_at(parameters: Any, initial: Starts, values: Mapping[str, Any]) -> Values:
-    """``parameters`` and ``initial`` with the ``values`` of the axes, among which are those of the operation. Of a
-    choice there is one value, and what its word does not read has the defaults."""
+    """``parameters`` and ``initial`` with the ``values`` of the axes, among which are
+    those of the operation. Of a choice there is one value, and what its word does not
+    read has the defaults."""
     if chosen := {key: value for key, value in values.items() if words_of(key)}:
         parameters, initial, unread = chosen_at(parameters, initial, chosen)
-        values = {key: value for key, value in values.items() if key not in chosen and key not in unread}
+        values = {
+            key: value for key, value in values.items() if key not in chosen and key not in unread
+        }
     own = {key: value for key, value in values.items() if key not in OPERATION}
-    start = {key.removeprefix("initial."): value for key, value in own.items() if key.startswith("initial.")}
+    start = {
+        key.removeprefix("initial."): value
+        for key, value in own.items()
+        if key.startswith("initial.")
+    }
     rest = {key: value for key, value in own.items() if not key.startswith("initial.")}
     depth, wob, rotary_speed = (values[name] for name in OPERATION)
-    return Values(with_values(parameters, rest), with_values(initial, start), (depth, wob, rotary_speed))
+    return Values(
+        with_values(parameters, rest), with_values(initial, start), (depth, wob, rotary_speed)
+    )
 
 
 def part_at(parameters: Any, initial: Starts, apart: Mapping[str, Any]) -> tuple[Any, Starts]:
-    """``parameters`` and ``initial`` of one of the :func:`in_parts`, with its values ``apart``."""
+    """``parameters`` and ``initial`` of one of the :func:`in_parts`, with its values
+    ``apart``."""
     chosen = {key: value for key, value in apart.items() if words_of(key)}
-    parameters = with_values(parameters, {key: value for key, value in apart.items() if key not in chosen})
+    parameters = with_values(
+        parameters, {key: value for key, value in apart.items() if key not in chosen}
+    )
     if chosen:
         parameters, initial, _ = chosen_at(parameters, initial, chosen)
     return parameters, initial
 
 
-def parts_of(model: str, parameters: Any, initial: Starts, axes: Mapping[str, Any]) -> list[tuple[Any, Starts]]:
-    """The parameters and the start of every one of the parts of a sweep of these ``axes``, other axes left aside."""
-    apart = {key: np.unique(values).tolist() for key, values in axes.items() if is_apart(model, key)}
-    return [part_at(parameters, initial, dict(zip(apart, row, strict=True))) for row in product(*apart.values())]
+def parts_of(
+    model: str, parameters: Any, initial: Starts, axes: Mapping[str, Any]
+) -> list[tuple[Any, Starts]]:
+    """The parameters and the start of every one of the parts of a sweep of these
+    ``axes``, other axes left aside."""
+    apart = {
+        key: np.unique(values).tolist() for key, values in axes.items() if is_apart(model, key)
+    }
+    return [
+        part_at(parameters, initial, dict(zip(apart, row, strict=True)))
+        for row in product(*apart.values())
+    ]
 
 
 def states_of_all(several: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
@@ -197,12 +238,21 @@ def states_of_all(several: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
     return (*most[:-1], *more, most[-1])
 
 
-def chosen_at(parameters: Any, initial: Starts, chosen: Mapping[str, Any]) -> tuple[Any, Starts, frozenset[str]]:
-    """``parameters`` and ``initial`` with the words at these places of choices, by key; and the keys that a string with
-    these words does not read, which have their defaults in both."""
+def chosen_at(
+    parameters: Any, initial: Starts, chosen: Mapping[str, Any]
+) -> tuple[Any, Starts, frozenset[str]]:
+    """``parameters`` and ``initial`` with the words at these places of choices, by key;
+    and the keys that a string with these words does not read, which have their defaults
+    in both."""
     words = {key: word_at(key, float(np.unique(place).item())) for key, place in chosen.items()}
-    start = {key.removeprefix("initial."): word for key, word in words.items() if key.startswith("initial.")}
-    parameters = with_values(parameters, {key: word for key, word in words.items() if not key.startswith("initial.")})
+    start = {
+        key.removeprefix("initial."): word
+        for key, word in words.items()
+        if key.startswith("initial.")
+    }
+    parameters = with_values(
+        parameters, {key: word for key, word in words.items() if not key.startswith("initial.")}
+    )
     initial = with_values(initial, start)
     unread = frozenset(getattr(parameters, "unread", ()))
     default, first = type(parameters)(), type(initial)()
@@ -218,7 +268,9 @@ def chosen_at(parameters: Any, initial: Starts, chosen: Mapping[str, Any]) -> tu
 def word_in(parameters: Any, initial: Starts, key: str) -> str:
     """The word of the choice at this key, of the parameters or of the start."""
     start = key.startswith("initial.")
-    word = _value_at(initial if start else parameters, key.removeprefix("initial.") if start else key)
+    word = _value_at(
+        initial if start else parameters, key.removeprefix("initial.") if start else key
+    )
     return str(word).lower() if isinstance(word, bool) else str(word)
 
 
@@ -229,9 +281,11 @@ def _value_at(tree: Any, key: str) -> Any:
 
 
 def with_values(tree: Any, values: Mapping[str, Any]) -> Any:
-    """A copy of a tree of frozen dataclasses with these values, numbers or arrays [points], at dotted keys.
+    """A copy of a tree of frozen dataclasses with these values, numbers or arrays
+    [points], at dotted keys.
 
-    The records do not check them: whoever gives the values has done so. AttributeError for a key that is not there.
+    The records do not check them: whoever gives the values has done so. AttributeError
+    for a key that is not there.
     """
     for key, value in values.items():
         tree = _with_value(tree, key, value)

@@ -1,4 +1,5 @@
-"""What a model computes without integration, for ``check`` and charts: figures at a point, numbers along an axis."""
+"""What a model computes without integration, for ``check`` and charts: figures at a
+point, numbers along an axis."""
 
 from __future__ import annotations
 
@@ -13,8 +14,9 @@ FULL_HELIX = 2.0 * math.sqrt(2.0) - 1.0
 
 @dataclass(frozen=True)
 class Figure:
-    """One number: SI value (None where there is none), SI unit, meaning, and the group of figures it stands in, one of
-    :data:`GROUPS`. A ``further`` one is shown where all are asked for."""
+    """One number: SI value (None where there is none), SI unit, meaning, and the group
+    of figures it stands in, one of :data:`GROUPS`. A ``further`` one is shown where all
+    are asked for."""
 
     value: float | None
     units: str
@@ -24,15 +26,19 @@ class Figure:
 
 
 GROUPS = {
-    "axial": "Axial motion", "rotation": "Rotation and drive", "lateral": "Lateral motion", "buckling": "Buckling",
-}  # fmt: skip
+    "axial": "Axial motion",
+    "rotation": "Rotation and drive",
+    "lateral": "Lateral motion",
+    "buckling": "Buckling",
+}
 
 
 @dataclass(frozen=True)
 class CriticalSpeeds:
-    """Rotary speeds [rad/s] along ``x``, the values of ``axis`` [SI]: arrays [modes, values], NaN where there is none.
-    ``lateral`` of 1, 2 and 3 half waves of the span; ``torsional`` standing waves; ``axial`` ones over the ``lobes``,
-    with the bit off the rock and, ``axial_on_rock``, on it."""
+    """Rotary speeds [rad/s] along ``x``, the values of ``axis`` [SI]: arrays
+    [modes, values], NaN where there is none. ``lateral`` of 1, 2 and 3 half waves of
+    the span; ``torsional`` standing waves; ``axial`` ones over the ``lobes``, with the
+    bit off the rock and, ``axial_on_rock``, on it."""
 
     axis: str
     x: np.ndarray
@@ -45,10 +51,11 @@ class CriticalSpeeds:
 
 @dataclass(frozen=True)
 class BucklingLoads:
-    """Axial loads [N] along ``x``, the values of ``axis`` [SI]: arrays [values]. ``collar`` and ``pipe``: the sinusoid
-    on the low side, at ``inclination`` [rad] where that is not the axis; the helix begins at ``HELIX`` times that.
-    ``euler`` is the load of the pinned span, ``vertical`` that of hinged collars under their own weight, NaN where
-    there is none, and ``wob`` the weight on bit."""
+    """Axial loads [N] along ``x``, the values of ``axis`` [SI]: arrays [values].
+    ``collar`` and ``pipe``: the sinusoid on the low side, at ``inclination`` [rad]
+    where that is not the axis; the helix begins at ``HELIX`` times that. ``euler`` is
+    the load of the pinned span, ``vertical`` that of hinged collars under their own
+    weight, NaN where there is none, and ``wob`` the weight on bit."""
 
     axis: str
     x: np.ndarray
@@ -62,9 +69,10 @@ class BucklingLoads:
 
 @dataclass(frozen=True)
 class DriveCard:
-    """What drives do with torsional waves: the share of the velocity that each of the ``reflected`` ones throws back at
-    the ``frequency`` [rad/s], and the ``held`` slope of friction [N m s/rad], also of those that are no impedance.
-    ``waves`` are the standing waves of the string [rad/s]; ``own`` is the drive of the study."""
+    """What drives do with torsional waves: the share of the velocity that each of the
+    ``reflected`` ones throws back at the ``frequency`` [rad/s], and the ``held`` slope
+    of friction [N m s/rad], also of those that are no impedance. ``waves`` are the
+    standing waves of the string [rad/s]; ``own`` is the drive of the study."""
 
     frequency: np.ndarray
     reflected: dict[str, np.ndarray]
@@ -75,10 +83,11 @@ class DriveCard:
 
 @dataclass(frozen=True)
 class DriveTuning:
-    """The slope of friction that a soft-torque drive holds [N m s/rad], ``held`` [frequencies, matchings]: by its
-    ``matching``, in impedances of the pipe, and its ``frequency`` [rad/s]. ``best`` are matching, frequency and slope
-    of the best of all, ``lumped`` is the frequency of the string, ``own`` matching and frequency of the study's drive
-    where it is of this kind."""
+    """The slope of friction that a soft-torque drive holds [N m s/rad], ``held``
+    [frequencies, matchings]: by its ``matching``, in impedances of the pipe, and its
+    ``frequency`` [rad/s]. ``best`` are matching, frequency and slope of the best of
+    all, ``lumped`` is the frequency of the string, ``own`` matching and frequency of
+    the study's drive where it is of this kind."""
 
     matching: np.ndarray
     frequency: np.ndarray

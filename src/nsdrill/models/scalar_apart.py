@@ -1,8 +1,10 @@
-"""The right-hand side of a scalar model with its friction apart, for a stepper that treats it implicitly.
+"""The right-hand side of a scalar model with its friction apart, for a stepper that
+treats it implicitly.
 
-One friction contact acts on one velocity v: it takes load f(v) from the slope, f(v) = g(v) [rise / (1 + decay |v|) +
-dynamic] with g(v) = (2/pi) atan(smoothing v). A model says so with a :class:`Contact`, and its own slopes serve for all
-else: with the lane parameter that the load is proportional to at zero.
+One friction contact acts on one velocity v: it takes load f(v) from the slope, f(v) =
+g(v) [rise / (1 + decay |v|) + dynamic] with g(v) = (2/pi) atan(smoothing v). A model
+says so with a :class:`Contact`, and its own slopes serve for all else: with the lane
+parameter that the load is proportional to at zero.
 """
 
 from __future__ import annotations
@@ -23,9 +25,10 @@ from nsdrill.scalar import STEP, embedded
 
 @dataclass(frozen=True)
 class Contact:
-    """``velocity``: the name of the state that is the slip; ``proportional``: of the lane parameter without which there
-    is no friction; ``load(t, y, p)``: (load [slope], smoothing, decay, rise, dynamic) from time, states and lane
-    parameters, of which it uses no velocity."""
+    """``velocity``: the name of the state that is the slip; ``proportional``: of the
+    lane parameter without which there is no friction; ``load(t, y, p)``: (load [slope],
+    smoothing, decay, rise, dynamic) from time, states and lane parameters, of which it
+    uses no velocity."""
 
     velocity: str
     proportional: str
@@ -35,7 +38,8 @@ class Contact:
 def apart_in_lanes(
     slopes: Callable[..., Sequence[float]], contact: Contact, names: Names, lanes: int, rows: Rows
 ) -> Any:
-    """The compiled right-hand side, beside a deviation where the layout has one; ``slopes`` are the model's."""
+    """The compiled right-hand side, beside a deviation where the layout has one;
+    ``slopes`` are the model's."""
     W, own = lanes, rows.own
     place = names.states.index(contact.velocity)
     slope = place // 2
@@ -75,19 +79,29 @@ def apart_in_lanes(
         f"        {states[place]} = v",
         "        b[push + i] = -load * f",
         "        b[falling + i] = load * rise * decay",
-        *(f"        b[acceleration + {k} * W + i] = {one}" + (" - load * f" if k == slope else "")
-          for k, one in enumerate(found)),
-    ]  # fmt: skip
+        *(
+            f"        b[acceleration + {k} * W + i] = {one}" + (" - load * f" if k == slope else "")
+            for k, one in enumerate(found)
+        ),
+    ]
     if rows.companions:
         deviation = row("stage", range(own, 2 * own))
         parts = []
         for name, sign in (("above", "+"), ("below", "-")):
-            places = [f"{state} {sign} {STEP!r} * {one}" for state, one in zip(states, deviation, strict=True)]
+            places = [
+                f"{state} {sign} {STEP!r} * {one}"
+                for state, one in zip(states, deviation, strict=True)
+            ]
             lines.append(f"        load_{name} = load_of(t, {tuple_of(places)}, p)[0]")
         lines.append(f"        dload = (load_above - load_below) * {0.5 / STEP!r}")
-        lines.append(f"        dv = ({deviation[place]} - relax_now * f * dload) / fma(relaxed, df, 1.0)")
+        lines.append(
+            f"        dv = ({deviation[place]} - relax_now * f * dload) / fma(relaxed, df, 1.0)"
+        )
         for name, sign in (("above", "+"), ("below", "-")):
-            places = [f"{state} {sign} {STEP!r} * {one}" for state, one in zip(states, deviation, strict=True)]
+            places = [
+                f"{state} {sign} {STEP!r} * {one}"
+                for state, one in zip(states, deviation, strict=True)
+            ]
             places[place] = f"v {sign} {STEP!r} * dv"
             lines.append(f"        {name} = rest(t, {tuple_of(places)}, without)")
         parts = [f"(above[{k}] - below[{k}]) * {0.5 / STEP!r}" for k in range(rows.own_slopes)]
@@ -95,9 +109,12 @@ def apart_in_lanes(
             "        dpush = -fma(load * df, dv, f * dload)",
             f"        {deviation[place]} = dv",
             "        b[push + W + i] = dpush",
-            *(f"        b[acceleration + {rows.own_slopes + k} * W + i] = {part}" + (" + dpush" if k == slope else "")
-              for k, part in enumerate(parts)),
-        ]  # fmt: skip
+            *(
+                f"        b[acceleration + {rows.own_slopes + k} * W + i] = {part}"
+                + (" + dpush" if k == slope else "")
+                for k, part in enumerate(parts)
+            ),
+        ]
     known = {
         "load_of": load,
         "rest": rest,

@@ -1,7 +1,9 @@
-"""A model written for one trajectory: its slopes as a plain function of time, states and parameters, and what is
-observed of it as a declaration. Everything that a :class:`nsdrill.models.base.Model` needs is made from these.
+"""A model written for one trajectory: its slopes as a plain function of time, states
+and parameters, and what is observed of it as a declaration. Everything that a
+:class:`nsdrill.models.base.Model` needs is made from these.
 
-What compiles is imported when a model computes, so that a file with a model can hold its description, too.
+What compiles is imported when a model computes, so that a file with a model can hold
+its description, too.
 """
 
 from __future__ import annotations
@@ -26,23 +28,26 @@ if TYPE_CHECKING:
 
 
 class ScalarModel(Model):
-    """States are pairs of position and velocity in turn, then those of first order (``singles``); the names of a pair's
-    position and of the lane parameter that its rate has beyond the velocity stand in ``frames``. The lane parameter
-    ``drive_speed`` is how fast the phase, the angle of the drive, advances."""
+    """States are pairs of position and velocity in turn, then those of first order
+    (``singles``); the names of a pair's position and of the lane parameter that its
+    rate has beyond the velocity stand in ``frames``. The lane parameter ``drive_speed``
+    is how fast the phase, the angle of the drive, advances."""
 
     singles: ClassVar[int] = 0
     frames: ClassVar[Mapping[str, str]] = {}
-    """Position -> lane parameter that is taken off its rate: a twist counted from the drive has {"twist":
-    "drive_speed"}."""
+    """Position -> lane parameter that is taken off its rate: a twist counted from the
+    drive has {"twist": "drive_speed"}."""
     # What a model says
 
     @abstractmethod
     def names(self, variant: Variant) -> Names:
-        """The names of the states (without the phase), the slopes, the lane parameters and auxiliary outputs."""
+        """The names of the states (without the phase), the slopes, the lane parameters
+        and auxiliary outputs."""
 
     @abstractmethod
     def slopes(self, variant: Variant) -> Callable[..., Sequence[float]]:
-        """The function ``slopes(t, y, p)`` or ``slopes(t, y, p, phase)`` of :func:`nsdrill.scalar.in_lanes`."""
+        """The function ``slopes(t, y, p)`` or ``slopes(t, y, p, phase)`` of
+        :func:`nsdrill.scalar.in_lanes`."""
 
     @abstractmethod
     def declaration(self, variant: Variant) -> Declaration:
@@ -58,28 +63,31 @@ class ScalarModel(Model):
 
     @abstractmethod
     def fastest(self, table: Mapping[str, Array]) -> Array:
-        """The greatest natural frequency [rad/s], shape (n,): the first step is a hundredth of its inverse."""
+        """The greatest natural frequency [rad/s], shape (n,): the first step is a
+        hundredth of its inverse."""
 
     @abstractmethod
     def steady(self, points: Values) -> Mapping[str, Any]:
         """The natural values of the states that a start may leave open (None)."""
 
     def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
-        """The states of an ensemble's starts, from numbers ``shape`` (n, states + 1) that are uniform in [0, 1), in the
-        order of the states with the phase last. InputError of a model that gives no starts of its own."""
+        """The states of an ensemble's starts, from numbers ``shape`` (n, states + 1)
+        that are uniform in [0, 1), in the order of the states with the phase last.
+        InputError of a model that gives no starts of its own."""
         raise InputError(
-            f"initial.ensemble: found with the model {self.name}, which does not say from which states an ensemble "
+            f"initial.ensemble: found with the model {self.name}, which does not say from which "
+            f"states an ensemble "
             "starts; allowed: initial.slice, or a sweep over the start."
         )
 
     def deviation(self, variant: Variant) -> Callable[..., Sequence[float]] | None:
-        """The function ``deviation(t, y, d, p)`` of :func:`nsdrill.scalar.in_lanes`, for a Lyapunov exponent; None for
-        the difference of two slopes."""
+        """The function ``deviation(t, y, d, p)`` of :func:`nsdrill.scalar.in_lanes`,
+        for a Lyapunov exponent; None for the difference of two slopes."""
         return None
 
     def contact(self, variant: Variant) -> Contact | None:
-        """The friction contact of the model, where it can be integrated implicitly; then the description says at what
-        rate it brakes and that nothing hinders."""
+        """The friction contact of the model, where it can be integrated implicitly;
+        then the description says at what rate it brakes and that nothing hinders."""
         return None
 
     # What follows
@@ -107,7 +115,14 @@ class ScalarModel(Model):
     def states(self, variant: Variant) -> tuple[str, ...]:
         return self.names(variant).states
 
-    def rows(self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
+    def rows(
+        self,
+        variant: Variant,
+        observed: int = 0,
+        *,
+        tangent: bool = False,
+        columns: int | None = None,
+    ) -> Rows:
         from nsdrill.abi import Rows
 
         names = self.names(variant)
@@ -116,16 +131,21 @@ class ScalarModel(Model):
         width = len(names.parameters) if columns is None else columns
         apart = self.pushed(variant) if len(variant) > self.fixed else 0
         aux = len(names.aux) + (self.kept_meanwhile(states, apart) if tangent else 0)
-        return Rows(states + companions, aux, width, observed, companions, self.singles, apart=apart)
+        return Rows(
+            states + companions, aux, width, observed, companions, self.singles, apart=apart
+        )
 
     def kept_meanwhile(self, states: int, apart: int) -> int:
-        """How many rows more the tangent dynamics has, for a right-hand side of lanes that is not linearised."""
+        """How many rows more the tangent dynamics has, for a right-hand side of lanes
+        that is not linearised."""
         return 0
 
     def pushed(self, variant: Variant) -> int:
         """A bit for the slope in which friction acts."""
         contact = self.contact(variant)
-        return 0 if contact is None else 1 << self.names(variant).states.index(contact.velocity) // 2
+        return (
+            0 if contact is None else 1 << self.names(variant).states.index(contact.velocity) // 2
+        )
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         from nsdrill.scalar import in_lanes
@@ -164,11 +184,14 @@ class ScalarModel(Model):
     def pack(self, points: Values, thresholds: Thresholds) -> Array:
         values = self.columns(points, thresholds)
         names = self.names(self.variant(points.parameters)).parameters
-        columns = np.broadcast_arrays(*(np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names))
+        columns = np.broadcast_arrays(
+            *(np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names)
+        )
         return np.stack(columns, axis=1)
 
     def start_names(self, variant: Variant) -> tuple[str, ...]:
-        """The names of what a start gives: fields of the study's section, in the order in which they are drawn."""
+        """The names of what a start gives: fields of the study's section, in the order
+        in which they are drawn."""
         return (*self.states(variant), "drive_angle")
 
     def started(self, points: Values, values: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -185,23 +208,35 @@ class ScalarModel(Model):
         if initial.slice:
             values |= self.sliced(points, number)
         elif initial.starts:
-            values |= self.drawn(points, hypercube(initial.seed, initial.starts, len(names))[number])
+            values |= self.drawn(
+                points, hypercube(initial.seed, initial.starts, len(names))[number]
+            )
         full, names = self.started(points, values), (*self.states(variant), "drive_angle")
         columns = [np.atleast_1d(np.asarray(full[name], dtype=float)) for name in names]
-        points_of = np.broadcast_arrays(*columns, *(np.atleast_1d(value) for value in points.operation), number)
+        points_of = np.broadcast_arrays(
+            *columns, *(np.atleast_1d(value) for value in points.operation), number
+        )
         return np.stack(points_of[: len(names)], axis=1)
 
     def sliced(self, points: Values, number: Array) -> dict[str, Array]:
         """The two states that the study's slice varies, at the starts of these numbers."""
-        return slice_points(points.initial, self.start_names(self.variant(points.parameters)), number)
+        return slice_points(
+            points.initial, self.start_names(self.variant(points.parameters)), number
+        )
 
     def given(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
         """The states of the start that the study gives, by these names."""
         steady, initial = self.steady(points), points.initial
-        return {name: steady[name] if getattr(initial, name) is None else getattr(initial, name) for name in names}
+        return {
+            name: steady[name] if getattr(initial, name) is None else getattr(initial, name)
+            for name in names
+        }
 
     def sizes(self, table: Array, variant: Variant) -> Array:
-        sizes = (np.broadcast_to(size, len(table)) for size in self.natural(self._by_name(table, variant)))
+        sizes = (
+            np.broadcast_to(size, len(table))
+            for size in self.natural(self._by_name(table, variant))
+        )
         return np.stack([np.asarray(size, dtype=float) for size in sizes], axis=1)
 
     def drifts(self, table: Array, variant: Variant) -> Array:
@@ -218,7 +253,8 @@ class ScalarModel(Model):
         return np.asarray(0.01 / self.fastest(self._by_name(table, variant)))
 
     def _by_name(self, table: Array, variant: Variant) -> dict[str, Array]:
-        return dict(zip(self.names(variant).parameters, table.T, strict=False))  # along a ramp there are more
+        # along a ramp there are more
+        return dict(zip(self.names(variant).parameters, table.T, strict=False))
 
     @property
     def observed(self) -> int:
@@ -226,11 +262,15 @@ class ScalarModel(Model):
 
         return observed_rows(self.declaration(()))
 
-    def observer(self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
+    def observer(
+        self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0
+    ) -> tuple[Any, Any]:
         from nsdrill.observe.declared import make_observer
 
         rows = self.rows(variant, self.observed + others, tangent=tangent)
-        made: tuple[Any, Any] = make_observer(lanes, rows, self.names(variant), self.declaration(variant))
+        made: tuple[Any, Any] = make_observer(
+            lanes, rows, self.names(variant), self.declaration(variant)
+        )
         return made
 
     def store(self, lanes: int, parameters: Any, record: Record, more: int = 0) -> Array:
@@ -238,21 +278,34 @@ class ScalarModel(Model):
 
         variant = self.variant(parameters)
         returns = record.poincare
-        return new_store(lanes, self.names(variant), self.declaration(variant), record.peaks, returns, more)
+        return new_store(
+            lanes, self.names(variant), self.declaration(variant), record.peaks, returns, more
+        )
 
     def report_width(self, record: Record, variant: Variant) -> int:
         from nsdrill.observe.findings import report_width
 
-        return report_width(self.names(variant), self.declaration(variant), record.peaks, record.poincare)
+        return report_width(
+            self.names(variant), self.declaration(variant), record.peaks, record.poincare
+        )
 
-    def features(self, report: Array, table: Array, observe: float, variant: Variant) -> dict[str, Array]:
+    def features(
+        self, report: Array, table: Array, observe: float, variant: Variant
+    ) -> dict[str, Array]:
         from nsdrill.observe.findings import measured
 
         sizes = self.sizes(table, variant)
-        found = measured(self.names(variant), self.declaration(variant), report, table, sizes, observe)
-        if lacking := [one.name for one in described(self.name).features if one.only is None and one.name not in found]:
+        found = measured(
+            self.names(variant), self.declaration(variant), report, table, sizes, observe
+        )
+        if lacking := [
+            one.name
+            for one in described(self.name).features
+            if one.only is None and one.name not in found
+        ]:
             raise InputError(
-                f"the model {self.name}: found {', '.join(lacking)} among the features of its description; allowed: "
+                f"the model {self.name}: found {', '.join(lacking)} among the features of its "
+                f"description; allowed: "
                 "what its declaration measures."
             )
         return found
@@ -262,7 +315,9 @@ class ScalarModel(Model):
 
         return peaks_of(self.declaration(()), report, record.peaks)
 
-    def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
+    def section(
+        self, report: Array, record: Record, table: Array, variant: Variant
+    ) -> dict[str, Array]:
         from nsdrill.observe.findings import returns_of
 
         names, declaration = self.names(variant), self.declaration(variant)
@@ -278,12 +333,14 @@ class ScalarModel(Model):
         return responses(features, thresholds)
 
     def still(self, features: Mapping[str, Array], sizes: Array, absolute: float) -> Array:
-        """Whether no state moves beyond ``absolute`` times its natural size: by the swing of the bit speed, where the
-        model measures it."""
+        """Whether no state moves beyond ``absolute`` times its natural size: by the
+        swing of the bit speed, where the model measures it."""
         if "bit_speed_max" not in features or "bit_speed" not in self.names(()).states:
             raise InputError(
-                f"the model {self.name}: found a Poincare section, and no bit speed whose swing tells whether the "
-                "string stands still; allowed: a function still(features, sizes, absolute) of the model."
+                f"the model {self.name}: found a Poincare section, and no bit speed whose swing "
+                f"tells whether the "
+                "string stands still; allowed: a function still(features, sizes, absolute) of the "
+                "model."
             )
         size = sizes[..., self.names(()).states.index("bit_speed")]
         return np.asarray(features["bit_speed_max"] - features["bit_speed_min"] <= absolute * size)
@@ -296,8 +353,14 @@ class ScalarModel(Model):
 
         response = self.responses(features, thresholds)
         settled = features["half_difference"] <= thresholds.settled.tolerance
-        labels = {"response": response, **severities(features, response, thresholds), "settled": settled}
-        labels = {name: np.where(status == OK, value, 0).astype(np.int8) for name, value in labels.items()}
+        labels = {
+            "response": response,
+            **severities(features, response, thresholds),
+            "settled": settled,
+        }
+        labels = {
+            name: np.where(status == OK, value, 0).astype(np.int8) for name, value in labels.items()
+        }
         if any(name.startswith("section_") for name in features):
             still, seen = self.still(features, sizes, thresholds.motion.absolute), self.seen(sizes)
             returns = self.returns(features)
@@ -308,7 +371,9 @@ class ScalarModel(Model):
         found = self._by_name(table, ())
         return {name: found[name] for name in described(self.name).compared.values() if name}
 
-    def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
+    def coordinates(
+        self, features: Mapping[str, Array], table: Array, variant: Variant
+    ) -> tuple[Array, Array]:
         units = self.scales(table)
         columns = [
             features[name] / units[scale][:, None] if scale else features[name]

@@ -1,9 +1,12 @@
-"""A scalar model along a ramp: its own right-hand side, with lane parameters that move in time.
+"""A scalar model along a ramp: its own right-hand side, with lane parameters that move
+in time.
 
-Before each evaluation the moving values are put where the right-hand side reads them. The kernel counts angles from a
-drive of constant speed, that of the middle of a segment; the true drive is ahead of it by ahead(t) = slope t (t -
-length) / 2, zero at both ends. So while the right-hand side is evaluated, positions that are counted from the drive are
-less by that, and the phase is more. A controller sees the set speed of the middle of the segment.
+Before each evaluation the moving values are put where the right-hand side reads them.
+The kernel counts angles from a drive of constant speed, that of the middle of a
+segment; the true drive is ahead of it by ahead(t) = slope t (t - length) / 2, zero at
+both ends. So while the right-hand side is evaluated, positions that are counted from
+the drive are less by that, and the phase is more. A controller sees the set speed of
+the middle of the segment.
 """
 
 from __future__ import annotations
@@ -37,9 +40,13 @@ class ScalarRamps(Ramps):
         moving = [names[place] for place in self._moving(variant)]
         kept = (*(f"{name}_kept" for name in self.model.frames), "phase_kept")
         return (
-            *names, *(f"{name}_start" for name in moving), *(f"{name}_slope" for name in moving), *kept,
-            "ahead_square", "ahead_linear",
-        )  # fmt: skip
+            *names,
+            *(f"{name}_start" for name in moving),
+            *(f"{name}_slope" for name in moving),
+            *kept,
+            "ahead_square",
+            "ahead_linear",
+        )
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         from numba import types
@@ -54,7 +61,9 @@ class ScalarRamps(Ramps):
         count = len(names.parameters)
         now = np.array([W * (rows.parameter + number) for number in self._moving(variant)])
         start_, slope_ = W * (rows.parameter + count), W * (rows.parameter + count + len(now))
-        frames = np.array([W * (rows.stage + names.states.index(name)) for name in self.model.frames], np.int64)
+        frames = np.array(
+            [W * (rows.stage + names.states.index(name)) for name in self.model.frames], np.int64
+        )
         kept_ = slope_ + W * len(now)
         time_, phase_, saved_ = W * rows.stage_time, W * rows.phase, place["phase_kept"]
         square_, linear_ = place["ahead_square"], place["ahead_linear"]
@@ -80,11 +89,19 @@ class ScalarRamps(Ramps):
 
         return ramped
 
-    def pack(self, parameters: Any, schedule: Schedule, cuts: Array, thresholds: Thresholds) -> Array:
+    def pack(
+        self, parameters: Any, schedule: Schedule, cuts: Array, thresholds: Thresholds
+    ) -> Array:
         point, variant = schedule.at(cuts), self.model.variant(parameters)
         initial = self.model.initial()
-        ends = self.model.pack(Values(parameters, initial, (point.depth, point.wob, point.rotary_speed)), thresholds)
-        names, columns, moving = self.model.names(variant).parameters, self.columns(variant), self._moving(variant)
+        ends = self.model.pack(
+            Values(parameters, initial, (point.depth, point.wob, point.rotary_speed)), thresholds
+        )
+        names, columns, moving = (
+            self.model.names(variant).parameters,
+            self.columns(variant),
+            self._moving(variant),
+        )
         length = np.diff(cuts)[:, np.newaxis]
         slope = np.diff(ends, axis=0) / length
         speed = names.index("drive_speed")
@@ -97,7 +114,9 @@ class ScalarRamps(Ramps):
         table[:, -1] = -0.5 * slope[:, speed] * length[:, 0]
         return table
 
-    def mend(self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant) -> None:
+    def mend(
+        self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant
+    ) -> None:
         segment = np.clip(np.searchsorted(cuts, time, side="right") - 1, 0, len(table) - 1)
         within = np.clip(time - cuts[segment], 0.0, None)
         ahead = (table[segment, -2] * within + table[segment, -1]) * within

@@ -1,4 +1,5 @@
-"""Operating values that follow a schedule in time: piecewise linear between knots, constant after the last one."""
+"""Operating values that follow a schedule in time: piecewise linear between knots,
+constant after the last one."""
 
 from __future__ import annotations
 
@@ -24,7 +25,11 @@ class Ramp:
     def __post_init__(self) -> None:
         if len(self.times) != len(self.values) or len(self.times) < 2:
             raise ValueError("ramp: found fewer than two knots, allowed: two or more")
-        if self.times[0] != 0.0 or not np.all(np.diff(self.times) > 0.0) or not np.all(np.isfinite(self.times)):
+        if (
+            self.times[0] != 0.0
+            or not np.all(np.diff(self.times) > 0.0)
+            or not np.all(np.isfinite(self.times))
+        ):
             raise ValueError("ramp: found times that do not ascend from 0 s")
 
     def at(self, time: Array) -> Array:
@@ -33,7 +38,8 @@ class Ramp:
 
 @dataclass(frozen=True)
 class History:
-    """The operating point at each of many times: arrays of one shape, with the names of :class:`Operation`."""
+    """The operating point at each of many times: arrays of one shape, with the names of
+    :class:`Operation`."""
 
     depth: Array
     wob: Array
@@ -42,7 +48,8 @@ class History:
 
 @dataclass(frozen=True)
 class Schedule:
-    """``operation`` with those of its values that have one of ``ramps`` following it in time."""
+    """``operation`` with those of its values that have one of ``ramps`` following it in
+    time."""
 
     operation: Operation
     ramps: Mapping[str, Ramp]
@@ -55,7 +62,9 @@ class Schedule:
     @property
     def start(self) -> Operation:
         """The operating point at time zero."""
-        return replace(self.operation, **{name: ramp.values[0] for name, ramp in self.ramps.items()})
+        return replace(
+            self.operation, **{name: ramp.values[0] for name, ramp in self.ramps.items()}
+        )
 
     @property
     def end(self) -> float:
@@ -74,13 +83,16 @@ class Schedule:
         return History(**values)
 
     def drive_angle(self, time: Array) -> Array:
-        """How far the drive has turned since time zero [rad]: the integral of its speed, exact."""
+        """How far the drive has turned since time zero [rad]: the integral of its
+        speed, exact."""
         time = np.asarray(time, dtype=float)
         ramp = self.ramps.get("rotary_speed")
         if ramp is None:
             return self.operation.rotary_speed * time
         times, values = np.array(ramp.times), np.array(ramp.values)
-        turned = np.concatenate([[0.0], np.cumsum(np.diff(times) * 0.5 * (values[1:] + values[:-1]))])
+        turned = np.concatenate(
+            [[0.0], np.cumsum(np.diff(times) * 0.5 * (values[1:] + values[:-1]))]
+        )
         leg = np.searchsorted(times, time, side="right") - 1
         within = time - times[leg]
         return turned[leg] + 0.5 * (values[leg] + ramp.at(time)) * within
@@ -88,8 +100,9 @@ class Schedule:
     def cuts(self, duration: float, pieces: int = PIECES) -> Array:
         """The ends of the segments from 0 to ``duration`` [s], every knot among them.
 
-        A leg between two knots is cut so finely that no value changes by more than 1/``pieces`` of itself in one
-        segment, but in no more than ``pieces``; a leg on which nothing changes is one segment.
+        A leg between two knots is cut so finely that no value changes by more than
+        1/``pieces`` of itself in one segment, but in no more than ``pieces``; a leg on
+        which nothing changes is one segment.
         """
         knots = {time for ramp in self.ramps.values() for time in ramp.times if time < duration}
         times = np.array(sorted({0.0, duration, *knots}))
@@ -101,5 +114,8 @@ class Schedule:
             with np.errstate(over="ignore"):
                 change = np.maximum(change, np.abs(np.diff(values)) / lesser)
         counts = np.clip(np.ceil(np.minimum(change, 1.0) * pieces), 1, pieces).astype(int)
-        parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(times[:-1], times[1:], counts, strict=True)]
+        parts = [
+            np.linspace(a, b, n, endpoint=False)
+            for a, b, n in zip(times[:-1], times[1:], counts, strict=True)
+        ]
         return np.unique(np.concatenate([*parts, [duration]]))

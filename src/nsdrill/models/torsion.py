@@ -1,8 +1,10 @@
-"""A string that only twists: one degree of freedom, friction at the bit that falls with speed. The smallest model.
+"""A string that only twists: one degree of freedom, friction at the bit that falls with
+speed. The smallest model.
 
-J omega' = -k_t psi - c_t omega - T(omega) and psi' = omega - Omega, with T = W (2/3) r g(omega) [(mu_s - mu_d) / (1 +
-tau |omega|) + mu_d] and the smoothed direction g(v) = (2/pi) atan(eps v): Dawson, Lin & Spanos 1987, SPE 16660, with
-the friction of Leine et al. 1998 under a disc of radius r. The pipe bears a third of its inertia at its end.
+J omega' = -k_t psi - c_t omega - T(omega) and psi' = omega - Omega, with T = W (2/3) r
+g(omega) [(mu_s - mu_d) / (1 + tau |omega|) + mu_d] and the smoothed direction g(v) =
+(2/pi) atan(eps v): Dawson, Lin & Spanos 1987, SPE 16660, with the friction of Leine et
+al. 1998 under a disc of radius r. The pipe bears a third of its inertia at its end.
 """
 
 from __future__ import annotations
@@ -20,7 +22,16 @@ from nsdrill.models.leaves import Values
 from nsdrill.models.scalar_model import ScalarModel
 from nsdrill.models.starts import Starts, state
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
-from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Names, Section, TimeAbove
+from nsdrill.observe.channels import (
+    Channel,
+    Declaration,
+    Derived,
+    Extremes,
+    Mean,
+    Names,
+    Section,
+    TimeAbove,
+)
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.ranges import Checked, parameter
 
@@ -30,21 +41,37 @@ class Drillstring(Checked):
     """A steel pipe with an inertia at its end."""
 
     collar_inertia: float = parameter(
-        415.7, "kg m^2", "9 in by 3 in, 200 m", low=1e-6, high=1e7, meaning="Rotary inertia of the collars"
+        415.7,
+        "kg m^2",
+        "9 in by 3 in, 200 m",
+        low=1e-6,
+        high=1e7,
+        meaning="Rotary inertia of the collars",
     )
-    collar_length: float = parameter(200.0, "m", "J, B", high=1e4, meaning="Length of the collars, which do not twist")
-    outer_diameter: float = parameter(0.127, "m", "J", low=1e-4, high=10.0, meaning="Outer diameter of the pipe")
-    inner_diameter: float = parameter(0.1086, "m", "J", high=10.0, meaning="Inner diameter of the pipe")
-    damping: float = parameter(50.0, "N m s/rad", "CY, J as reported", high=1e7, meaning="Torsional damping")
+    collar_length: float = parameter(
+        200.0, "m", "J, B", high=1e4, meaning="Length of the collars, which do not twist"
+    )
+    outer_diameter: float = parameter(
+        0.127, "m", "J", low=1e-4, high=10.0, meaning="Outer diameter of the pipe"
+    )
+    inner_diameter: float = parameter(
+        0.1086, "m", "J", high=10.0, meaning="Inner diameter of the pipe"
+    )
+    damping: float = parameter(
+        50.0, "N m s/rad", "CY, J as reported", high=1e7, meaning="Torsional damping"
+    )
 
 
 @dataclass(frozen=True)
 class Friction(Checked):
-    """Coefficients at rest and at high speed, the steepness eps of the sign change, and the rate tau of the fall."""
+    """Coefficients at rest and at high speed, the steepness eps of the sign change, and
+    the rate tau of the fall."""
 
     static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
     dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
-    smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
+    smoothing: float = parameter(
+        500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad"
+    )
     decay: float = parameter(3.0, "s/rad", "R", "low", high=1e6, usual="0 to 20 s/rad")
 
 
@@ -52,7 +79,9 @@ class Friction(Checked):
 class Bit(Checked):
     """A disc that rubs on the rock."""
 
-    radius: float = parameter(0.1905, "m", "P (15 in)", "certain", low=1e-4, high=5.0, meaning="Radius of the bit")
+    radius: float = parameter(
+        0.1905, "m", "P (15 in)", "certain", low=1e-4, high=5.0, meaning="Radius of the bit"
+    )
     friction: Friction = field(default_factory=Friction)
 
 
@@ -77,34 +106,60 @@ STATES = ("twist", "bit_speed", "drive_angle")
 NAMES = Names(
     states=STATES[:2],
     slopes=("bit_acceleration",),
-    parameters=("inertia", "stiffness", "damping", "drive_speed", "torque", "smoothing", "decay", "dynamic", "stuck"),
+    parameters=(
+        "inertia",
+        "stiffness",
+        "damping",
+        "drive_speed",
+        "torque",
+        "smoothing",
+        "decay",
+        "dynamic",
+        "stuck",
+    ),
 )
 DECLARATION = Declaration(
     channels=(
         Channel("twist", "twist", "bit_speed", "bit_acceleration", frame="drive_speed"),
         Channel("bit speed", "bit_speed", "bit_acceleration", rate_of="twist", level="stuck"),
-        Channel("bit angle", lambda twist, drive_speed, time, phase: twist + (phase + drive_speed * time),
-                "bit_speed", "bit_acceleration"),
+        Channel(
+            "bit angle",
+            lambda twist, drive_speed, time, phase: twist + (phase + drive_speed * time),
+            "bit_speed",
+            "bit_acceleration",
+        ),
     ),
     features=(
-        Extremes("bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks"),
+        Extremes(
+            "bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks"
+        ),
         Extremes("twist", greatest="twist_max", least="twist_min"),
         TimeAbove("bit speed", "slipping"),
         Mean("bit speed", "bit_speed_mean"),
-        Derived("stick_slip_index", lambda bit_speed_max, bit_speed_min, bit_speed_mean: np.divide(
-            50.0 * (bit_speed_max - bit_speed_min), bit_speed_mean,
-            out=np.full(len(bit_speed_mean), np.inf), where=bit_speed_mean != 0.0)),
+        Derived(
+            "stick_slip_index",
+            lambda bit_speed_max, bit_speed_min, bit_speed_mean: np.divide(
+                50.0 * (bit_speed_max - bit_speed_min),
+                bit_speed_mean,
+                out=np.full(len(bit_speed_mean), np.inf),
+                where=bit_speed_mean != 0.0,
+            ),
+        ),
         Derived("stuck_fraction", lambda slipping: 1.0 - slipping),
         Derived("surface_torque_min", lambda stiffness, twist_max: -stiffness * twist_max),
         Derived("surface_torque_max", lambda stiffness, twist_min: -stiffness * twist_min),
     ),
     section=Section("bit angle", 2.0 * math.pi),
-)  # fmt: skip
+)
 
 
 def pipe(string: Drillstring, depth: Any) -> tuple[Any, Any]:
-    """Rotary inertia [kg m^2] and torsional stiffness [N m/rad] of the pipe above the collars."""
-    polar, length = math.pi / 32 * (string.outer_diameter**4 - string.inner_diameter**4), depth - string.collar_length
+    """Rotary inertia [kg m^2] and torsional stiffness [N m/rad] of the pipe above the
+    collars."""
+    polar, length = (
+        math.pi / 32 * (string.outer_diameter**4 - string.inner_diameter**4),
+        depth - string.collar_length,
+    )
     return 7850.0 * polar * length, 79.6e9 * polar / length
 
 
@@ -134,7 +189,14 @@ class Torsion(ScalarModel):
             twist, speed = y
             inertia, stiffness, damping, _, torque, smoothing, decay, dynamic, _ = p
             falling = (1.0 - dynamic) / (1.0 + decay * abs(speed)) + dynamic
-            return ((-damping * speed - stiffness * twist - torque * direction(smoothing * speed) * falling) / inertia,)
+            return (
+                (
+                    -damping * speed
+                    - stiffness * twist
+                    - torque * direction(smoothing * speed) * falling
+                )
+                / inertia,
+            )
 
         return torsion
 
@@ -154,11 +216,27 @@ class Torsion(ScalarModel):
         return Contact("bit_speed", "torque", load)
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
-        string, bit, (depth, wob, speed) = points.parameters.drillstring, points.parameters.bit, points.operation
+        string, bit, (depth, wob, speed) = (
+            points.parameters.drillstring,
+            points.parameters.bit,
+            points.operation,
+        )
         law, own, (inertia, stiffness) = bit.friction, thresholds.stuck_below, pipe(string, depth)
-        rest = (string.damping, speed, wob * 2 / 3 * bit.radius * law.static, law.smoothing, law.decay)
+        rest = (
+            string.damping,
+            speed,
+            wob * 2 / 3 * bit.radius * law.static,
+            law.smoothing,
+            law.decay,
+        )
         inertia = string.collar_inertia + inertia / 3
-        return dict(zip(NAMES.parameters, (inertia, stiffness, *rest, law.dynamic / law.static, own), strict=True))
+        return dict(
+            zip(
+                NAMES.parameters,
+                (inertia, stiffness, *rest, law.dynamic / law.static, own),
+                strict=True,
+            )
+        )
 
     def natural(self, table: Mapping[str, Any]) -> Any:
         return 0.1, 0.1 * table["drive_speed"]
@@ -170,30 +248,55 @@ class Torsion(ScalarModel):
         return {"bit_speed": points.operation[2]}
 
     def drawn(self, points: Values, shape: Any) -> Mapping[str, Any]:
-        """Twists up to one and a half times that of the torque at rest, bit speeds up to twice that of the drive."""
+        """Twists up to one and a half times that of the torque at rest, bit speeds up
+        to twice that of the drive."""
         q, table = points.initial.spread, self.columns(points, Thresholds())
         wound = (table["torque"] + table["damping"] * table["drive_speed"]) / table["stiffness"]
-        return {"twist": -1.5 * q * wound * shape[:, 0], "drive_angle": 2 * math.pi * shape[:, 2],
-                "bit_speed": points.operation[2] * (1 + q * (2 * shape[:, 1] - 1))}  # fmt: skip
+        return {
+            "twist": -1.5 * q * wound * shape[:, 0],
+            "drive_angle": 2 * math.pi * shape[:, 2],
+            "bit_speed": points.operation[2] * (1 + q * (2 * shape[:, 1] - 1)),
+        }
 
-    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Any]) -> dict[str, Any]:
+    def outputs(
+        self, parameters: Parameters, point: Any, state: Mapping[str, Any]
+    ) -> dict[str, Any]:
         rock = torque(parameters.bit, point.wob, state["bit_speed"])
-        return {"bit_torque": rock, "surface_torque": -pipe(parameters.drillstring, point.depth)[1] * state["twist"]}
+        return {
+            "bit_torque": rock,
+            "surface_torque": -pipe(parameters.drillstring, point.depth)[1] * state["twist"],
+        }
 
 
 def friction_rates(points: Values) -> Mapping[str, Any]:
-    """How fast friction at rest brakes the bit [1/s]: (2/pi) eps times the torque at rest over the inertia."""
+    """How fast friction at rest brakes the bit [1/s]: (2/pi) eps times the torque at
+    rest over the inertia."""
     table = Torsion().columns(points, Thresholds())
-    return {"bit.friction.smoothing": 2 / math.pi * table["smoothing"] * table["torque"] / table["inertia"]}
+    return {
+        "bit.friction.smoothing": 2
+        / math.pi
+        * table["smoothing"]
+        * table["torque"]
+        / table["inertia"]
+    }
 
 
-FEATURES = ("bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction")
+FEATURES = (
+    "bit_speed_min",
+    "bit_speed_max",
+    "bit_speed_mean",
+    "stick_slip_index",
+    "stuck_fraction",
+)
 DESCRIPTION = Description(
     name="torsion",
     title="A string that only twists, with friction at the bit: stick-slip and nothing else",
     parameters=Parameters,
     initial=Initial,
-    meanings={"drillstring": "The string: a pipe with an inertia at its end", "bit": "A disc that rubs on the rock"},
+    meanings={
+        "drillstring": "The string: a pipe with an inertia at its end",
+        "bit": "A disc that rubs on the rock",
+    },
     states=lambda parameters: STATES,
     friction_rates=friction_rates,
     explicit_only=lambda parameters: None,
@@ -201,18 +304,24 @@ DESCRIPTION = Description(
     check_features=("stick_slip_index",),
     grazing=(STICK_ONSET,),
     labels=(BY_NAME["stick_slip_severity"],),
-    # A name means the same in every model that has it: what there is already is taken from the others.
-    features=tuple(BY_NAME[name] for name in (*FEATURES, "surface_torque_min", "surface_torque_max")),
+    # A name means the same in every model that has it: what there is already is taken
+    # from the others.
+    features=tuple(
+        BY_NAME[name] for name in (*FEATURES, "surface_torque_min", "surface_torque_max")
+    ),
     peaks=(BY_NAME["bit_speed_peaks"],),
     section=(BY_NAME["section_twist"], BY_NAME["section_bit_speed"]),
     own_trace=tuple(IN_TRACE[name] for name in (*STATES, "bit_torque", "surface_torque")),
     shown=(*FEATURES[3:], "surface_torque_max"),
     compared={**dict.fromkeys(FEATURES[:3], "drive_speed"), "stuck_fraction": None},
     told=FEATURES,
-    orders=(Order("drillstring.collar_length", "operation.depth", words="the length of the collars"),
-            Order("bit.friction.dynamic", "bit.friction.static", True, "lower")),
+    orders=(
+        Order("drillstring.collar_length", "operation.depth", words="the length of the collars"),
+        Order("bit.friction.dynamic", "bit.friction.static", True, "lower"),
+    ),
     example_axis=("bit.friction.static", "0.2", "0.8"),
-    example_slice="{twist: {from: -20 rad, to: 0 rad, points: 60}, bit_speed: {from: 0 rad/s, to: 9 rad/s, points: 9}}",
+    example_slice="{twist: {from: -20 rad, to: 0 rad, points: 60}, bit_speed: {from: 0 rad/s, to: "
+    "9 rad/s, points: 9}}",
     drawn=Drawn(
         panels=(Panel("torsional", "bit_speed", "bit_speed_peaks", "bit_speed_max"),),
         histories=("twist", "bit_speed", "bit_torque"),
@@ -220,6 +329,9 @@ DESCRIPTION = Description(
         section=("section_twist", "section_bit_speed"),
         section_planes=(("section_twist", "section_bit_speed"),),
         summary=("stick_slip_index", "stuck_fraction"),
-        attractors=(("bit_speed_min", "bit_speed_max", "Swing of the bit"), (None, "stick_slip_index", "Index")),
+        attractors=(
+            ("bit_speed_min", "bit_speed_max", "Swing of the bit"),
+            (None, "stick_slip_index", "Index"),
+        ),
     ),
-)  # fmt: skip
+)

@@ -1,4 +1,5 @@
-"""The variables of all models by their names. A name means the same in every model that has it."""
+"""The variables of all models by their names. A name means the same in every model that
+has it."""
 
 from __future__ import annotations
 
@@ -9,7 +10,8 @@ from nsdrill.variables import Variable
 
 
 class _ByName(Mapping[str, Variable]):
-    """By name, those of the first model that has it. The others are looked at only for a name that it has not."""
+    """By name, those of the first model that has it. The others are looked at only for
+    a name that it has not."""
 
     def __init__(self, room: str) -> None:
         self._room = room
@@ -17,7 +19,9 @@ class _ByName(Mapping[str, Variable]):
 
     def _of(self, model: str) -> dict[str, Variable]:
         if model not in self._found:
-            self._found[model] = {variable.name: variable for variable in getattr(described(model), self._room)}
+            self._found[model] = {
+                variable.name: variable for variable in getattr(described(model), self._room)
+            }
         return self._found[model]
 
     def __getitem__(self, name: str) -> Variable:

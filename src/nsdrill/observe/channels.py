@@ -1,13 +1,17 @@
-"""What a model wants observed, as declarations: channels that are followed inside each step, and features of them.
+"""What a model wants observed, as declarations: channels that are followed inside each
+step, and features of them.
 
-From a declaration an observer is made for any number of lanes (:mod:`nsdrill.observe.declared`). The observed window
-has two halves, measured apart; what the observer leaves of a run in its columns of the outbox becomes feature arrays
+From a declaration an observer is made for any number of lanes
+(:mod:`nsdrill.observe.declared`). The observed window has two halves, measured apart;
+what the observer leaves of a run in its columns of the outbox becomes feature arrays
 here, in plain numpy.
 
-A *row* is a name among those of the model (:class:`Names`) and its outputs; ``time`` [s] and ``phase`` [rad], the angle
-that advances at a constant rate, are rows too. An *expression* is the name of a row, a number, or a scalar function
-whose argument names are the rows that it reads. Such a function must not branch but select, and may call arithmetic,
-``np.sqrt``, ``np.floor`` and the functions of :mod:`nsdrill.elementary`, as a right-hand side may.
+A *row* is a name among those of the model (:class:`Names`) and its outputs; ``time``
+[s] and ``phase`` [rad], the angle that advances at a constant rate, are rows too. An
+*expression* is the name of a row, a number, or a scalar function whose argument names
+are the rows that it reads. Such a function must not branch but select, and may call
+arithmetic, ``np.sqrt``, ``np.floor`` and the functions of :mod:`nsdrill.elementary`, as
+a right-hand side may.
 """
 
 from __future__ import annotations
@@ -27,7 +31,8 @@ HALF_DIFFERENCE = "half_difference"  # a name that no feature may have
 
 @dataclass(frozen=True)
 class Names:
-    """The names of a model's rows in their order: own states, their slopes, auxiliary outputs and parameters."""
+    """The names of a model's rows in their order: own states, their slopes, auxiliary
+    outputs and parameters."""
 
     states: tuple[str, ...]
     slopes: tuple[str, ...]
@@ -37,13 +42,16 @@ class Names:
 
 @dataclass(frozen=True)
 class Channel:
-    """A quantity that is followed inside each step by the Hermite polynomial through its value, slope and, if there is
-    one, curvature at both ends: of fifth degree, else of third.
+    """A quantity that is followed inside each step by the Hermite polynomial through
+    its value, slope and, if there is one, curvature at both ends: of fifth degree, else
+    of third.
 
-    ``frame`` names a parameter that is taken off the slope: the slope of a twist is the bit speed less the drive speed.
-    ``rate_of`` names a channel with a curvature: this one is then followed by the slope of that one's polynomial, plus
-    its frame. ``level`` is a parameter or a number. ``size``, the name of a state or of a parameter or a number, is the
-    natural size of the quantity; a channel whose value is a state has that of the state.
+    ``frame`` names a parameter that is taken off the slope: the slope of a twist is the
+    bit speed less the drive speed. ``rate_of`` names a channel with a curvature: this
+    one is then followed by the slope of that one's polynomial, plus its frame.
+    ``level`` is a parameter or a number. ``size``, the name of a state or of a
+    parameter or a number, is the natural size of the quantity; a channel whose value is
+    a state has that of the state.
     """
 
     name: str
@@ -58,8 +66,9 @@ class Channel:
 
 @dataclass(frozen=True)
 class Outputs:
-    """Quantities computed once a step, at its end, and kept for the start of the next: rows like the states. Only
-    ``function`` may read auxiliary outputs. It returns a tuple of as many numbers as there are names."""
+    """Quantities computed once a step, at its end, and kept for the start of the next:
+    rows like the states. Only ``function`` may read auxiliary outputs. It returns a
+    tuple of as many numbers as there are names."""
 
     names: tuple[str, ...]
     function: Callable[..., Any]
@@ -67,8 +76,9 @@ class Outputs:
 
 @dataclass(frozen=True)
 class Extremes:
-    """The greatest and the least value in the window, and the last local maxima: each is measured under the name it is
-    given. A maximum counts if it stands out by ten tolerances from what is before and after it."""
+    """The greatest and the least value in the window, and the last local maxima: each
+    is measured under the name it is given. A maximum counts if it stands out by ten
+    tolerances from what is before and after it."""
 
     channel: str
     greatest: str | None = None
@@ -78,7 +88,8 @@ class Extremes:
 
 @dataclass(frozen=True)
 class TimeAbove:
-    """The fraction of the window in which the channel is above its level. Visits inside one step count."""
+    """The fraction of the window in which the channel is above its level. Visits inside
+    one step count."""
 
     channel: str
     name: str
@@ -102,8 +113,8 @@ class Rms:
 
 @dataclass(frozen=True)
 class Passages:
-    """How often per second the channel rises above its level. A visit inside one step counts where the time above is
-    measured, too."""
+    """How often per second the channel rises above its level. A visit inside one step
+    counts where the time above is measured, too."""
 
     channel: str
     name: str
@@ -111,8 +122,9 @@ class Passages:
 
 @dataclass(frozen=True)
 class Winding:
-    """The mean speed [rad/s] at which the vector of the channels ``x`` and ``y`` turns, by the angles between its
-    values at the ends of the steps: a step turns it by less than half a turn."""
+    """The mean speed [rad/s] at which the vector of the channels ``x`` and ``y`` turns,
+    by the angles between its values at the ends of the steps: a step turns it by less
+    than half a turn."""
 
     x: str
     y: str
@@ -121,8 +133,9 @@ class Winding:
 
 @dataclass(frozen=True)
 class Derived:
-    """What follows from other features and from parameters, whose names are the arguments of ``function``: plain numpy
-    over arrays [runs]. It may read a ``Derived`` that stands before it."""
+    """What follows from other features and from parameters, whose names are the
+    arguments of ``function``: plain numpy over arrays [runs]. It may read a ``Derived``
+    that stands before it."""
 
     name: str
     function: Callable[..., Any]
@@ -130,8 +143,9 @@ class Derived:
 
 @dataclass(frozen=True)
 class Section:
-    """A Poincare section: all states whenever the channel, an angle, first reaches the next multiple of ``spacing``, a
-    parameter or a positive number [rad]. An angle that turns back and comes again is not counted twice."""
+    """A Poincare section: all states whenever the channel, an angle, first reaches the
+    next multiple of ``spacing``, a parameter or a positive number [rad]. An angle that
+    turns back and comes again is not counted twice."""
 
     channel: str
     spacing: str | float
@@ -156,17 +170,25 @@ class Declaration:
 
     def channels_of(self, *kinds: type[Any]) -> list[str]:
         """The channels that features of these kinds look at, each once, in order."""
-        found = (feature.channel for kind in kinds for feature in self.features if isinstance(feature, kind))
+        found = (
+            feature.channel
+            for kind in kinds
+            for feature in self.features
+            if isinstance(feature, kind)
+        )
         return list(dict.fromkeys(found))
 
     @property
     def peaking(self) -> list[str]:
         """The channels whose maxima are kept."""
-        return list(dict.fromkeys(feature.channel for feature in self.those(Extremes) if feature.peaks))
+        return list(
+            dict.fromkeys(feature.channel for feature in self.those(Extremes) if feature.peaks)
+        )
 
     @property
     def half(self) -> list[tuple[str, str]]:
-        """What is measured in each half: (what, of which channel); of a winding, which has two, under its name."""
+        """What is measured in each half: (what, of which channel); of a winding, which
+        has two, under its name."""
         return [
             *((end, name) for name in self.channels_of(Extremes) for end in ("least", "greatest")),
             *(("above", name) for name in self.channels_of(TimeAbove)),
@@ -181,13 +203,18 @@ class Declaration:
         """The names of the feature arrays, each with its feature, in order."""
         found: list[tuple[str, Feature]] = []
         for feature in self.features:
-            names = (feature.greatest, feature.least) if isinstance(feature, Extremes) else (feature.name,)
+            names = (
+                (feature.greatest, feature.least)
+                if isinstance(feature, Extremes)
+                else (feature.name,)
+            )
             found += [(name, feature) for name in names if name]
         return found
 
 
 def check(names: Names, declaration: Declaration) -> None:
-    """ValueError, which says what is wrong and what is allowed, where a declaration does not fit a model's rows."""
+    """ValueError, which says what is wrong and what is allowed, where a declaration
+    does not fit a model's rows."""
     outputs = declaration.outputs.names if declaration.outputs else ()
     rows = {*names.states, *names.slopes, *names.parameters, *outputs, *ALWAYS}
     _unique("row", (*names.states, *names.slopes, *names.parameters, *names.aux, *outputs, *ALWAYS))
@@ -211,7 +238,8 @@ def check(names: Names, declaration: Declaration) -> None:
             read_by = _reads(getattr(channel, part))
             if aux := sorted({*read_by} & {*names.aux}):
                 raise ValueError(
-                    f"{where}: {part} reads {aux[0]!r}, an auxiliary output, which is known at the end of a step only; "
+                    f"{where}: {part} reads {aux[0]!r}, an auxiliary output, which is known at "
+                    f"the end of a step only; "
                     "let a function of Outputs pass it on under another name"
                 )
             _known(f"{where}: {part}", read_by, rows)
@@ -225,7 +253,9 @@ def check(names: Names, declaration: Declaration) -> None:
             _known(f"{where}: rate_of", [channel.rate_of], known)
             base = known[channel.rate_of]
             if base.curvature is None or base.rate_of is not None:
-                raise ValueError(f"{where}: rate_of is {base.name!r}, which must have a curvature and no rate_of")
+                raise ValueError(
+                    f"{where}: rate_of is {base.name!r}, which must have a curvature and no rate_of"
+                )
             if (channel.value, channel.slope, channel.curvature, channel.frame) != (
                 base.slope,
                 base.curvature,
@@ -233,7 +263,8 @@ def check(names: Names, declaration: Declaration) -> None:
                 None,
             ):
                 raise ValueError(
-                    f"{where}: as it is the rate of {base.name!r}, its value and slope must be that one's "
+                    f"{where}: as it is the rate of {base.name!r}, its value and slope must be "
+                    f"that one's "
                     "slope and curvature, without a curvature and a frame of its own"
                 )
     for feature in declaration.features:
@@ -243,20 +274,28 @@ def check(names: Names, declaration: Declaration) -> None:
             _known(type(feature).__name__, [feature.channel], known)
         if isinstance(feature, TimeAbove | Passages) and known[feature.channel].level is None:
             raise ValueError(
-                f"{type(feature).__name__} {feature.name!r}: the channel {feature.channel!r} has no level; "
+                f"{type(feature).__name__} {feature.name!r}: the channel {feature.channel!r} has "
+                f"no level; "
                 "give it a parameter or a number"
             )
         if isinstance(feature, Extremes):
             size_of(known[feature.channel], names)
     known_by_now = {name for name, feature in declaration.named if not isinstance(feature, Derived)}
     for derived in declaration.those(Derived):
-        _known(f"Derived {derived.name!r}", arguments(derived.function), {*known_by_now, *names.parameters})
+        _known(
+            f"Derived {derived.name!r}",
+            arguments(derived.function),
+            {*known_by_now, *names.parameters},
+        )
         known_by_now.add(derived.name)
     if section := declaration.section:
         _known("section: channel", [section.channel], known)
         _known("section: spacing", _reads(section.spacing), names.parameters)
         if not isinstance(section.spacing, str) and not 0.0 < section.spacing < np.inf:
-            raise ValueError(f"section: spacing is {section.spacing}; allowed: a parameter or a positive number [rad]")
+            raise ValueError(
+                f"section: spacing is {section.spacing}; allowed: a parameter or a "
+                f"positive number [rad]"
+            )
 
 
 def arguments(function: Callable[..., Any]) -> list[str]:
@@ -265,7 +304,8 @@ def arguments(function: Callable[..., Any]) -> list[str]:
 
 
 def size_of(channel: Channel, names: Names) -> str | float:
-    """The natural size of a channel: the state or the parameter that has it, or a number. ValueError without one."""
+    """The natural size of a channel: the state or the parameter that has it, or a
+    number. ValueError without one."""
     if channel.size is not None:
         return channel.size
     if isinstance(channel.value, str) and channel.value in names.states:
@@ -283,9 +323,14 @@ def _reads(expression: Expression | None) -> list[str]:
 
 
 def _name_or_number(where: str, found: Any) -> None:
-    if found is not None and not isinstance(found, str) and not (isinstance(found, float | int) and np.isfinite(found)):
+    if (
+        found is not None
+        and not isinstance(found, str)
+        and not (isinstance(found, float | int) and np.isfinite(found))
+    ):
         raise ValueError(
-            f"{where}: found {found!r}; allowed: the name of a row or a finite number (or a function, for "
+            f"{where}: found {found!r}; allowed: the name of a row or a finite number (or a "
+            f"function, for "
             "a value and its rates)"
         )
 
@@ -293,7 +338,9 @@ def _name_or_number(where: str, found: Any) -> None:
 def _known(where: str, found: Iterable[str], allowed: Iterable[str]) -> None:
     for name in found:
         if name not in allowed:
-            raise ValueError(f"{where}: found {name!r}; allowed: {', '.join(sorted(allowed)) or 'nothing'}")
+            raise ValueError(
+                f"{where}: found {name!r}; allowed: {', '.join(sorted(allowed)) or 'nothing'}"
+            )
 
 
 def _unique(what: str, names: Iterable[str]) -> None:

@@ -1,9 +1,12 @@
-"""The observer of a declaration (:mod:`nsdrill.observe.channels`), for any model and any number of lanes.
+"""The observer of a declaration (:mod:`nsdrill.observe.channels`), for any model and
+any number of lanes.
 
-It is made as text. Every packed step is examined in all lanes at once: the ends of the step are compared with what was
-found so far, sums over time are added up, and a number a lane notes the channels in which something happens inside the
-step: a quantity turns (its slope changes sign) or crosses its level. That is so in a few lanes only; they are then
-attended to one after another (:mod:`nsdrill.observe.inside`). Nothing depends on the neighbours.
+It is made as text. Every packed step is examined in all lanes at once: the ends of the
+step are compared with what was found so far, sums over time are added up, and a number
+a lane notes the channels in which something happens inside the step: a quantity turns
+(its slope changes sign) or crosses its level. That is so in a few lanes only; they are
+then attended to one after another (:mod:`nsdrill.observe.inside`). Nothing depends on
+the neighbours.
 """
 
 from __future__ import annotations
@@ -36,37 +39,61 @@ from nsdrill.observe.findings import PEAKS, RETURNS, RINGS
 from nsdrill.observe.inside import HIGH, LOW, MARGIN, NONE, locate, note_returns, turns
 from nsdrill.scalar import embedded
 
-# Tolerances by which a maximum stands out from what is before and after it, to be a peak and no ripple of the error.
+# Tolerances by which a maximum stands out from what is before and after it, to be a
+# peak and no ripple of the error.
 PROMINENCE = 10.0
-# Channels in one loop over the lanes: a loop with too many places in the buffer (six channels with all their features,
-# measured) the compiler does not pack.
+# Channels in one loop over the lanes: a loop with too many places in the buffer (six
+# channels with all their features, measured) the compiler does not pack.
 TOGETHER = 2
 START, END, MARK = "start", "end", "mark"
-CONSTANTS = {"PEAKS": PEAKS, "RETURNS": RETURNS, "RINGS": RINGS, "OPENS": OPENS, "CLOSES": CLOSES,
-             "PROMINENCE": PROMINENCE}  # fmt: skip
-HELPERS = ("quintic", "cubic", "derivative", "middle_of_quintic", "middle_of_cubic", "middle_of_rate", "mean_square")
+CONSTANTS = {
+    "PEAKS": PEAKS,
+    "RETURNS": RETURNS,
+    "RINGS": RINGS,
+    "OPENS": OPENS,
+    "CLOSES": CLOSES,
+    "PROMINENCE": PROMINENCE,
+}
+HELPERS = (
+    "quintic",
+    "cubic",
+    "derivative",
+    "middle_of_quintic",
+    "middle_of_cubic",
+    "middle_of_rate",
+    "mean_square",
+)
 
 
 def own_rows(declaration: Declaration) -> dict[tuple[Any, ...], int]:
-    """Where the observer keeps what: the places of its rows among those of the observers."""
+    """Where the observer keeps what: the places of its rows among those of the
+    observers."""
     outputs = declaration.outputs.names if declaration.outputs else ()
     keys: list[tuple[Any, ...]] = [
-        *(("before", name) for name in outputs), *(("now", name) for name in outputs), *declaration.half,
+        *(("before", name) for name in outputs),
+        *(("now", name) for name in outputs),
+        *declaration.half,
         *((part, name) for name in declaration.peaking for part in (LOW, HIGH, MARGIN)),
-        ("growth",), ("word",), ("level",),
-    ]  # fmt: skip
+        ("growth",),
+        ("word",),
+        ("level",),
+    ]
     return {key: number for number, key in enumerate(keys)}
 
 
 def observed_rows(declaration: Declaration) -> int:
-    """How many rows of the lane buffer the observer has: ``observed`` of :class:`nsdrill.abi.Rows`."""
+    """How many rows of the lane buffer the observer has: ``observed`` of
+    :class:`nsdrill.abi.Rows`."""
     return len(own_rows(declaration))
 
 
 @lru_cache
-def make_observer(lanes: int, rows: Rows, names: Names, declaration: Declaration) -> tuple[Any, Any]:
-    """The compiled (observer, marker) of a declaration for a number of lanes and a row layout, of which ``names`` are
-    the rows. The observer's own rows are the first of ``rows.observed``; the layout need not know the stepper's.
+def make_observer(
+    lanes: int, rows: Rows, names: Names, declaration: Declaration
+) -> tuple[Any, Any]:
+    """The compiled (observer, marker) of a declaration for a number of lanes and a row
+    layout, of which ``names`` are the rows. The observer's own rows are the first of
+    ``rows.observed``; the layout need not know the stepper's.
 
     ValueError where declaration, names and layout do not fit together.
     """
@@ -74,19 +101,23 @@ def make_observer(lanes: int, rows: Rows, names: Names, declaration: Declaration
     for what, found, wanted in (
         ("states", len(names.states), rows.own),
         ("slopes", len(names.slopes), rows.own_slopes),
-        ("aux", len(names.aux), min(len(names.aux), rows.aux)),  # others may keep numbers after them
+        # others may keep numbers after them
+        ("aux", len(names.aux), min(len(names.aux), rows.aux)),
         ("parameters", len(names.parameters), rows.parameters),
     ):
         if found != wanted:
             raise ValueError(f"names.{what}: found {found} names for {wanted} rows")
     if rows.observed < (least := observed_rows(declaration)):
-        raise ValueError(f"rows.observed: found {rows.observed}; allowed: at least {least}, see observed_rows")
+        raise ValueError(
+            f"rows.observed: found {rows.observed}; allowed: at least {least}, see observed_rows"
+        )
     return _Maker(lanes, rows, names, declaration).make()
 
 
 class _Maker:
-    """Writes the texts. In them b[row + i] is a row of lane i, and g0, d0, c0 and g1, d1, c1 followed by the number of
-    a channel are its value, slope and curvature at the start and at the end of the step."""
+    """Writes the texts. In them b[row + i] is a row of lane i, and g0, d0, c0 and g1,
+    d1, c1 followed by the number of a channel are its value, slope and curvature at the
+    start and at the end of the step."""
 
     def __init__(self, lanes: int, rows: Rows, names: Names, declaration: Declaration) -> None:
         self.lanes, self.rows, self.names, self.declaration = lanes, rows, names, declaration
@@ -97,7 +128,9 @@ class _Maker:
 
     def make(self) -> tuple[Any, Any]:
         attend = self._compile("attend", types.void(BUFFER, BUFFER, types.int64), self._attend())
-        observer = self._compile("observer", types.void(BUFFER, BUFFER), self._observer(), attend=attend)
+        observer = self._compile(
+            "observer", types.void(BUFFER, BUFFER), self._observer(), attend=attend
+        )
         marker = self._compile(
             "marker",
             types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
@@ -106,11 +139,15 @@ class _Maker:
         return observer, marker
 
     def _compile(self, name: str, signature: Any, lines: list[str], **known: Any) -> Any:
-        """From the lines of its body, the function ``name``. The code of all that it calls is told by its text, under
-        which the machine code is kept."""
+        """From the lines of its body, the function ``name``. The code of all that it
+        calls is told by its text, under which the machine code is kept."""
         called = [f"# {word}: {line}" for word, _, line in self.helpers.values()]
         called += [f"# {word}: {function.__name__}" for word, function in known.items()]
-        takes = {"attend": "b, store, happens", "observer": "b, store", "marker": "b, store, i, mark, report, column"}
+        takes = {
+            "attend": "b, store, happens",
+            "observer": "b, store",
+            "marker": "b, store, i, mark, report, column",
+        }
         tables = self._tables() if name == "attend" else []
         head = [*called, constants(W=self.lanes), *tables, f"def {name}({takes[name]}):"]
         text = "\n".join([*head, *_indented(lines), ""])
@@ -134,10 +171,14 @@ class _Maker:
         try:
             return compiled(signature, self.lanes, *astuple(self.rows))(function)
         except NumbaError as error:
-            functions = ", ".join(getattr(f, "__qualname__", repr(f)) for f in self.helpers) or "none"
+            functions = (
+                ", ".join(getattr(f, "__qualname__", repr(f)) for f in self.helpers) or "none"
+            )
             raise ValueError(
-                f"the {name} cannot be compiled with the functions of the declaration ({functions}): each must take "
-                "and return numbers and call only what the right-hand side may, and the one of Outputs must return a "
+                f"the {name} cannot be compiled with the functions of the declaration "
+                f"({functions}): each must take "
+                "and return numbers and call only what the right-hand side may, and the one of "
+                "Outputs must return a "
                 "tuple of as many as there are names"
             ) from error
 
@@ -158,7 +199,9 @@ class _Maker:
     def _places(self, when: str) -> dict[str, str]:
         rows, names, outputs = self.rows, self.names, self.declaration.outputs
         first_state, first_slope, kept = (
-            (rows.start, rows.start_acceleration, "before") if when == START else (rows.stage, rows.acceleration, "now")
+            (rows.start, rows.start_acceleration, "before")
+            if when == START
+            else (rows.stage, rows.acceleration, "now")
         )
         begun, length = self._b(rows.time), self._b(rows.step)
         return {
@@ -166,8 +209,9 @@ class _Maker:
             **{name: self._b(first_slope + k) for k, name in enumerate(names.slopes)},
             **{name: self._b(rows.parameter + k) for k, name in enumerate(names.parameters)},
             **{name: self._own(kept, name) for name in (outputs.names if outputs else ())},
-            "time": f"({begun} + {length})" if when == END else begun, "phase": self._b(rows.phase),
-        }  # fmt: skip
+            "time": f"({begun} + {length})" if when == END else begun,
+            "phase": self._b(rows.phase),
+        }
 
     def _code(self, expression: Expression, place: dict[str, str]) -> str:
         if isinstance(expression, str):
@@ -196,7 +240,11 @@ class _Maker:
         return lines
 
     def _base(self, channel: Channel) -> Channel | None:
-        return self.declaration.channels[self.number[channel.rate_of]] if channel.rate_of is not None else None
+        return (
+            self.declaration.channels[self.number[channel.rate_of]]
+            if channel.rate_of is not None
+            else None
+        )
 
     def _frame(self, channel: Channel) -> str:
         return self.places[END][channel.frame] if channel.frame else "0.0"
@@ -205,11 +253,15 @@ class _Maker:
         """All lanes, every step."""
         rows, outputs = self.rows, self.declaration.outputs
         shows = f"{self._b(rows.moves)} * {self._b(rows.window)} != 0.0"
-        # The length is nothing that the compiler knows, or it would unroll the loop of a small model before packing it.
+        # The length is nothing that the compiler knows, or it would unroll the loop of
+        # a small model before packing it.
         lanes = "for i in range(min(W, len(b)){}):"
         lines = ["seen = happens = 0", lanes.format("")]
         if outputs:
-            reads = {**self.places[END], **{name: self._b(rows.aux_now + k) for k, name in enumerate(self.names.aux)}}
+            reads = {
+                **self.places[END],
+                **{name: self._b(rows.aux_now + k) for k, name in enumerate(self.names.aux)},
+            }
             results = "".join(f"{self._own('now', name)}, " for name in outputs.names)
             lines.append(f"    ({results}) = {self._code(outputs.function, reads)}")
         lines += [f"    seen |= (1 << i) if {shows} else 0", f"    {self._own('word')} = 0.0"]
@@ -218,7 +270,8 @@ class _Maker:
             together = channels[first : first + TOGETHER]
             lines += [
                 lanes.format(" if seen != 0 else 0"),
-                f"    shows, h, word = {shows}, {self._b(rows.step)}, float_bits({self._own('word')})",
+                f"    shows, h, word = {shows}, {self._b(rows.step)}, "
+                f"float_bits({self._own('word')})",
                 "    shown = h if shows else 0.0",
                 "    per_h = 1.0 / h if h > 0.0 else 0.0",
             ]
@@ -233,7 +286,11 @@ class _Maker:
                 "    happens |= (1 << i) if word != 0 else 0",
             ]
         for winding in self.declaration.those(Winding):
-            lines += [lanes.format(" if seen != 0 else 0"), f"    shows = {shows}", *_indented(self._wound(winding))]
+            lines += [
+                lanes.format(" if seen != 0 else 0"),
+                f"    shows = {shows}",
+                *_indented(self._wound(winding)),
+            ]
         lines += ["if happens != 0:", "    attend(b, store, happens)"]
         if outputs:
             lines += [lanes.format(""), f"    moves = {self._b(rows.moves)} != 0.0"]
@@ -245,8 +302,8 @@ class _Maker:
         return lines
 
     def _seen(self, channel: Channel) -> list[str]:
-        """What is done with one channel in all lanes. (Both values are loaded and one is selected, where a lane is not
-        observed: what it shows may be NaN.)"""
+        """What is done with one channel in all lanes. (Both values are loaded and one
+        is selected, where a lane is not observed: what it shows may be NaN.)"""
         k, name, lines = self.number[channel.name], channel.name, []
         bit, section = 1 << k, self.declaration.section
         if section and section.channel == name:
@@ -299,7 +356,9 @@ class _Maker:
             lines += self._summed("integral", name, gathered)
         if ("square", name) in self.own:
             if base:
-                lines.append(f"_, e2, e4, o1, o3, o5 = {_about_the_middle(base, self.number[base.name])}")
+                lines.append(
+                    f"_, e2, e4, o1, o3, o5 = {_about_the_middle(base, self.number[base.name])}"
+                )
                 middle = f"middle_of_rate(e2, e4, o1, o3, o5, per_h, {self._frame(base)})"
             else:
                 middle = _about_the_middle(channel, k)
@@ -325,19 +384,29 @@ class _Maker:
         return [f"total, more = {total}, {gathered}", f"{total} = total + more if shows else total"]
 
     def _tables(self) -> list[str]:
-        """Lines that say by the number of a channel where its findings stand (see :func:`locate`)."""
-        names, peaking = [channel.name for channel in self.declaration.channels], self.declaration.peaking
+        """Lines that say by the number of a channel where its findings stand (see
+        :func:`locate`)."""
+        names, peaking = (
+            [channel.name for channel in self.declaration.channels],
+            self.declaration.peaking,
+        )
         return [
             f"least_ = np.array({[self._place('least', name) for name in names]})",
             f"above_ = np.array({[self._place('above', name) for name in names]})",
             f"passages_ = np.array({[self._place('passages', name) for name in names]})",
             f"low_ = np.array({[self._place(LOW, name) for name in names]})",
-            f"ring_ = np.array({[peaking.index(name) if name in peaking else 0 for name in names]})",
+            f"ring_ = "
+            f"np.array({[peaking.index(name) if name in peaking else 0 for name in names]})",
         ]
 
     def _attend(self) -> list[str]:
         """One lane and one channel after the other, where something happens."""
-        W, rows, peaking, section = self.lanes, self.rows, self.declaration.peaking, self.declaration.section
+        W, rows, peaking, section = (
+            self.lanes,
+            self.rows,
+            self.declaration.peaking,
+            self.declaration.section,
+        )
         followed = [
             channel
             for channel in self.declaration.channels
@@ -362,14 +431,17 @@ class _Maker:
                 "            note_returns(",
                 "                b, store, i, W, h, p0, p1, p2, p3, p4, p5, end,",
                 f"                {self._spacing()}, {self._place('level')},",
-                f"                RINGS + {len(peaking) * W} * (peaks + 1) + i * (1 + {entry} * returns), returns,",
-                f"                {rows.pairs}, {rows.singles}, {W * rows.start}, {W * rows.stage}, "
+                f"                RINGS + {len(peaking) * W} * (peaks + 1) + i * (1 + {entry} * "
+                f"returns), returns,",
+                f"                {rows.pairs}, {rows.singles}, {W * rows.start}, "
+                f"{W * rows.stage}, "
                 f"{W * rows.start_acceleration}, {W * rows.acceleration}, {W * rows.drift})",
                 "            continue",
             ]
         for place, channel in enumerate(followed):
             head = f"{'elif' if place else 'if'} k == {self.number[channel.name]}:"
-            if place == len(followed) - 1:  # as the compiler wants each name to have a value in any case
+            # as the compiler wants each name to have a value in any case
+            if place == len(followed) - 1:
                 head = "else:" if place else "if True:"
             lines += [
                 f"        {head}",
@@ -379,14 +451,17 @@ class _Maker:
         if followed:
             lines += [
                 "        locate(",
-                "            b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, level,",
-                f"            least_[k], above_[k], passages_[k], low_[k], {self._place('growth')},",
+                "            b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, "
+                "level,",
+                f"            least_[k], above_[k], passages_[k], low_[k], "
+                f"{self._place('growth')},",
                 f"            RINGS + ({len(peaking)} * i + ring_[k]) * (peaks + 1), peaks)",
             ]
         return lines
 
     def _polynomial(self, channel: Channel) -> list[str]:
-        """Lines that give a channel's coefficients p0 to p5 over the step, and what it has at the ends."""
+        """Lines that give a channel's coefficients p0 to p5 over the step, and what it
+        has at the ends."""
         base, k = self._base(channel), self.number[channel.name]
         lines = [*self._ends(channel), f"begin, end, end_slope = g0_{k}, g1_{k}, h * d1_{k}"]
         if base is None:
@@ -401,8 +476,13 @@ class _Maker:
         ]
 
     def _marker(self) -> list[str]:
-        """One lane at a mark: its state is in the rows of the step's end, and so are the outputs."""
-        peaking, half, states = self.declaration.peaking, len(self.declaration.half), len(self.names.states)
+        """One lane at a mark: its state is in the rows of the step's end, and so are
+        the outputs."""
+        peaking, half, states = (
+            self.declaration.peaking,
+            len(self.declaration.half),
+            len(self.names.states),
+        )
         first_half = self.lanes * (
             self.rows.observer + min((self.own[key] for key in self.declaration.half), default=0)
         )
@@ -410,14 +490,16 @@ class _Maker:
         lines = [
             "peaks, returns = int(store[PEAKS]), int(store[RETURNS])",
             f"width = {len(peaking)} * (peaks + 1)",
-            f"of_section = 1 + {states + 1} * returns if {int(bool(self.declaration.section))} and returns > 0 else 0",
+            f"of_section = 1 + {states + 1} * returns if {int(bool(self.declaration.section))} "
+            f"and returns > 0 else 0",
             "rings, section = RINGS + i * width, RINGS + W * width + i * of_section",
             "if mark == OPENS:",
             "    for k in range(width):",
             "        store[rings + k] = 0.0",
             "    for k in range(of_section):",
             "        store[section + k] = 0.0",
-            f"    tolerances = PROMINENCE / {self._b(self.rows.control + CONTROL.index('per_rtol'))}",
+            f"    tolerances = PROMINENCE / "
+            f"{self._b(self.rows.control + CONTROL.index('per_rtol'))}",
             f"    {self._own('growth')} = tolerances",
         ]
         for name in peaking:

@@ -1,19 +1,24 @@
-"""The largest Lyapunov exponent: the mean rate at which a small deviation grows in the observed window.
+"""The largest Lyapunov exponent: the mean rate at which a small deviation grows in the
+observed window.
 
-The deviation is integrated along with the motion, by the tangent of the model. Every so often it is scaled back to
-length one and the logarithm of its length is noted (Benettin et al. 1980, Meccanica 15:9-20). It turns into the
-fastest growing direction during the transient. Lengths are measured in the natural sizes of the states, which does not
+The deviation is integrated along with the motion, by the tangent of the model. Every so
+often it is scaled back to length one and the logarithm of its length is noted (Benettin
+et al. 1980, Meccanica 15:9-20). It turns into the fastest growing direction during the
+transient. Lengths are measured in the natural sizes of the states, which does not
 matter for the exponent.
 
-The mean over the window is a weighted one: each rise of the logarithm counts by half a wave of a sine, nothing at the
-window's ends. A length that goes up and down without growing, as on a cycle or a torus, then hardly adds to the mean;
-the plain mean depends on the place in the cycle at which the window begins and ends (Das et al. 2017, Nonlinearity
-30:4111-4140). For chaos it is as good as a plain mean over a window shorter by a fifth.
+The mean over the window is a weighted one: each rise of the logarithm counts by half a
+wave of a sine, nothing at the window's ends. A length that goes up and down without
+growing, as on a cycle or a torus, then hardly adds to the mean; the plain mean depends
+on the place in the cycle at which the window begins and ends (Das et al. 2017,
+Nonlinearity 30:4111-4140). For chaos it is as good as a plain mean over a window
+shorter by a fifth.
 
-The same rises, weighted by 1 to WAVES whole waves, of which a steady growth gives nothing, tell how much comes of mere
-fluctuation: the spectrum of the rate at its lowest frequencies, and with it the standard error (sine tapers: Riedel &
-Sidorenko 1995, IEEE Trans. Signal Process. 43:188-195). Nothing here knows the model: the same code measures Lorenz'
-system.
+The same rises, weighted by 1 to WAVES whole waves, of which a steady growth gives
+nothing, tell how much comes of mere fluctuation: the spectrum of the rate at its lowest
+frequencies, and with it the standard error (sine tapers: Riedel & Sidorenko 1995, IEEE
+Trans. Signal Process. 43:188-195). Nothing here knows the model: the same code measures
+Lorenz' system.
 """
 
 from __future__ import annotations
@@ -31,10 +36,12 @@ from nsdrill.elementary import lowest_bit, sincos
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 FEWEST_LOOKS = 20
-LONGEST_CHECK = 1.0  # seconds between looks at the length: a deviation that grows a hundredfold in 10 ms still fits
+# seconds between looks at the length: a deviation that grows a hundredfold in 10 ms
+# still fits
+LONGEST_CHECK = 1.0
 WAVES = 8
-# The observer's rows: when to look next, the logarithm of the length so far, its value and the time at the last look,
-# when the window began, and sums over the looks.
+# The observer's rows: when to look next, the logarithm of the length so far, its value
+# and the time at the last look, when the window began, and sums over the looks.
 GROWTH = (
     "check_time",
     "log_length",
@@ -46,7 +53,8 @@ GROWTH = (
     *(f"wave_{k + 1}" for k in range(WAVES)),
 )
 REPORT = GROWTH[5:]
-# In the store: seconds between looks, length of the window; after what the observers of a model have there first.
+# In the store: seconds between looks, length of the window; after what the observers of
+# a model have there first.
 INTERVAL, LENGTH = range(2)
 GROWTH_HEADER = 3
 
@@ -57,29 +65,33 @@ def growth_header(observe: float) -> Array:
 
 
 def seed_deviation(sizes: Array) -> Array:
-    """The deviation at the start of a run, shape like ``sizes``: a bit of every state, in no special direction."""
+    """The deviation at the start of a run, shape like ``sizes``: a bit of every state,
+    in no special direction."""
     weights = 0.5 + np.mod(np.arange(1, sizes.shape[-1] + 1) * 0.6180339887498949, 1.0)
     return sizes * weights
 
 
 def exponent_of(report: Array, observe: float, bias: Array | float = 0.0) -> dict[str, Array]:
-    """The exponent and its standard error [1/s] from the observer's columns, shape (runs, len(REPORT)).
+    """The exponent and its standard error [1/s] from the observer's columns, shape
+    (runs, len(REPORT)).
 
     ``bias`` [1/s] is what the steps may add to the rate: it is part of the error.
     """
     weight, growth, *waves = np.asarray(report, dtype=float).T
     with np.errstate(divide="ignore", invalid="ignore"):
-        # A rate of spectral density S at low frequencies gives each wave the variance S observe / 2, and the mean over
-        # half a wave S pi^2 / (8 observe).
+        # A rate of spectral density S at low frequencies gives each wave the variance S
+        # observe / 2, and the mean over half a wave S pi^2 / (8 observe).
         scatter = math.pi / (2.0 * observe) * np.sqrt(np.mean(np.square(waves), axis=0))
         return {"lyapunov_exponent": growth / weight, "lyapunov_error": np.hypot(scatter, bias)}
 
 
 @lru_cache
 def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, Any]:
-    """The compiled (observer, marker) that measure the growth of the companions, which are one deviation.
+    """The compiled (observer, marker) that measure the growth of the companions, which
+    are one deviation.
 
-    ``first`` is the place of their rows among those of the observer, ``place`` that of their header in the store.
+    ``first`` is the place of their rows among those of the observer, ``place`` that of
+    their header in the store.
     """
     W, own, companions = lanes, rows.own, rows.companions
     deviation_, size_ = W * (rows.stage + own), W * (rows.size + own)
@@ -87,7 +99,9 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     pushes = len(rows.pushed) // 2
     push_ = W * (rows.push + pushes)
     time_, step_, moves_, window_ = W * rows.time, W * rows.step, W * rows.moves, W * rows.window
-    check_, log_, before_, looked_, opened_, weight_, growth_ = (W * (rows.observer + first + i) for i in range(7))
+    check_, log_, before_, looked_, opened_, weight_, growth_ = (
+        W * (rows.observer + first + i) for i in range(7)
+    )
     wave_ = growth_ + W
 
     @compiled(

@@ -1,7 +1,9 @@
-"""What the observer of a declaration leaves of a run, and what becomes of it: feature arrays, in plain numpy.
+"""What the observer of a declaration leaves of a run, and what becomes of it: feature
+arrays, in plain numpy.
 
-Of each run the observer fills columns of the outbox: what it measured in either half of the window, then rings of the
-last peaks, then a ring of the last returns to the section.
+Of each run the observer fills columns of the outbox: what it measured in either half of
+the window, then rings of the last peaks, then a ring of the last returns to the
+section.
 """
 
 from __future__ import annotations
@@ -27,30 +29,40 @@ from nsdrill.observe.channels import (
 )
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-# The store begins with how many peaks and returns are kept. Then come the rings of peaks of each lane, then the ring of
-# returns of each. A ring begins with the number of those found.
+# The store begins with how many peaks and returns are kept. Then come the rings of
+# peaks of each lane, then the ring of returns of each. A ring begins with the number of
+# those found.
 PEAKS, RETURNS = range(2)
 RINGS = CACHE_LINE
-# Of the natural size: what is added to the range of a quantity when its extremes in both halves are compared.
+# Of the natural size: what is added to the range of a quantity when its extremes in
+# both halves are compared.
 FLOOR = 0.01
 
 
 def section_width(names: Names, declaration: Declaration, returns: int) -> int:
-    """Columns of the ring of returns: their number, then the states and the angle of each."""
+    """Columns of the ring of returns: their number, then the states and the angle of
+    each."""
     return 1 + (len(names.states) + 1) * returns if declaration.section and returns else 0
 
 
 def report_width(names: Names, declaration: Declaration, peaks: int = 0, returns: int = 0) -> int:
-    """Columns that the observer fills in the outbox, if the last ``peaks`` maxima of each channel whose peaks are
-    wanted and the last ``returns`` to the section are kept."""
+    """Columns that the observer fills in the outbox, if the last ``peaks`` maxima of
+    each channel whose peaks are wanted and the last ``returns`` to the section are
+    kept."""
     rings = len(declaration.peaking) * (peaks + 1)
     return 2 * len(declaration.half) + rings + section_width(names, declaration, returns)
 
 
 def new_store(
-    lanes: int, names: Names, declaration: Declaration, peaks: int = 0, returns: int = 0, more: int = 0
+    lanes: int,
+    names: Names,
+    declaration: Declaration,
+    peaks: int = 0,
+    returns: int = 0,
+    more: int = 0,
 ) -> Array:
-    """The observer's store, with room for ``more`` numbers of other observers at its end."""
+    """The observer's store, with room for ``more`` numbers of other observers at its
+    end."""
     rings = len(declaration.peaking) * (peaks + 1) + section_width(names, declaration, returns)
     store = aligned_zeros(RINGS + lanes * rings + more)
     store[PEAKS], store[RETURNS] = peaks, returns
@@ -58,16 +70,23 @@ def new_store(
 
 
 def measured(
-    names: Names, declaration: Declaration, report: Array, parameters: Array, sizes: Array, observe: Array | float
+    names: Names,
+    declaration: Declaration,
+    report: Array,
+    parameters: Array,
+    sizes: Array,
+    observe: Array | float,
 ) -> dict[str, Array]:
-    """The features of finished runs over the whole window, each an array [runs], and ``half_difference``.
+    """The features of finished runs over the whole window, each an array [runs], and
+    ``half_difference``.
 
-    ``report`` holds the observer's columns [runs, report_width], ``parameters`` [runs, parameters] and ``sizes`` [runs,
-    states] those of the runs, ``observe`` the length of the window [s], one for all or [runs].
+    ``report`` holds the observer's columns [runs, report_width], ``parameters``
+    [runs, parameters] and ``sizes`` [runs, states] those of the runs, ``observe`` the
+    length of the window [s], one for all or [runs].
 
-    ``half_difference`` is the largest disagreement between the halves of the window: of the extremes relative to their
-    range (plus a hundredth of the natural size), of the fractions of time as such. It is NaN where a declaration has
-    neither.
+    ``half_difference`` is the largest disagreement between the halves of the window: of
+    the extremes relative to their range (plus a hundredth of the natural size), of the
+    fractions of time as such. It is NaN where a declaration has neither.
     """
     width = len(declaration.half)
     first = dict(zip(declaration.half, report[:, :width].T, strict=True))
@@ -79,9 +98,13 @@ def measured(
     for name, feature in declaration.named:
         if isinstance(feature, Derived):
             known = {**by_name, **found}
-            found[name] = feature.function(*(known[argument] for argument in arguments(feature.function)))
+            found[name] = feature.function(
+                *(known[argument] for argument in arguments(feature.function))
+            )
         elif isinstance(feature, Extremes):
-            found[name] = whole["greatest" if name == feature.greatest else "least", feature.channel]
+            found[name] = whole[
+                "greatest" if name == feature.greatest else "least", feature.channel
+            ]
         elif isinstance(feature, TimeAbove):
             found[name] = _fraction(whole["above", feature.channel] / observe)
         elif isinstance(feature, Mean):
@@ -100,8 +123,9 @@ def measured(
 
 
 def peaks_of(declaration: Declaration, report: Array, peaks: int) -> dict[str, Array]:
-    """The last ``peaks`` maxima under each name that is given to peaks, oldest first, NaN where there are fewer: arrays
-    [runs, peaks]. ``report`` is as for :func:`measured`."""
+    """The last ``peaks`` maxima under each name that is given to peaks, oldest first,
+    NaN where there are fewer: arrays [runs, peaks]. ``report`` is as for
+    :func:`measured`."""
     place, found = 2 * len(declaration.half), {}
     for number, channel in enumerate(declaration.peaking):
         ring = report[:, place + number * (peaks + 1) :][:, : peaks + 1]
@@ -112,10 +136,16 @@ def peaks_of(declaration: Declaration, report: Array, peaks: int) -> dict[str, A
     return found
 
 
-def returns_of(names: Names, declaration: Declaration, report: Array, peaks: int, returns: int) -> Array:
-    """The last ``returns`` to the section, oldest first, NaN where there are fewer: shape (runs, returns, states + 1),
-    the states and the angle. ``report`` is as for :func:`measured`."""
-    ring = report[:, report_width(names, declaration, peaks) : report_width(names, declaration, peaks, returns)]
+def returns_of(
+    names: Names, declaration: Declaration, report: Array, peaks: int, returns: int
+) -> Array:
+    """The last ``returns`` to the section, oldest first, NaN where there are fewer:
+    shape (runs, returns, states + 1), the states and the angle. ``report`` is as for
+    :func:`measured`."""
+    ring = report[
+        :,
+        report_width(names, declaration, peaks) : report_width(names, declaration, peaks, returns),
+    ]
     if not ring.shape[1]:
         return np.full((len(report), returns, len(names.states) + 1), np.nan)
     return _oldest_first(ring[:, :1], ring[:, 1:].reshape(len(report), returns, -1), returns)
@@ -132,7 +162,8 @@ def _oldest_first(counts: Array, entries: Array, room: int) -> Array:
 
 
 def _fraction(value: Array) -> Array:
-    # The sums of many step lengths miss the window's length by rounding: never above is 0, not 1e-16.
+    # The sums of many step lengths miss the window's length by rounding: never above is
+    # 0, not 1e-16.
     return np.where(value < 1e-12, 0.0, np.where(value > 1.0 - 1e-12, 1.0, value))
 
 
@@ -150,7 +181,9 @@ def _half_difference(
     channels = {channel.name: channel for channel in declaration.channels}
     for name in declaration.channels_of(Extremes):
         size = size_of(channels[name], names)
-        low_1, low_2, high_1, high_2 = (half[end, name] for end in ("least", "greatest") for half in (first, second))
+        low_1, low_2, high_1, high_2 = (
+            half[end, name] for end in ("least", "greatest") for half in (first, second)
+        )
         natural = np.abs(by_name[size]) if isinstance(size, str) else size
         span = np.maximum(high_1, high_2) - np.minimum(low_1, low_2) + FLOOR * natural
         change = np.maximum(np.abs(low_1 - low_2), np.abs(high_1 - high_2))

@@ -1,5 +1,6 @@
-"""What a declared channel does inside a step: it turns, or passes its level. For one lane at a time, as this is rare;
-the polynomials are those of :mod:`nsdrill.observe.interpolant`.
+"""What a declared channel does inside a step: it turns, or passes its level. For one
+lane at a time, as this is rare; the polynomials are those of
+:mod:`nsdrill.observe.interpolant`.
 """
 
 from __future__ import annotations
@@ -8,24 +9,34 @@ import numpy as np
 
 from nsdrill.abi import inlined
 from nsdrill.elementary import fma
-from nsdrill.observe.interpolant import above, crossing, cubic, extreme, position_and_velocity, slope, value
+from nsdrill.observe.interpolant import (
+    above,
+    crossing,
+    cubic,
+    extreme,
+    position_and_velocity,
+    slope,
+    value,
+)
 
-# Of what has peaks, as many rows: the least value since the last one, the greatest since then, if it may become one,
-# and how far a peak stands out at a value of zero.
+# Of what has peaks, as many rows: the least value since the last one, the greatest
+# since then, if it may become one, and how far a peak stands out at a value of zero.
 LOW, HIGH, MARGIN = range(3)
 NONE = -1  # no row
 
 
 @inlined
 def turns(before, now):  # type: ignore[no-untyped-def]
-    """Whether a slope changes its sign; the turn is a maximum where it was positive before."""
+    """Whether a slope changes its sign; the turn is a maximum where it was positive
+    before."""
     return (before > 0.0) != (now > 0.0)
 
 
 @inlined
 def look(b, store, i, W, found, low_, growth_, ring, peaks):  # type: ignore[no-untyped-def]
-    """The next value of something with peaks. A greatest value becomes a peak as soon as the quantity has fallen far
-    enough below it. (The packed loop does the same where no peak comes of it.)"""
+    """The next value of something with peaks. A greatest value becomes a peak as soon
+    as the quantity has fallen far enough below it. (The packed loop does the same where
+    no peak comes of it.)"""
     low, high = b[low_ + i], b[low_ + HIGH * W + i]
     margin = fma(b[growth_ + i], abs(found), b[low_ + MARGIN * W + i])
     if high - found > margin:
@@ -42,9 +53,9 @@ def look(b, store, i, W, found, low_, growth_, ring, peaks):  # type: ignore[no-
 
 @inlined
 def passage(p0, p1, p2, p3, p4, p5, low, high, above_at_low):  # type: ignore[no-untyped-def]
-    """Where the polynomial passes zero between ``low``, from which it comes from above or from below, and ``high``: to
-    1e-13. Newton, kept inside a shrinking bracket by bisection. (On which side it comes is told, as a run may start on
-    zero itself.)"""
+    """Where the polynomial passes zero between ``low``, from which it comes from above
+    or from below, and ``high``: to 1e-13. Newton, kept inside a shrinking bracket by
+    bisection. (On which side it comes is told, as a run may start on zero itself.)"""
     theta = 0.5 * (low + high)
     for _ in range(60):
         rest, bend = value(p0, p1, p2, p3, p4, p5, theta), slope(p1, p2, p3, p4, p5, theta)
@@ -84,9 +95,10 @@ def locate(  # type: ignore[no-untyped-def]
     ring,
     peaks,
 ):
-    """What a channel of lane i does inside a step of length ``h``, from its polynomial, the values ``begin`` and
-    ``end`` and the slope at the end. Then come the rows where its findings stand, or NONE: the least value, before the
-    greatest; the time above; the passages; the least value since the last peak."""
+    """What a channel of lane i does inside a step of length ``h``, from its polynomial,
+    the values ``begin`` and ``end`` and the slope at the end. Then come the rows where
+    its findings stand, or NONE: the least value, before the greatest; the time above;
+    the passages; the least value since the last peak."""
     turning = turns(p1, end_slope)
     turn, found = 1.0, end
     if turning:
@@ -100,7 +112,8 @@ def locate(  # type: ignore[no-untyped-def]
             look(b, store, i, W, found, low_, growth_, ring, peaks)
         look(b, store, i, W, end, low_, growth_, ring, peaks)
     if above_ != NONE:
-        # The turn, or else the end, divides the step into two parts with at most one crossing each.
+        # The turn, or else the end, divides the step into two parts with at most one
+        # crossing each.
         above0, top, above1 = begin > level, found > level, end > level
         if above0 != top or above1 != top:
             first, second = turn, 1.0
@@ -108,10 +121,13 @@ def locate(  # type: ignore[no-untyped-def]
                 first = passage(p0 - level, p1, p2, p3, p4, p5, 0.0, turn, above0)
             if above1 != top:
                 second = passage(p0 - level, p1, p2, p3, p4, p5, turn, 1.0, top)
-            if passages_ != NONE and above0 == above1:  # a visit to one side, which the ends do not show
+            # a visit to one side, which the ends do not show
+            if passages_ != NONE and above0 == above1:
                 b[passages_ + i] += 1.0
             # A step with both ends above was counted as a whole.
-            b[above_ + i] += h * above(first, second, 1.0, above0, top, above1) - (h if above0 and above1 else 0.0)
+            b[above_ + i] += h * above(first, second, 1.0, above0, top, above1) - (
+                h if above0 and above1 else 0.0
+            )
 
 
 @inlined
@@ -166,11 +182,14 @@ def note_returns(  # type: ignore[no-untyped-def]
             store[place + 2 * k + 1] = velocity
         for k in range(singles):
             x, a = (2 * pairs + k) * W + i, (pairs + k) * W + i
-            q0, q1, q2, q3, q4, q5 = cubic(b[start_ + x], h * b[slope0_ + a], b[stage_ + x], h * b[slope1_ + a])
+            q0, q1, q2, q3, q4, q5 = cubic(
+                b[start_ + x], h * b[slope0_ + a], b[stage_ + x], h * b[slope1_ + a]
+            )
             store[place + 2 * pairs + k] = value(q0, q1, q2, q3, q4, q5, theta)
         store[place + entry - 1] = level
         store[ring] = count + 1
-        # By number, not by adding up: the levels of a long run are multiples of the spacing.
+        # By number, not by adding up: the levels of a long run are multiples of the
+        # spacing.
         following = (np.rint(level / spacing) + 1.0) * spacing
         level = following if following > level else np.inf
     b[level_ + i] = level

@@ -1,8 +1,9 @@
 """The continuous solution between steps: two-point Hermite polynomials.
 
-Positions come with their velocities and accelerations at both ends of a step, so the quintic through these six numbers
-follows them to sixth order in the step: finer than the pair's own free interpolant, and the same for any stepper. All
-polynomials are in theta from 0 to 1 over the step, as coefficients of rising powers.
+Positions come with their velocities and accelerations at both ends of a step, so the
+quintic through these six numbers follows them to sixth order in the step: finer than
+the pair's own free interpolant, and the same for any stepper. All polynomials are in
+theta from 0 to 1 over the step, as coefficients of rising powers.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ from nsdrill.elementary import fma
 
 @inlined
 def quintic(g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
-    """Coefficients p0..p5 from value g, slope times step d and second derivative times step squared c at both ends."""
+    """Coefficients p0..p5 from value g, slope times step d and second derivative times
+    step squared c at both ends."""
     rise = g1 - g0
     half0, half1 = 0.5 * c0, 0.5 * c1
     p3 = fma(10.0, rise, fma(-6.0, d0, fma(-4.0, d1, fma(-3.0, half0, half1))))
@@ -39,29 +41,35 @@ def value(p0, p1, p2, p3, p4, p5, theta):  # type: ignore[no-untyped-def]
 @inlined
 def slope(p1, p2, p3, p4, p5, theta):  # type: ignore[no-untyped-def]
     """Its derivative by theta at theta."""
-    return fma(theta, fma(theta, fma(theta, fma(theta, 5.0 * p5, 4.0 * p4), 3.0 * p3), 2.0 * p2), p1)
+    return fma(
+        theta, fma(theta, fma(theta, fma(theta, 5.0 * p5, 4.0 * p4), 3.0 * p3), 2.0 * p2), p1
+    )
 
 
 @inlined
 def extreme(p1, p2, p3, p4, p5, end_slope):  # type: ignore[no-untyped-def]
-    """Where the slope, of opposite signs at both ends, vanishes: the secant's zero and two Newton steps.
+    """Where the slope, of opposite signs at both ends, vanishes: the secant's zero and
+    two Newton steps.
 
-    The value at an extreme is flat, so an error of 1e-4 in theta is 1e-8 of the variation. Branch-free.
+    The value at an extreme is flat, so an error of 1e-4 in theta is 1e-8 of the
+    variation. Branch-free.
     """
     theta = p1 / (p1 - end_slope)
     for _ in range(2):
         bend = fma(theta, fma(theta, fma(theta, 20.0 * p5, 12.0 * p4), 6.0 * p3), 2.0 * p2)
         theta = theta - slope(p1, p2, p3, p4, p5, theta) / bend
-        theta = max(min(1.0, theta), 0.0)  # in this order NaN, where the bend vanishes, gives a bound
+        # in this order NaN, where the bend vanishes, gives a bound
+        theta = max(min(1.0, theta), 0.0)
     return theta
 
 
 @inlined
 def crossing(p0, p1, p2, p3, p4, p5, low, high):  # type: ignore[no-untyped-def]
-    """Where the polynomial vanishes between ``low`` and ``high``, at which it lies on different sides of zero.
+    """Where the polynomial vanishes between ``low`` and ``high``, at which it lies on
+    different sides of zero.
 
-    Newton, kept inside a shrinking bracket by bisection, to 1e-13. For one lane: it branches. (:func:`root` is for
-    many.)
+    Newton, kept inside a shrinking bracket by bisection, to 1e-13. For one lane: it
+    branches. (:func:`root` is for many.)
     """
     below_at_start = value(p0, p1, p2, p3, p4, p5, low) < 0.0
     theta = 0.5 * (low + high)
@@ -83,8 +91,9 @@ def crossing(p0, p1, p2, p3, p4, p5, low, high):  # type: ignore[no-untyped-def]
 
 @inlined
 def root(p0, p1, p2, p3, p4, p5, theta, low, high):  # type: ignore[no-untyped-def]
-    """The polynomial's zero between ``low`` and ``high``, where it lies on different sides of it, from a guess
-    ``theta``: six Newton steps, each replaced by halving the bracket where it would leave it. Branch-free."""
+    """The polynomial's zero between ``low`` and ``high``, where it lies on different
+    sides of it, from a guess ``theta``: six Newton steps, each replaced by halving the
+    bracket where it would leave it. Branch-free."""
     above_at_low = value(p0, p1, p2, p3, p4, p5, low) > 0.0
     for _ in range(6):
         rest = value(p0, p1, p2, p3, p4, p5, theta)
@@ -98,8 +107,8 @@ def root(p0, p1, p2, p3, p4, p5, theta, low, high):  # type: ignore[no-untyped-d
 
 @inlined
 def zero_of_parabola(near, steep, far):  # type: ignore[no-untyped-def]
-    """Where the parabola vanishes that has value ``near`` and slope ``steep`` at 0, and ``far``, on the other side of
-    zero, at 1."""
+    """Where the parabola vanishes that has value ``near`` and slope ``steep`` at 0, and
+    ``far``, on the other side of zero, at 1."""
     bend = far - near - steep
     root_ = np.sqrt(max(fma(steep, steep, -4.0 * bend * near), 0.0))
     return 2.0 * near / ((root_ if near > 0.0 else -root_) - steep)
@@ -107,12 +116,14 @@ def zero_of_parabola(near, steep, far):  # type: ignore[no-untyped-def]
 
 @inlined
 def divide(p0, p1, p2, p3, p4, p5, end_slope, level):  # type: ignore[no-untyped-def]
-    """Where the polynomial crosses ``level``, with at most one extreme inside the step: two places (0 to 1), and
-    whether it is above the level up to the first of them, from there to the second, and from there on.
+    """Where the polynomial crosses ``level``, with at most one extreme inside the step:
+    two places (0 to 1), and whether it is above the level up to the first of them, from
+    there to the second, and from there on.
 
-    The extreme, or else the end, divides the step into two parts with at most one crossing each. The guess is the zero
-    of the parabola about the extreme or, without one, about the flatter end: from a line, Newton's method would be long
-    in coming where the extreme lies just outside the step. Branch-free.
+    The extreme, or else the end, divides the step into two parts with at most one
+    crossing each. The guess is the zero of the parabola about the extreme or, without
+    one, about the flatter end: from a line, Newton's method would be long in coming
+    where the extreme lies just outside the step. Branch-free.
     """
     p0 = p0 - level
     turning = (p1 > 0.0) != (end_slope > 0.0)
@@ -123,7 +134,9 @@ def divide(p0, p1, p2, p3, p4, p5, end_slope, level):  # type: ignore[no-untyped
     steep = p1 if from_start else (0.0 if turning else -end_slope)
     guess = zero_of_parabola(p0 if from_start else top, steep, top if from_start else p0)
     first = root(p0, p1, p2, p3, p4, p5, guess if from_start else turn * (1.0 - guess), 0.0, turn)
-    second = root(p0, p1, p2, p3, p4, p5, fma(1.0 - turn, zero_of_parabola(top, 0.0, end), turn), turn, 1.0)
+    second = root(
+        p0, p1, p2, p3, p4, p5, fma(1.0 - turn, zero_of_parabola(top, 0.0, end), turn), turn, 1.0
+    )
     first = first if above_start != above_top else turn
     second = second if above_top != above_end else 1.0
     return first, second, above_start, above_top, above_end
@@ -131,8 +144,9 @@ def divide(p0, p1, p2, p3, p4, p5, end_slope, level):  # type: ignore[no-untyped
 
 @inlined
 def above(at_first, at_second, at_end, above_start, above_top, above_end):  # type: ignore[no-untyped-def]
-    """What gathers above the level in a step that :func:`divide` has divided, from what gathers in all up to the first
-    place, up to the second and up to the end. Of theta itself it is the fraction of the step."""
+    """What gathers above the level in a step that :func:`divide` has divided, from what
+    gathers in all up to the first place, up to the second and up to the end. Of theta
+    itself it is the fraction of the step."""
     total = at_first if above_start else 0.0
     total += at_second - at_first if above_top else 0.0
     return total + (at_end - at_second if above_end else 0.0)
@@ -149,7 +163,8 @@ def integral_of_cubic(g0, d0, g1, d1, theta):  # type: ignore[no-untyped-def]
 
 @inlined
 def top_of_cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
-    """Where the cubic with these values and slopes is greatest that rises at 0 and falls at 1; else in the middle."""
+    """Where the cubic with these values and slopes is greatest that rises at 0 and
+    falls at 1; else in the middle."""
     rise = g1 - g0
     p2 = fma(3.0, rise, -fma(2.0, d0, d1))
     p3 = fma(-2.0, rise, d0 + d1)
@@ -159,15 +174,16 @@ def top_of_cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
 
 @inlined
 def cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
-    """Coefficients p0..p5, the last two zero, from value g and slope times step d at both ends."""
+    """Coefficients p0..p5, the last two zero, from value g and slope times step d at
+    both ends."""
     rise = g1 - g0
     return g0, d0, fma(3.0, rise, -fma(2.0, d0, d1)), fma(-2.0, rise, d0 + d1), 0.0, 0.0
 
 
 @inlined
 def middle_of_quintic(g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
-    """Coefficients of the quintic (see :func:`quintic`) about the middle of the step, in s from -1 to 1: those of 1,
-    s^2, s^4, then those of s, s^3, s^5."""
+    """Coefficients of the quintic (see :func:`quintic`) about the middle of the step,
+    in s from -1 to 1: those of 1, s^2, s^4, then those of s, s^3, s^5."""
     even, odd = 0.5 * (g0 + g1), 0.5 * (g1 - g0)
     even_slope, odd_slope = 0.25 * (d1 - d0), 0.25 * (d0 + d1)
     even_bend, odd_bend = 0.125 * (c0 + c1), 0.125 * (c1 - c0)
@@ -180,7 +196,11 @@ def middle_of_quintic(g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
 @inlined
 def mean_square(e0, e2, e4, o1, o3, o5):  # type: ignore[no-untyped-def]
     """Of a polynomial about the middle of the step over the step; exact."""
-    even = fma(e0, fma(2.0 / 3.0, e2, e0), fma(e2, 0.2 * e2, e4 * fma(0.4, e0, fma(2.0 / 7.0, e2, (1.0 / 9.0) * e4))))
+    even = fma(
+        e0,
+        fma(2.0 / 3.0, e2, e0),
+        fma(e2, 0.2 * e2, e4 * fma(0.4, e0, fma(2.0 / 7.0, e2, (1.0 / 9.0) * e4))),
+    )
     odd = fma(
         o1,
         fma(0.4, o3, (1.0 / 3.0) * o1),
@@ -199,10 +219,17 @@ def middle_of_cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
 
 @inlined
 def middle_of_rate(e2, e4, o1, o3, o5, per_h, frame):  # type: ignore[no-untyped-def]
-    """As :func:`middle_of_quintic`, of the rate of a quintic with these coefficients, plus ``frame``; ``per_h`` is one
-    over the length of the step."""
+    """As :func:`middle_of_quintic`, of the rate of a quintic with these coefficients,
+    plus ``frame``; ``per_h`` is one over the length of the step."""
     twice = 2.0 * per_h
-    return fma(twice, o1, frame), twice * (3.0 * o3), twice * (5.0 * o5), twice * (2.0 * e2), twice * (4.0 * e4), 0.0
+    return (
+        fma(twice, o1, frame),
+        twice * (3.0 * o3),
+        twice * (5.0 * o5),
+        twice * (2.0 * e2),
+        twice * (4.0 * e4),
+        0.0,
+    )
 
 
 @inlined

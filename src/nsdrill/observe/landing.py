@@ -1,12 +1,16 @@
-"""Small deviations across contacts: steps in which a contact begins or ends are made anew, in parts that land on it.
+"""Small deviations across contacts: steps in which a contact begins or ends are made
+anew, in parts that land on it.
 
-At a contact the Jacobian jumps, and a Runge-Kutta step over the jump follows a deviation no better than to the first
-power of the step. The run itself does not mind: its vector field has a kink only. So its steps stay as they are, and
-after each of them the deviation alone is mended. Within a step the tangent dynamics takes every contact as it was at
-the step's start; where one changes inside, at a zero of its function on the continuous solution, the step is made
-again for that lane, from zero to zero, and the deviation at its end replaces the one that came out.
+At a contact the Jacobian jumps, and a Runge-Kutta step over the jump follows a
+deviation no better than to the first power of the step. The run itself does not mind:
+its vector field has a kink only. So its steps stay as they are, and after each of them
+the deviation alone is mended. Within a step the tangent dynamics takes every contact as
+it was at the step's start; where one changes inside, at a zero of its function on the
+continuous solution, the step is made again for that lane, from zero to zero, and the
+deviation at its end replaces the one that came out.
 
-The model says what its contacts are, as functions of state and time that are positive where it touches.
+The model says what its contacts are, as functions of state and time that are positive
+where it touches.
 """
 
 from __future__ import annotations
@@ -28,7 +32,8 @@ OVER = 2.0  # no place in a step
 
 
 def landing_rows(contacts: int) -> int:
-    """Rows of the observer: each contact function and its rates at the start of the step, then at its end."""
+    """Rows of the observer: each contact function and its rates at the start of the
+    step, then at its end."""
     return 2 * RATES * contacts
 
 
@@ -58,12 +63,14 @@ def make_landing(
     contacts: int,
     variant: tuple[int, ...] = (),
 ) -> Any:
-    """The compiled observer that mends the deviations, which are the companions of the states.
+    """The compiled observer that mends the deviations, which are the companions of the
+    states.
 
-    ``first`` is the place of its rows among those of the observer; ``measure(b)`` puts the contact functions and their
-    rates at the end of the step into the second half of them, and the right-hand side ``tangent(b)``, of one lane,
-    takes a contact as closed where the value in the first half is positive. ``scheme`` is that of the run's stepper.
-    ``variant`` tells models and steppers apart.
+    ``first`` is the place of its rows among those of the observer; ``measure(b)`` puts
+    the contact functions and their rates at the end of the step into the second half of
+    them, and the right-hand side ``tangent(b)``, of one lane, takes a contact as closed
+    where the value in the first half is positive. ``scheme`` is that of the run's
+    stepper. ``variant`` tells models and steppers apart.
     """
     if not contacts:
         return _nothing(lanes, rows, first, *variant)
@@ -90,13 +97,17 @@ def make_landing(
     own_slopes = rows.own_slopes
     relax, apart, A = rows.relax, rows.apart != 0, M + len(rows.pushed)
     own_pushes = len(rows.pushed) // 2
-    # The first state of each slope, and whether it is a position, whose velocity follows.
-    state_of = np.array([f + o * k for o, count, f, _ in rows.blocks for k in range(count)], np.int64)
+    # The first state of each slope, and whether it is a position, whose velocity
+    # follows.
+    state_of = np.array(
+        [f + o * k for o, count, f, _ in rows.blocks for k in range(count)], np.int64
+    )
     second = np.array([o == 2 for o, count, _, _ in rows.blocks for _ in range(count)])
 
     @compiled(types.void(BUFFER), *astuple(rows), first, *variant)
     def part(s):  # type: ignore[no-untyped-def]
-        # One step of the run's own pair in the buffer of one lane, from (time, start) to (time + step, stage).
+        # One step of the run's own pair in the buffer of one lane, from (time, start)
+        # to (time + step, stage).
         h = s[step]
         for n in range(stages):
             s[stage_time] = s[time] + nodes[n] * h
@@ -186,7 +197,8 @@ def make_landing(
             part(s)
             for j in range(own, N):
                 b[(stage + j) * W + i] = s[stage + j]
-        # The next step begins with the accelerations at the run's own end, and with the contacts there.
+        # The next step begins with the accelerations at the run's own end, and with the
+        # contacts there.
         for j in range(N):
             s[stage + j] = b[(stage + j) * W + i]
         s[stage_time] = begun + h
@@ -203,13 +215,16 @@ def make_landing(
         measure(b)
         due = 0
         for i in range(W):
-            # A contact function changes its sign, or turns on its way to zero. A step of no length shows the start of a
-            # run, whose accelerations were made with the contacts of the run before.
+            # A contact function changes its sign, or turns on its way to zero. A step
+            # of no length shows the start of a run, whose accelerations were made with
+            # the contacts of the run before.
             wanted = b[step * W + i] == 0.0
             for k in range(0, of_contacts * W, RATES * W):
                 g0, d0 = b[before * W + k + i], b[(before + 1) * W + k + i]
                 g1, d1 = b[now * W + k + i], b[(now + 1) * W + k + i]
-                wanted |= (g0 > 0.0) != (g1 > 0.0) or ((d0 > 0.0) != (d1 > 0.0) and (d0 > 0.0) != (g0 > 0.0))
+                wanted |= (g0 > 0.0) != (g1 > 0.0) or (
+                    (d0 > 0.0) != (d1 > 0.0) and (d0 > 0.0) != (g0 > 0.0)
+                )
             due |= (1 << i) if wanted and b[moves * W + i] != 0.0 else 0
         while due != 0:
             i = lowest_bit(due)

@@ -1,7 +1,9 @@
-"""What kind of motion a response is: equilibrium, period-n, quasi-periodic, chaotic, not settled, or undetermined.
+"""What kind of motion a response is: equilibrium, period-n, quasi-periodic, chaotic,
+not settled, or undetermined.
 
-The returns to the Poincare section tell a period; where there is none, the largest Lyapunov exponent tells chaos from
-quasi-periodicity, or, where it was not measured, the 0-1 test. Rerunnable on a file.
+The returns to the Poincare section tell a period; where there is none, the largest
+Lyapunov exponent tells chaos from quasi-periodicity, or, where it was not measured, the
+0-1 test. Rerunnable on a file.
 """
 
 from __future__ import annotations
@@ -16,29 +18,51 @@ from numba import types
 
 from nsdrill.abi import compiled
 from nsdrill.observe.thresholds import Motion
-from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC, UNDETERMINED, UNSETTLED
+from nsdrill.variables import (
+    CHAOTIC,
+    EQUILIBRIUM,
+    OK,
+    PERIODIC,
+    QUASI_PERIODIC,
+    UNDETERMINED,
+    UNSETTLED,
+)
 
 Array = np.ndarray[Any, np.dtype[Any]]
 REPEATS = 3  # so often must a period be seen
-STANDS_OUT = 0.2  # scatter of what is the same, in parts of that of all returns, below which a longer period is one
-LASTS = 0.9  # spread of the returns in the last third to that in the first, or the other way round, of a longer period
+# scatter of what is the same, in parts of that of all returns, below which a longer
+# period is one
+STANDS_OUT = 0.2
+# spread of the returns in the last third to that in the first, or the other way round,
+# of a longer period
+LASTS = 0.9
 LEAST_RETURNS = 1000  # for the 0-1 test: 200 tell neither a rattling collar nor a slow decay
 FREQUENCIES = 64  # of the 0-1 test
 
 
 def period(returns: Array, sizes: Array, t: Motion) -> Array:
-    """The least number of returns after which all of them repeat, 0 where none is found: int16 [points].
+    """The least number of returns after which all of them repeat, 0 where none is
+    found: int16 [points].
 
-    ``returns`` has shape (points, returns, states), oldest first and NaN where there are none, ``sizes`` (points,
-    states) is the natural size of each state. Two returns are the same where every state differs by less than
-    ``absolute`` times its size plus ``relative`` times its range over all returns. A period of two or more must stand
-    out and last besides: a motion that spirals towards its goal comes near some of its returns again and again, but its
-    returns draw together.
+    ``returns`` has shape (points, returns, states), oldest first and NaN where there
+    are none, ``sizes`` (points, states) is the natural size of each state. Two returns
+    are the same where every state differs by less than ``absolute`` times its size plus
+    ``relative`` times its range over all returns. A period of two or more must stand
+    out and last besides: a motion that spirals towards its goal comes near some of its
+    returns again and again, but its returns draw together.
     """
     found = np.zeros(len(returns), dtype=np.int16)
     # Contiguous and writable, as it was compiled for.
     returns, sizes = (np.require(array, requirements=["C", "W"]) for array in (returns, sizes))
-    _make_period()(returns, sizes, t.absolute, t.relative, t.longest_period, found, np.empty((2, returns.shape[2])))
+    _make_period()(
+        returns,
+        sizes,
+        t.absolute,
+        t.relative,
+        t.longest_period,
+        found,
+        np.empty((2, returns.shape[2])),
+    )
     return found
 
 
@@ -76,7 +100,10 @@ def _make_period() -> Any:
                 limits[0, j] = absolute * sizes[point, j] + relative * (high - low)
                 if seen > 0 and (high - low) / sizes[point, j] > widest:
                     widest = (high - low) / sizes[point, j]
-                    first, last = spread(states, j, 0, seen // 3), spread(states, j, seen - seen // 3, seen)
+                    first, last = (
+                        spread(states, j, 0, seen // 3),
+                        spread(states, j, seen - seen // 3, seen),
+                    )
                     lasts = min(first, last) >= LASTS * max(first, last)
             for j in range(states.shape[1]):
                 limits[1, j] = min(limits[0, j], STANDS_OUT * widest * sizes[point, j])
@@ -101,15 +128,19 @@ def _make_period() -> Any:
 
 
 def zero_one(returns: Array, sizes: Array) -> Array:
-    """The 0-1 test for chaos on the returns (Gottwald & Melbourne 2009, SIAM J. Appl. Dyn. Syst. 8:129-145): near 0 for
-    regular motion, near 1 for chaotic. NaN where there are fewer than LEAST_RETURNS. Shapes as of :func:`period`.
+    """The 0-1 test for chaos on the returns (Gottwald & Melbourne 2009, SIAM J. Appl.
+    Dyn. Syst. 8:129-145): near 0 for regular motion, near 1 for chaotic. NaN where
+    there are fewer than LEAST_RETURNS. Shapes as of :func:`period`.
 
-    The observable is the sum of all states in units of their scatter. It drives p and q in the plane by c n for some
-    frequencies c; the mean square displacement, less its oscillating part, grows with n if the motion is chaotic and is
-    bounded if it is regular: K is its correlation with n, in the median over c.
+    The observable is the sum of all states in units of their scatter. It drives p and q
+    in the plane by c n for some frequencies c; the mean square displacement, less its
+    oscillating part, grows with n if the motion is chaotic and is bounded if it is
+    regular: K is its correlation with n, in the median over c.
     """
     out = np.full(len(returns), np.nan)
-    frequencies = np.random.Generator(np.random.PCG64(1)).uniform(math.pi / 5, 4 * math.pi / 5, FREQUENCIES)
+    frequencies = np.random.Generator(np.random.PCG64(1)).uniform(
+        math.pi / 5, 4 * math.pi / 5, FREQUENCIES
+    )
     phase = np.outer(np.arange(1, returns.shape[1] + 1), frequencies)
     cosine, sine = np.cos(phase), np.sin(phase)
     p, q = np.empty_like(phase), np.empty_like(phase)
@@ -123,18 +154,21 @@ def zero_one(returns: Array, sizes: Array) -> Array:
         observable = ((states - states.mean(axis=0)) / scatter).sum(axis=1)
         displacement = np.zeros((cut, FREQUENCIES))
         displace(observable, cosine, sine, p, q, displacement)
-        # The mean of the observable is zero, and so is the oscillating part of the displacement.
+        # The mean of the observable is zero, and so is the oscillating part of the
+        # displacement.
         grown = displacement - displacement.mean(axis=0)
         even = np.arange(1, cut + 1) - 0.5 * (cut + 1)
         size = np.sqrt(np.sum(grown * grown, axis=0) * np.sum(even * even))
-        along = np.sum(even[:, np.newaxis] * grown, axis=0)  # row by row; the sums of BLAS depend on the processor
+        # row by row; the sums of BLAS depend on the processor
+        along = np.sum(even[:, np.newaxis] * grown, axis=0)
         out[number] = np.median(np.divide(along, size, out=np.zeros(len(size)), where=size > 0))
     return out
 
 
 @lru_cache
 def _make_displacement() -> Any:
-    """Mean square displacements after 1, 2, ... returns: the inner loop runs over the frequencies, and so is packed."""
+    """Mean square displacements after 1, 2, ... returns: the inner loop runs over the
+    frequencies, and so is packed."""
 
     @compiled(types.void(types.float64[::1], *[types.float64[:, ::1]] * 5))
     def displace(observable, cosine, sine, p, q, displacement):  # type: ignore[no-untyped-def]
@@ -158,20 +192,28 @@ def _make_displacement() -> Any:
 
 
 def classify_motion(
-    features: Mapping[str, Array], status: Array, settled: Array, found: Array, returns: Array, still: Array, t: Motion
+    features: Mapping[str, Array],
+    status: Array,
+    settled: Array,
+    found: Array,
+    returns: Array,
+    still: Array,
+    t: Motion,
 ) -> Array:
     """The kind of motion of runs: int8, shape of ``status``.
 
-    ``found`` is their :func:`period`, ``settled`` their label, ``returns`` how many returns each has, ``still`` whether
-    no state moves; ``features`` holds ``zero_one`` and, if measured, ``lyapunov_exponent`` with its error. No motion
-    and no period without three returns: undetermined.
+    ``found`` is their :func:`period`, ``settled`` their label, ``returns`` how many
+    returns each has, ``still`` whether no state moves; ``features`` holds ``zero_one``
+    and, if measured, ``lyapunov_exponent`` with its error. No motion and no period
+    without three returns: undetermined.
     """
     if "lyapunov_exponent" in features:
         exponent, error = features["lyapunov_exponent"], 2.0 * features["lyapunov_error"]
         chaotic, decaying = exponent - error > t.exponent, exponent + error < 0.0
         regular = (np.abs(exponent) <= error) & (error <= t.exponent_error)
     else:
-        index = np.where(returns >= LEAST_RETURNS, features["zero_one"], np.nan)  # older files have it with fewer
+        # older files have it with fewer
+        index = np.where(returns >= LEAST_RETURNS, features["zero_one"], np.nan)
         with np.errstate(invalid="ignore"):
             chaotic, regular = index > t.chaotic_above, index < t.regular_below
         decaying = np.zeros_like(chaotic)

@@ -1,8 +1,11 @@
-"""How a run touches: of each contact the least and the greatest value of its function, and how often it begins.
+"""How a run touches: of each contact the least and the greatest value of its function,
+and how often it begins.
 
-A contact function is positive where the contact touches (:class:`nsdrill.models.base.Model`). Between steps it is
-followed by the quintic through its values and rates, so a visit or a loss inside one step is counted too. The same is
-told of levels, below which a state falls, by the cubic through its values and slopes.
+A contact function is positive where the contact touches
+(:class:`nsdrill.models.base.Model`). Between steps it is followed by the quintic
+through its values and rates, so a visit or a loss inside one step is counted too. The
+same is told of levels, below which a state falls, by the cubic through its values and
+slopes.
 """
 
 from __future__ import annotations
@@ -26,9 +29,12 @@ def touch_rows(contacts: int) -> int:
 
 
 @lru_cache
-def make_touches(lanes: int, rows: Rows, first: int, functions: int, contacts: int) -> tuple[Any, Any]:
-    """The compiled (observer, marker) for contact functions whose values and rates at the start of the step stand
-    among the observer's rows at ``functions``, those at its end after them; ``first`` is the place of its own rows."""
+def make_touches(
+    lanes: int, rows: Rows, first: int, functions: int, contacts: int
+) -> tuple[Any, Any]:
+    """The compiled (observer, marker) for contact functions whose values and rates at
+    the start of the step stand among the observer's rows at ``functions``, those at its
+    end after them; ``first`` is the place of its own rows."""
     W = lanes
     before, found = W * (rows.observer + functions), W * (rows.observer + first)
     now = before + W * RATES * contacts
@@ -81,9 +87,12 @@ def make_touches(lanes: int, rows: Rows, first: int, functions: int, contacts: i
 
 
 @lru_cache
-def make_levels(lanes: int, rows: Rows, first: int, levels: tuple[tuple[int, int], ...]) -> tuple[Any, Any]:
-    """The compiled observer and marker, as those of :func:`make_touches`, for a parameter less a velocity: ``levels``
-    are the places of the velocity among the states and of the parameter among those of a lane."""
+def make_levels(
+    lanes: int, rows: Rows, first: int, levels: tuple[tuple[int, int], ...]
+) -> tuple[Any, Any]:
+    """The compiled observer and marker, as those of :func:`make_touches`, for a
+    parameter less a velocity: ``levels`` are the places of the velocity among the
+    states and of the parameter among those of a lane."""
     W, width, count = lanes, len(TOUCHES), len(levels)
     found = W * (rows.observer + first)
     step_, moves_ = W * rows.step, W * rows.moves
@@ -117,7 +126,12 @@ def make_levels(lanes: int, rows: Rows, first: int, levels: tuple[tuple[int, int
                 if (d0 > 0.0) != (d1 > 0.0):
                     bend = 6.0 * (g1 - g0)
                     p0, p1, p2, p3, p4, p5 = quintic(
-                        g0, h * d0, bend - h * (4.0 * d0 + 2.0 * d1), g1, h * d1, h * (2.0 * d0 + 4.0 * d1) - bend
+                        g0,
+                        h * d0,
+                        bend - h * (4.0 * d0 + 2.0 * d1),
+                        g1,
+                        h * d1,
+                        h * (2.0 * d0 + 4.0 * d1) - bend,
                     )
                     inside = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, h * d1))
                     low, high = min(low, inside), max(high, inside)

@@ -1,4 +1,5 @@
-"""The trajectory itself, sampled at even times from the continuous solution: the observer of ``simulate``."""
+"""The trajectory itself, sampled at even times from the continuous solution: the
+observer of ``simulate``."""
 
 from __future__ import annotations
 
@@ -13,13 +14,14 @@ from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma
 from nsdrill.observe.interpolant import quintic, slope, value
 
-# The store: next sample, interval [s], capacity, when the lane's clock was set to zero [s], then the samples, each with
-# all states.
+# The store: next sample, interval [s], capacity, when the lane's clock was set to zero
+# [s], then the samples, each with all states.
 NEXT, INTERVAL, CAPACITY, BEGAN, HEADER = range(5)
 
 
 def trace_store(samples: int, interval: float, states: int) -> np.ndarray:
-    """A store for this many samples of so many states, ``interval`` seconds apart, the first at time zero."""
+    """A store for this many samples of so many states, ``interval`` seconds apart, the
+    first at time zero."""
     store = np.zeros(HEADER + samples * states)
     store[INTERVAL], store[CAPACITY] = interval, samples
     return store
@@ -36,7 +38,8 @@ def make_tracer(lanes: int, rows: Rows) -> tuple[Any, Any]:
     """The compiled (observer, marker) that sample lane 0."""
     W, N, pairs = lanes, rows.own, rows.pairs
     start_, start_rate_, end_, end_rate_, drift_ = (
-        W * r for r in (rows.start, rows.start_acceleration, rows.stage, rows.acceleration, rows.drift)
+        W * r
+        for r in (rows.start, rows.start_acceleration, rows.stage, rows.acceleration, rows.drift)
     )
     time_, step_, moves_ = W * rows.time, W * rows.step, W * rows.moves
 
@@ -67,13 +70,23 @@ def make_tracer(lanes: int, rows: Rows) -> tuple[Any, Any]:
                 store[sample + 2 * p + 1] = slope(p1, p2, p3, p4, p5, theta) / h - drift
             for k in range(2 * pairs, N):  # states of first order: the cubic through both ends
                 j, a = k * W, (k - pairs) * W
-                rise, d0, d1 = b[end_ + j] - b[start_ + j], h * b[start_rate_ + a], h * b[end_rate_ + a]
+                rise, d0, d1 = (
+                    b[end_ + j] - b[start_ + j],
+                    h * b[start_rate_ + a],
+                    h * b[end_rate_ + a],
+                )
                 square = fma(-2.0, d0, fma(3.0, rise, -d1))
                 cube = fma(-2.0, rise, d0 + d1)
-                store[sample + k] = fma(theta, fma(theta, fma(theta, cube, square), d0), b[start_ + j])
+                store[sample + k] = fma(
+                    theta, fma(theta, fma(theta, cube, square), d0), b[start_ + j]
+                )
             store[NEXT] += 1.0
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), W, *astuple(rows))
+    @compiled(
+        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
+        W,
+        *astuple(rows),
+    )
     def trace_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         pass
 

@@ -1,1 +1,2 @@
-"""Continuation of periodic orbits, cycles and invariant circles in a number of the study."""
+"""Continuation of periodic orbits, cycles and invariant circles in a number of the
+study."""

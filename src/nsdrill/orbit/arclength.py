@@ -1,9 +1,12 @@
-"""Pseudo-arclength continuation (Keller 1977) of the zeros of any residual along which one number varies.
+"""Pseudo-arclength continuation (Keller 1977) of the zeros of any residual along which
+one number varies.
 
-A problem has m equations in m + 1 unknowns, all in natural sizes, the last of them the number that is continued. It is
-evaluated from pieces of motion: the functions here are generators that yield the legs they need and are sent their
-ends, so that many branches advance side by side and all that they need in one round is one batch
-(:func:`nsdrill.orbit.rounds.advance`). Nothing here knows what the pieces of motion are.
+A problem has m equations in m + 1 unknowns, all in natural sizes, the last of them the
+number that is continued. It is evaluated from pieces of motion: the functions here are
+generators that yield the legs they need and are sent their ends, so that many branches
+advance side by side and all that they need in one round is one batch
+(:func:`nsdrill.orbit.rounds.advance`). Nothing here knows what the pieces of motion
+are.
 """
 
 from __future__ import annotations
@@ -33,16 +36,18 @@ SAME = 1e-5  # in natural sizes: two special points of one kind that are one
 LOCATED = 1e-8  # of the arclength at which a special point is known
 NOISE = 1e-7  # of a residual, in natural sizes, that the steps of the integration may leave
 CORNER = 1e-5  # of a step: shorter ones look for a corner
-BEYOND = (3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)  # lengths of the first step beyond a corner
+# lengths of the first step beyond a corner
+BEYOND = (3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)
 HALVINGS = 6  # in search of a window
-CLOSENESS, WIDEST = 4.0, 0.5  # of a margin: how far from zero, over its change between points; that change
+# of a margin: how far from zero, over its change between points; that change
+CLOSENESS, WIDEST = 4.0, 0.5
 STRAIGHT = 0.95  # cosine between that step, or the next shorter one, and the tangent at its end
 
 
 @dataclass(frozen=True)
 class Reading:
-    """What a problem has at ``x``: ``residual`` [m], ``jacobian`` [m, m + 1]; ``found`` gives what the problem wants
-    kept of the point."""
+    """What a problem has at ``x``: ``residual`` [m], ``jacobian`` [m, m + 1]; ``found``
+    gives what the problem wants kept of the point."""
 
     residual: Array
     jacobian: Array
@@ -50,7 +55,8 @@ class Reading:
 
 
 class Problem(Protocol):
-    """What is continued. ``slack`` is by what factor its noise exceeds that of the tolerance of the flow."""
+    """What is continued. ``slack`` is by what factor its noise exceeds that of the
+    tolerance of the flow."""
 
     @property
     def slack(self) -> float: ...
@@ -60,15 +66,17 @@ class Problem(Protocol):
         ...
 
     def moved(self, x: Array) -> Problem:
-        """The problem for the points after ``x``, whose phase condition may refer to it."""
+        """The problem for the points after ``x``, whose phase condition may refer to
+        it."""
         ...
 
 
 @dataclass(frozen=True)
 class Point:
-    """A point of a branch: ``x`` [m + 1], the unit tangent ``tangent`` [m + 1], what was ``found``, Newton's
-    ``iterations``, the ``residual`` left, its place ``s`` along the branch, and the sign ``turn`` of the determinant of
-    the Jacobian above the tangent, which changes at branch points alone."""
+    """A point of a branch: ``x`` [m + 1], the unit tangent ``tangent`` [m + 1], what
+    was ``found``, Newton's ``iterations``, the ``residual`` left, its place ``s`` along
+    the branch, and the sign ``turn`` of the determinant of the Jacobian above the
+    tangent, which changes at branch points alone."""
 
     x: Array
     tangent: Array
@@ -80,8 +88,8 @@ class Point:
 
 
 def tangent_of(jacobian: Array, along: Array) -> Array | None:
-    """The unit vector that ``jacobian`` [m, m + 1] maps to zero, on the side of ``along``; None where there are
-    several."""
+    """The unit vector that ``jacobian`` [m, m + 1] maps to zero, on the side of
+    ``along``; None where there are several."""
     m = len(jacobian)
     system = np.vstack([jacobian, along])
     try:
@@ -92,12 +100,16 @@ def tangent_of(jacobian: Array, along: Array) -> Array | None:
     return found / length if np.isfinite(length) and length > 0 else None
 
 
-def correct(problem: Problem, guess: Array, normal: Array) -> Steps[tuple[Array, Reading, int, float] | None]:
-    """The zero of ``problem`` in the plane through ``guess`` with this ``normal``, by Newton's method: (x, reading,
-    iterations, residual). None where it does not converge.
+def correct(
+    problem: Problem, guess: Array, normal: Array
+) -> Steps[tuple[Array, Reading, int, float] | None]:
+    """The zero of ``problem`` in the plane through ``guess`` with this ``normal``, by
+    Newton's method: (x, reading, iterations, residual). None where it does not
+    converge.
 
-    It stops at a step of ``CLOSE``, or where one below ``SMALL`` no longer falls and the residual is below ``NOISE``:
-    the steps of the integration make some, which large multipliers amplify.
+    It stops at a step of ``CLOSE``, or where one below ``SMALL`` no longer falls and
+    the residual is below ``NOISE``: the steps of the integration make some, which large
+    multipliers amplify.
     """
     x, before = guess, np.inf
     for iteration in range(1, MOST_ITERATIONS + 1):
@@ -114,7 +126,9 @@ def correct(problem: Problem, guess: Array, normal: Array) -> Steps[tuple[Array,
         if not np.isfinite(size) or size > FARTHEST:
             return None
         noise = problem.slack
-        if size < noise * CLOSE or (size < noise * SMALL and size >= 0.5 * before and residual < noise * NOISE):
+        if size < noise * CLOSE or (
+            size < noise * SMALL and size >= 0.5 * before and residual < noise * NOISE
+        ):
             return x, reading, iteration, residual
         if iteration > 3 and size > 2.0 * before:
             return None
@@ -125,9 +139,9 @@ def correct(problem: Problem, guess: Array, normal: Array) -> Steps[tuple[Array,
 def corrected(
     problem: Problem, guess: Array, normal: Array, along: Array, origin: Point | None = None
 ) -> Steps[Point | None]:
-    """The point of the branch in the plane through ``guess`` with this ``normal``, with the tangent on the side of
-    ``along`` and the arclength counted from ``origin``. None where Newton's method does not converge, or where there
-    are several tangents."""
+    """The point of the branch in the plane through ``guess`` with this ``normal``, with
+    the tangent on the side of ``along`` and the arclength counted from ``origin``. None
+    where Newton's method does not converge, or where there are several tangents."""
     found = yield from correct(problem, guess, normal)
     if found is None:
         return None
@@ -136,7 +150,9 @@ def corrected(
     if tangent is None:
         return None
     s = 0.0 if origin is None else origin.s + float(np.linalg.norm(x - origin.x))
-    return Point(x, tangent, reading.found(), iterations, residual, s, _turn(reading.jacobian, tangent))
+    return Point(
+        x, tangent, reading.found(), iterations, residual, s, _turn(reading.jacobian, tangent)
+    )
 
 
 def _turn(jacobian: Array, tangent: Array) -> float:
@@ -149,15 +165,16 @@ def _unit(length: int) -> Array:
 
 
 def settled(problem: Problem, guess: Array) -> Steps[Point | None]:
-    """The zero of ``problem`` near ``guess`` at its value of the number that is continued."""
+    """The zero of ``problem`` near ``guess`` at its value of the number that is
+    continued."""
     normal = _unit(len(guess))
     return (yield from corrected(problem, guess, normal, normal))
 
 
 @dataclass(frozen=True)
 class Test:
-    """A special point between two points of a branch: ``value`` of a point changes its sign there, and ``jumps`` where
-    it is one that only has a sign."""
+    """A special point between two points of a branch: ``value`` of a point changes its
+    sign there, and ``jumps`` where it is one that only has a sign."""
 
     code: int
     value: Callable[[Point], float]
@@ -179,8 +196,9 @@ Tests = Callable[[Point, Point], list[Test]]
 
 @dataclass(frozen=True)
 class Half:
-    """One side of a branch from its seed on: the ``points`` after the seed, why it ``ended``, and how many of the
-    points are ``further`` ones, of windows narrower than a step."""
+    """One side of a branch from its seed on: the ``points`` after the seed, why it
+    ``ended``, and how many of the points are ``further`` ones, of windows narrower than
+    a step."""
 
     points: list[Marked]
     ended: str
@@ -204,15 +222,19 @@ def follow(
     kinked: Kinked = lambda here, there: False,
     margins: Margins | None = None,
 ) -> Steps[Half]:
-    """Follow the branch through ``start`` to the side ``sense`` (1 or -1 of its tangent) until the number continued
-    leaves ``bounds``, ``stop`` of two neighbouring points has a word for the end, the branch closes, Newton's method
-    fails, or there are so many ``points``. ``kinked`` says of what was found at two points whether a kink of the
-    equations lies between them, at which the branch may have a corner. ``margins`` of a point change their sign at
-    special points: where one comes close to that, a window narrower than a step is looked for."""
+    """Follow the branch through ``start`` to the side ``sense`` (1 or -1 of its
+    tangent) until the number continued leaves ``bounds``, ``stop`` of two neighbouring
+    points has a word for the end, the branch closes, Newton's method fails, or there
+    are so many ``points``. ``kinked`` says of what was found at two points whether a
+    kink of the equations lies between them, at which the branch may have a corner.
+    ``margins`` of a point change their sign at special points: where one comes close to
+    that, a window narrower than a step is looked for."""
     suspects: list[Suspect] = []
 
     def suspected(a: Point, b: Point, c: Point) -> bool:
-        return margins is not None and _close(*(margins(one.found) for one in (a, b, c))) is not None
+        return (
+            margins is not None and _close(*(margins(one.found) for one in (a, b, c))) is not None
+        )
 
     sides = (points, tests, stop, first, most, kinked)
     half = yield from _line(problem, start, sense, bounds, *sides, suspected, suspects)
@@ -222,7 +244,10 @@ def follow(
     windows = yield from together([_window(*one, tests, margins) for one in suspects])
     made = list(half.points)
     for one in (one for window in windows for one in window):
-        if not any(one.label == other.label and np.max(np.abs(one.point.x - other.point.x)) < SAME for other in made):
+        if not any(
+            one.label == other.label and np.max(np.abs(one.point.x - other.point.x)) < SAME
+            for other in made
+        ):
             made.append(one)
     return Half(sorted(made, key=lambda one: one.point.s), half.ended, len(made) - len(half.points))
 
@@ -241,7 +266,8 @@ def _line(
     suspected: Callable[[Point, Point, Point], bool],
     suspects: list[Suspect],
 ) -> Steps[Half]:
-    """The steps of :func:`follow`, which puts into ``suspects`` where a window is to be looked for."""
+    """The steps of :func:`follow`, which puts into ``suspects`` where a window is to be
+    looked for."""
     here = replace(start, tangent=sense * start.tangent, s=0.0, turn=sense * start.turn)
     origin, made = here, list[Marked]()
     last_two: tuple[tuple[Problem, Point], ...] = ((problem, here),)  # no corner between
@@ -261,7 +287,9 @@ def _line(
                     here, last_two = edge, ()
             if there is None:
                 length /= 2.0
-        outside = 0 if bounds[0] <= there.x[-1] <= bounds[1] else -1 if there.x[-1] < bounds[0] else 1
+        outside = (
+            0 if bounds[0] <= there.x[-1] <= bounds[1] else -1 if there.x[-1] < bounds[0] else 1
+        )
         if outside:
             bound = bounds[0] if outside < 0 else bounds[1]
             last = yield from _at_bound(problem, here, there, bound)
@@ -273,7 +301,8 @@ def _line(
             there = last
         if word := stop(here, there):
             return Half(made, word)
-        if not (made and made[-1].point is here and made[-1].label):  # else those of a corner, which are there
+        # else those of a corner, which are there
+        if not (made and made[-1].point is here and made[-1].label):
             made += yield from special(problem, here, there, tests)
         made.append(Marked(there))
         if len(last_two) == 2 and suspected(last_two[0][1], last_two[1][1], there):
@@ -296,11 +325,19 @@ def _passes(here: Point, there: Point, origin: Point) -> bool:
     along = there.x - here.x
     share = float((origin.x - here.x) @ along / (along @ along))
     beside = np.linalg.norm(origin.x - here.x - share * along)
-    return 0.0 <= share <= 1.0 and beside < 0.2 * np.linalg.norm(along) and float(origin.tangent @ along) > 0.0
+    return (
+        0.0 <= share <= 1.0
+        and beside < 0.2 * np.linalg.norm(along)
+        and float(origin.tangent @ along) > 0.0
+    )
 
 
-def _stepped(problem: Problem, here: Point, length: float, kinked: Kinked) -> Steps[tuple[Point | None, str]]:
-    there = yield from corrected(problem, here.x + length * here.tangent, here.tangent, here.tangent, here)
+def _stepped(
+    problem: Problem, here: Point, length: float, kinked: Kinked
+) -> Steps[tuple[Point | None, str]]:
+    there = yield from corrected(
+        problem, here.x + length * here.tangent, here.tangent, here.tangent, here
+    )
     if there is None:
         return None, "Newton's method"
     turned_back = there.turn != here.turn and kinked(here.found, there.found)
@@ -311,13 +348,17 @@ def _stepped(problem: Problem, here: Point, length: float, kinked: Kinked) -> St
     return there, ""
 
 
-def _corner(problem: Problem, here: Point, length: float, kinked: Kinked) -> Steps[tuple[Point, Point] | None]:
-    """The last point before a corner that is closer than ``length``, and a first one beyond it.
+def _corner(
+    problem: Problem, here: Point, length: float, kinked: Kinked
+) -> Steps[tuple[Point, Point] | None]:
+    """The last point before a corner that is closer than ``length``, and a first one
+    beyond it.
 
-    Where the equations have a kink, the tangent turns by any angle within a distance that no step resolves: of the
-    compliance of a contact the square root of its depth. The Jacobian beyond tells the new tangent up to its sign; the
-    sign follows from the determinant, which changes at branch points alone. The shortest of the steps that lead to
-    where the branch is straight again is taken.
+    Where the equations have a kink, the tangent turns by any angle within a distance
+    that no step resolves: of the compliance of a contact the square root of its depth.
+    The Jacobian beyond tells the new tangent up to its sign; the sign follows from the
+    determinant, which changes at branch points alone. The shortest of the steps that
+    lead to where the branch is straight again is taken.
     """
     edge, near, far = here, 0.0, length
     while far - near > LOCATED:
@@ -337,7 +378,8 @@ def _corner(problem: Problem, here: Point, length: float, kinked: Kinked) -> Ste
 
 
 def _beyond(problem: Problem, edge: Point, step: float, kinked: Kinked) -> Steps[Point | None]:
-    """The point at the distance ``step`` from the last one before a corner, where the branch is straight again."""
+    """The point at the distance ``step`` from the last one before a corner, where the
+    branch is straight again."""
     along = edge.tangent
     for _ in range(4):  # the Jacobian depends on how far it is beyond the kink
         reading = yield from problem.read(edge.x + step * along)
@@ -352,7 +394,11 @@ def _beyond(problem: Problem, edge: Point, step: float, kinked: Kinked) -> Steps
             chord = there.x - edge.x
             length = float(np.linalg.norm(chord))
             straight = length < 3.0 * step and chord @ there.tangent > STRAIGHT * length
-            return there if straight and there.turn == edge.turn and kinked(edge.found, there.found) else None
+            return (
+                there
+                if straight and there.turn == edge.turn and kinked(edge.found, there.found)
+                else None
+            )
     return None
 
 
@@ -377,22 +423,28 @@ def special(problem: Problem, here: Point, there: Point, tests: Tests) -> Steps[
 
 
 def between(problem: Problem, here: Point, a: Point, b: Point, s: float) -> Steps[Point | None]:
-    """The point at the distance ``s`` along the tangent of ``here``, between the points ``a`` and ``b``."""
+    """The point at the distance ``s`` along the tangent of ``here``, between the points
+    ``a`` and ``b``."""
     sa, sb = (float(here.tangent @ (one.x - here.x)) for one in (a, b))
     guess = a.x + (s - sa) / (sb - sa) * (b.x - a.x)
     return (yield from corrected(problem, guess, here.tangent, here.tangent, here))
 
 
 def _window(
-    first: tuple[Problem, Point], second: tuple[Problem, Point], last: Point, tests: Tests, margins: Margins
+    first: tuple[Problem, Point],
+    second: tuple[Problem, Point],
+    last: Point,
+    tests: Tests,
+    margins: Margins,
 ) -> Steps[list[Marked]]:
-    """What lies between three neighbouring points where a margin, which keeps its sign at them, changes it and changes
-    it back: a point there, and the special points to both sides; none where no margin does. ``first`` and ``second``
-    have the problems of the steps that lead on from them.
+    """What lies between three neighbouring points where a margin, which keeps its sign
+    at them, changes it and changes it back: a point there, and the special points to
+    both sides; none where no margin does. ``first`` and ``second`` have the problems of
+    the steps that lead on from them.
 
-    A margin is suspected that is closest to zero at the point in the middle, and not much farther from it than it
-    changes to one of the sides. Halving both sides about the closest point either finds the window, or shows that the
-    margin turns before.
+    A margin is suspected that is closest to zero at the point in the middle, and not
+    much farther from it than it changes to one of the sides. Halving both sides about
+    the closest point either finds the window, or shows that the margin turns before.
     """
     (early, a), (late, b), c = first, second, last
     sides: list[tuple[Problem, Point]] = [(early, a), (late, b)]
@@ -427,8 +479,8 @@ def _window(
 
 
 def _close(a: Array, b: Array, c: Array) -> int | None:
-    """Which of the margins at three points comes so close to zero that it may cross it between; None where none
-    does."""
+    """Which of the margins at three points comes so close to zero that it may cross it
+    between; None where none does."""
     same = (a * b > 0.0) & (b * c > 0.0)
     peak = (np.abs(b) < np.abs(a)) & (np.abs(b) < np.abs(c))
     change = np.maximum(np.abs(b - a), np.abs(b - c))
@@ -439,7 +491,8 @@ def _close(a: Array, b: Array, c: Array) -> int | None:
 
 
 def _located(problem: Problem, here: Point, there: Point, test: Test) -> Steps[Point | None]:
-    """Where ``test`` vanishes, by the method of Chandrupatla 1997 (bisection and inverse quadratic interpolation)."""
+    """Where ``test`` vanishes, by the method of Chandrupatla 1997 (bisection and
+    inverse quadratic interpolation)."""
     a, b = there, here
     sa, sb = float(here.tangent @ (there.x - here.x)), 0.0
     fa, fb = test.value(a), test.value(b)
@@ -469,7 +522,9 @@ def _located(problem: Problem, here: Point, there: Point, test: Test) -> Steps[P
         xi, phi = (sa - sb) / (sc - sb), (fa - fb) / (fc - fb) if fc != fb else 2.0
         share = 0.5
         if phi * phi < xi and (1.0 - phi) ** 2 < 1.0 - xi:
-            share = fa / (fb - fa) * fc / (fb - fc) + (sc - sa) / (sb - sa) * fa / (fc - fa) * fb / (fc - fb)
+            share = fa / (fb - fa) * fc / (fb - fc) + (sc - sa) / (sb - sa) * fa / (
+                fc - fa
+            ) * fb / (fc - fb)
         least = 0.5 * LOCATED / width
         share = min(max(share, least), 1.0 - least)
     return last

@@ -1,4 +1,5 @@
-"""A branch: the points of one family of motions, from its seed to both sides, and whether a line passes a motion."""
+"""A branch: the points of one family of motions, from its seed to both sides, and
+whether a line passes a motion."""
 
 from __future__ import annotations
 
@@ -29,9 +30,10 @@ ENDINGS = {
 
 @dataclass(frozen=True)
 class Branch:
-    """One branch. ``marked`` are its points in order; ``ended`` says why at its beginning and at its end;
-    ``parent`` and ``parent_point`` are the number of the branch from which it springs and the place of the point
-    there, -1 where it was found from a seed."""
+    """One branch. ``marked`` are its points in order; ``ended`` says why at its
+    beginning and at its end; ``parent`` and ``parent_point`` are the number of the
+    branch from which it springs and the place of the point there, -1 where it was found
+    from a seed."""
 
     motion: str
     lobes: int
@@ -55,9 +57,16 @@ class Branch:
 
 
 def assembled(
-    motion: str, lobes: int, seed: Marked, back: Half | None, on: Half, parent: int = -1, parent_point: int = -1
+    motion: str,
+    lobes: int,
+    seed: Marked,
+    back: Half | None,
+    on: Half,
+    parent: int = -1,
+    parent_point: int = -1,
 ) -> Branch:
-    """A branch from its seed and the halves to both sides; without ``back`` it begins with the seed."""
+    """A branch from its seed and the halves to both sides; without ``back`` it begins
+    with the seed."""
     before = [] if back is None else back.points[::-1]
     reach = before[0].point.s if before else 0.0
     marked = [replace(one, point=replace(one.point, s=reach - one.point.s)) for one in before]
@@ -72,8 +81,9 @@ def assembled(
 
 
 def passes(line: Array, signatures: list[Array], slack: float = 0.0) -> bool:
-    """Whether a ``line`` through points [points, coordinates] passes one of these: closer than a fifth of the distance
-    of the two points between which it does, and ``slack``."""
+    """Whether a ``line`` through points [points, coordinates] passes one of these:
+    closer than a fifth of the distance of the two points between which it does, and
+    ``slack``."""
     along, here = np.diff(line, axis=0), line[:-1]
     square = np.maximum(np.sum(along**2, axis=1), 1e-300)
     for signature in signatures:

@@ -1,8 +1,9 @@
 """Invariant circles of the lobe map: rolling over lobes, a motion on a torus.
 
-A circle is u(theta) = R(theta) w(theta), with R the turn of the frame; the map over m lobes takes it to
-u(theta + rho). The unknowns are w at N angles and the rotation rho; a phase condition, that w does not turn on average,
-takes rho's equation. Between the angles w is its trigonometric interpolant.
+A circle is u(theta) = R(theta) w(theta), with R the turn of the frame; the map over m
+lobes takes it to u(theta + rho). The unknowns are w at N angles and the rotation rho; a
+phase condition, that w does not turn on average, takes rho's equation. Between the
+angles w is its trigonometric interpolant.
 """
 
 from __future__ import annotations
@@ -27,24 +28,30 @@ POINTS = (11, 21)  # on the circle; more where fewer leave too much
 RETURNS = 240  # of the lobe map, that a circle is fitted to
 FEWEST_RETURNS = 40  # to fit a circle to
 SLACK = 30.0  # of the integration's tolerance: interpolation along a circle errs by far more
-DIFFERENCE = 1e-3  # of the natural size of a number, for derivatives by it: the tolerance asks for a longer one
+# of the natural size of a number, for derivatives by it: the tolerance asks for a
+# longer one
+DIFFERENCE = 1e-3
 MISFIT = 0.3  # of the fit, in natural sizes
 TAIL = 0.03  # of the highest harmonics: a circle with more is not smooth enough
 
 
 def shift(points: int, angle: float) -> tuple[Array, Array]:
-    """The matrix that takes values at ``points`` equal angles (an odd number) to those of their trigonometric
-    interpolant at angles greater by ``angle``, and its derivative by the angle."""
+    """The matrix that takes values at ``points`` equal angles (an odd number) to those
+    of their trigonometric interpolant at angles greater by ``angle``, and its
+    derivative by the angle."""
     t = angle + 2.0 * math.pi * (np.arange(points)[:, None] - np.arange(points)[None, :]) / points
     k = np.arange(1, points // 2 + 1)
     phase = t[..., None] * k
-    return (1.0 + 2.0 * np.cos(phase).sum(axis=-1)) / points, -2.0 * (k * np.sin(phase)).sum(axis=-1) / points
+    return (1.0 + 2.0 * np.cos(phase).sum(axis=-1)) / points, -2.0 * (k * np.sin(phase)).sum(
+        axis=-1
+    ) / points
 
 
 @dataclass(frozen=True)
 class Circle:
-    """Invariant circles. The unknowns are the free states of w at ``points`` equal angles, over ``size`` [free], the
-    rotation [rad], and the last of ``values`` over its scale."""
+    """Invariant circles. The unknowns are the free states of w at ``points`` equal
+    angles, over ``size`` [free], the rotation [rad], and the last of ``values`` over
+    its scale."""
 
     flow: Flow
     points: int
@@ -71,7 +78,9 @@ class Circle:
     def w(self, x: Array) -> Array:
         """The states w at the angles, shape (points, states)."""
         made = np.tile(self.fixed, (self.points, 1))
-        made[:, list(self.flow.symmetry.free)] = x[:-2].reshape(self.points, -1) * (self.size * math.sqrt(self.points))
+        made[:, list(self.flow.symmetry.free)] = x[:-2].reshape(self.points, -1) * (
+            self.size * math.sqrt(self.points)
+        )
         return made
 
     def numbers(self, x: Array) -> Array:
@@ -110,15 +119,21 @@ class Circle:
         jacobian = np.zeros((N * n + 1, N * n + 2))
         jacobian[:-1, :-2] = -np.kron(moved, np.eye(n))
         # R(-theta - rho) M R(theta), of each point
-        columns = turned(symmetry, np.swapaxes(ends.monodromy[:N], 1, 2), np.asarray(back[:N, None]))
+        columns = turned(
+            symmetry, np.swapaxes(ends.monodromy[:N], 1, 2), np.asarray(back[:N, None])
+        )
         blocks = np.swapaxes(columns, 1, 2)
         along = turned(symmetry, np.tile(np.eye(flow.states), (N, 1, 1)), self.angles[:, None])
-        blocks = np.einsum("kij,klj->kil", blocks, along)[:, free][:, :, free] * (scale / scale[:, None])
+        blocks = np.einsum("kij,klj->kil", blocks, along)[:, free][:, :, free] * (
+            scale / scale[:, None]
+        )
         for k in range(N):
             jacobian[k * n : (k + 1) * n, k * n : (k + 1) * n] += blocks[k]
         turn_rate = -turning(symmetry, end[:N])[:, free] / scale
         jacobian[:-1, -2] = (turn_rate - by_angle @ flat).ravel()
-        jacobian[:-1, -1] = ((end[N : 2 * N] - end[2 * N :])[:, free] / scale * (flow.scales[-1] / (2 * h))).ravel()
+        jacobian[:-1, -1] = (
+            (end[N : 2 * N] - end[2 * N :])[:, free] / scale * (flow.scales[-1] / (2 * h))
+        ).ravel()
         jacobian[-1, place : N * n : n] = share / N
         if not np.isfinite(jacobian).all():
             return None
@@ -135,13 +150,16 @@ class Circle:
 
         def found() -> Orbit:
             multipliers = self._multipliers(blocks, rotation)
-            return Orbit(states[0], values, period, multipliers, touches, 1, None, wrapped, w, tuple(free))
+            return Orbit(
+                states[0], values, period, multipliers, touches, 1, None, wrapped, w, tuple(free)
+            )
 
         return Reading(residual, jacobian, found)
 
     def _multipliers(self, blocks: Array, rotation: float) -> Array:
-        """Of the eigenvalues of the linearised map of the circle, of which each multiplier has ``points``, turned about
-        zero, those whose vectors have the lowest harmonics."""
+        """Of the eigenvalues of the linearised map of the circle, of which each
+        multiplier has ``points``, turned about zero, those whose vectors have the
+        lowest harmonics."""
         N, n = self.points, blocks.shape[1]
         back, _ = shift(N, -rotation)
         whole = np.zeros((N * n, N * n))
@@ -158,16 +176,23 @@ class Circle:
 
 
 def tail_of(orbit: Orbit) -> float:
-    """The share of the highest two harmonics in what varies along a circle, the largest of all states."""
+    """The share of the highest two harmonics in what varies along a circle, the largest
+    of all states."""
     assert orbit.pieces is not None
     w = orbit.pieces[:, list(orbit.free)]
     waves = np.abs(np.fft.rfft(w - w.mean(axis=0), axis=0)) * 2.0 / len(w)
-    return float(np.max(waves[-2:].max(axis=0) / np.maximum(waves.max(axis=0), 1e-4 * np.abs(w).max(axis=0) + 1e-12)))
+    return float(
+        np.max(
+            waves[-2:].max(axis=0)
+            / np.maximum(waves.max(axis=0), 1e-4 * np.abs(w).max(axis=0) + 1e-12)
+        )
+    )
 
 
 def ends_of(symmetry: Symmetry) -> Callable[[Point, Point], str]:
-    """The function that gives the word for the end of a branch of circles: where one has shrunk to a point, beyond
-    which they come again with the other sign, and where the last one is not smooth."""
+    """The function that gives the word for the end of a branch of circles: where one
+    has shrunk to a point, beyond which they come again with the other sign, and where
+    the last one is not smooth."""
     place = symmetry.turned[0][0]
 
     def ended(here: Point, there: Point) -> str:
@@ -183,15 +208,18 @@ def ends_of(symmetry: Symmetry) -> Callable[[Point, Point], str]:
 def fitted_circle(
     flow: Flow, state: Array, values: Array, lobes: tuple[int, ...]
 ) -> Steps[tuple[Circle, Array, list[Array]] | None]:
-    """The problem and the unknowns of the circle that a settled motion through ``state`` seems to fill at every lobe,
-    or else at every second, third, ... of ``lobes``, and the mean w [states] of it and of its images under the map over
-    one lobe; None where it fills none."""
+    """The problem and the unknowns of the circle that a settled motion through
+    ``state`` seems to fill at every lobe, or else at every second, third, ... of
+    ``lobes``, and the mean w [states] of it and of its images under the map over one
+    lobe; None where it fills none."""
     symmetry = flow.symmetry
     fold = 2.0 * math.pi / symmetry.folds
     angle, every = np.array([fold]), values[None]
     made = [state]
     for _ in range(RETURNS):
-        ends = yield Legs(made[-1][None], np.zeros(1), angle, every, np.zeros(1, dtype=bool), SLACK, True)
+        ends = yield Legs(
+            made[-1][None], np.zeros(1), angle, every, np.zeros(1, dtype=bool), SLACK, True
+        )
         if not ends.ok[0]:
             return None
         made.append(turned(symmetry, ends.state, -fold)[0])
@@ -201,8 +229,14 @@ def fitted_circle(
         fitted = _fitted(flow, np.stack(made[::number]), values, number)
         if fitted is not None:
             problem, x = fitted
-            beside = [_fitted(flow, np.stack(made[k::number]), values, number) for k in range(1, number)]
-            return problem, x, [one.w(at).mean(axis=0) for one, at in [fitted, *filter(None, beside)]]
+            beside = [
+                _fitted(flow, np.stack(made[k::number]), values, number) for k in range(1, number)
+            ]
+            return (
+                problem,
+                x,
+                [one.w(at).mean(axis=0) for one, at in [fitted, *filter(None, beside)]],
+            )
     return None
 
 
@@ -243,15 +277,17 @@ def _fitted(flow: Flow, states: Array, values: Array, lobes: int) -> tuple[Circl
 
 
 def images(problem: Circle, point: Point) -> Steps[list[Array]]:
-    """Of a circle of the map over several lobes w [points, states] on its images under the map over one lobe, itself
-    first: the same motion, begun a lobe later."""
+    """Of a circle of the map over several lobes w [points, states] on its images under
+    the map over one lobe, itself first: the same motion, begun a lobe later."""
     symmetry, orbit = problem.flow.symmetry, point.found
     fold, N = 2.0 * math.pi / symmetry.folds, problem.points
     first, second = symmetry.turned[0]
     made, states = [orbit.pieces], turned(symmetry, orbit.pieces, problem.angles)
     values = np.tile(orbit.values, (N, 1))
     for _ in range(problem.lobes - 1):
-        ends = yield Legs(states, np.zeros(N), np.full(N, fold), values, np.zeros(N, dtype=bool), SLACK, True)
+        ends = yield Legs(
+            states, np.zeros(N), np.full(N, fold), values, np.zeros(N, dtype=bool), SLACK, True
+        )
         if not ends.ok.all():
             break
         states = turned(symmetry, ends.state, -fold)
@@ -274,7 +310,10 @@ def tests_of_circle(grazes: Mapping[int, Graze]) -> Callable[[Point, Point], lis
         if (here.tangent[-1] > 0.0) != (there.tangent[-1] > 0.0):
             found.append(Test(FOLD, lambda point: float(point.tangent[-1])))
         for contact, graze in grazes.items():
-            (low1, high1, _), (low2, high2, _) = here.found.touches[contact], there.found.touches[contact]
+            (low1, high1, _), (low2, high2, _) = (
+                here.found.touches[contact],
+                there.found.touches[contact],
+            )
             if (high1 <= 0.0) != (high2 <= 0.0) and graze.reached is not None:
                 found.append(Test(graze.reached, _touch(contact, 1)))
             elif (low1 > 0.0) != (low2 > 0.0) and graze.lost is not None:

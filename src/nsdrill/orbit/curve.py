@@ -1,9 +1,12 @@
-"""Curves of special points in two numbers: folds, doublings, tori and Hopf points, folds of cycles, and grazing.
+"""Curves of special points in two numbers: folds, doublings, tori and Hopf points,
+folds of cycles, and grazing.
 
-To the equations of a motion comes one more: the bordered system of a multiplier of 1 or -1 (Govaerts 2000, Numerical
-Methods for Bifurcations of Dynamical Equilibria, chapter 4), the logarithm of the modulus of a pair of multipliers, or
-the least or greatest value of a contact's function over the period. Its derivatives are central differences, of
-monodromies where it needs them; those by the start of a segment need that segment alone.
+To the equations of a motion comes one more: the bordered system of a multiplier of 1 or
+-1 (Govaerts 2000, Numerical Methods for Bifurcations of Dynamical Equilibria, chapter
+4), the logarithm of the modulus of a pair of multipliers, or the least or greatest
+value of a contact's function over the period. Its derivatives are central differences,
+of monodromies where it needs them; those by the start of a segment need that segment
+alone.
 """
 
 from __future__ import annotations
@@ -29,9 +32,9 @@ PAIR = 1e-6  # of a multiplier's imaginary part: those with less are none of a p
 
 @dataclass(frozen=True)
 class Condition:
-    """What holds along a curve: a multiplier is ``multiplier`` (1 or -1); or a ``pair`` of multipliers has the modulus
-    1; or of the contact at the place ``contact`` the least (``which`` 0) or greatest (1) value of its function
-    vanishes."""
+    """What holds along a curve: a multiplier is ``multiplier`` (1 or -1); or a ``pair``
+    of multipliers has the modulus 1; or of the contact at the place ``contact`` the
+    least (``which`` 0) or greatest (1) value of its function vanishes."""
 
     multiplier: float = 0.0
     pair: bool = False
@@ -45,9 +48,9 @@ class Condition:
 
 @dataclass(frozen=True)
 class Curve:
-    """Points of periodic orbits over ``lobes`` at which the condition holds. The unknowns are those of the orbit and
-    two numbers over their scales, of which the last runs along the curve. ``left`` and ``right`` [free] border the
-    monodromy."""
+    """Points of periodic orbits over ``lobes`` at which the condition holds. The
+    unknowns are those of the orbit and two numbers over their scales, of which the last
+    runs along the curve. ``left`` and ``right`` [free] border the monodromy."""
 
     flow: Flow
     lobes: int
@@ -106,7 +109,8 @@ class Curve:
         scale = self.size * share
         states, values = self.states(x), x[-2:] * flow.scales
         step = STEP / share
-        # All of it; then each segment with each of its states moved to both sides; then all with each number moved.
+        # All of it; then each segment with each of its states moved to both sides; then
+        # all with each number moved.
         moved = [states]
         for place in range(n):
             for sign in (1.0, -1.0):
@@ -124,7 +128,12 @@ class Curve:
         phases = np.tile(np.arange(J) * self.angle / J, len(moved))
         tangent = np.arange(len(numbers)) < (len(numbers) if self.condition.of_monodromy else J)
         ends = yield Legs(
-            np.concatenate(moved), phases, np.full(len(numbers), self.angle / J), numbers, tangent, angular=True
+            np.concatenate(moved),
+            phases,
+            np.full(len(numbers), self.angle / J),
+            numbers,
+            tangent,
+            angular=True,
         )
         if not ends.ok.all():
             return None
@@ -150,7 +159,9 @@ class Curve:
                 jacobian[-1, j * n + place] = (sides[0] - sides[1]) / (2.0 * step)
         for number in range(2):
             up, down = 2 * n + 1 + 2 * number, 2 * n + 2 + 2 * number
-            jacobian[:-1, J * n + number] = ((end[up] - end[down])[:, free] / scale / (2.0 * STEP)).ravel()
+            jacobian[:-1, J * n + number] = (
+                (end[up] - end[down])[:, free] / scale / (2.0 * STEP)
+            ).ravel()
             rise = self._value(blocks[up], touches[up]) - self._value(blocks[down], touches[down])
             jacobian[-1, J * n + number] = rise / (2.0 * STEP)
         if not (np.isfinite(jacobian).all() and np.isfinite(residual).all()):
@@ -158,35 +169,47 @@ class Curve:
         whole = product(blocks[0])
         period = float(ends.duration[:J].sum())
         orbit = Orbit(
-            states[0], values, period, np.linalg.eigvals(whole), over_segments(touches[0]), 0, whole, 0.0, states,
+            states[0],
+            values,
+            period,
+            np.linalg.eigvals(whole),
+            over_segments(touches[0]),
+            0,
+            whole,
+            0.0,
+            states,
             tuple(free),
-        )  # fmt: skip
+        )
         return Reading(residual, jacobian, lambda: orbit)
 
     def _value(self, blocks: Array, touches: Array) -> float:
-        """What vanishes along the curve, from the monodromies of the segments, or from their touches."""
+        """What vanishes along the curve, from the monodromies of the segments, or from
+        their touches."""
         if not self.condition.of_monodromy:
             values = touches[:, self.condition.contact, self.condition.which]
             return float(values.max() if self.condition.which else values.min()) / GRAZE
         whole = product(blocks)
         if self.condition.pair:
             return _growth(whole)
-        return _bordered(whole - self.condition.multiplier * np.eye(len(whole)), self.left, self.right)
+        return _bordered(
+            whole - self.condition.multiplier * np.eye(len(whole)), self.left, self.right
+        )
 
     def moved(self, x: Array) -> Curve:
         return self
 
 
 def _growth(whole: Array) -> float:
-    """The logarithm of the modulus of the pair of multipliers that is nearest to the unit circle."""
+    """The logarithm of the modulus of the pair of multipliers that is nearest to the
+    unit circle."""
     multipliers = np.linalg.eigvals(whole)
     pairs = np.log(np.abs(multipliers[multipliers.imag > PAIR]))
     return float(pairs[np.argmin(np.abs(pairs))]) if len(pairs) else math.nan
 
 
 def _bordered(matrix: Array, left: Array, right: Array) -> float:
-    """What vanishes where ``matrix`` [n, n] is singular, smoothly: the last of the solution of the matrix with these
-    borders."""
+    """What vanishes where ``matrix`` [n, n] is singular, smoothly: the last of the
+    solution of the matrix with these borders."""
     n = len(matrix)
     system = np.zeros((n + 1, n + 1))
     system[:n, :n], system[:n, n], system[n, :n] = matrix, left, right
@@ -198,9 +221,10 @@ def _bordered(matrix: Array, left: Array, right: Array) -> float:
 
 @dataclass(frozen=True)
 class CycleFolds:
-    """Folds of limit cycles. The unknowns are those of the cycle, with its period, and two numbers over their scales.
-    At a fold the monodromy less one, bordered by the flow and by the normal of the phase condition, is singular;
-    ``left`` and ``right`` [free + 1] border that."""
+    """Folds of limit cycles. The unknowns are those of the cycle, with its period, and
+    two numbers over their scales. At a fold the monodromy less one, bordered by the
+    flow and by the normal of the phase condition, is singular; ``left`` and ``right``
+    [free + 1] border that."""
 
     cycle: Cycle
     left: Array
@@ -213,7 +237,8 @@ class CycleFolds:
 
     @classmethod
     def at(cls, flow: Flow, orbit: Orbit, values: Array) -> CycleFolds:
-        """The problem near the cycle ``orbit`` at a fold, at ``values`` of both numbers."""
+        """The problem near the cycle ``orbit`` at a fold, at ``values`` of both
+        numbers."""
         assert orbit.pieces is not None
         assert orbit.monodromy is not None
         cycle = Cycle.at(flow, orbit.period, values, orbit.state, len(orbit.pieces))
@@ -227,13 +252,16 @@ class CycleFolds:
         made = np.zeros((n + 1, n + 1))
         made[:n, :n] = whole - np.eye(n)
         made[:n, n] = (
-            rates(cycle.flow, state[None], values)[0][list(cycle.flow.symmetry.free)] / cycle.size * cycle.time
+            rates(cycle.flow, state[None], values)[0][list(cycle.flow.symmetry.free)]
+            / cycle.size
+            * cycle.time
         )
         made[n, :n] = cycle.across
         return made
 
     def unknowns(self, states: Array, period: float, values: Array) -> Array:
-        """``x`` from the states at the starts of the segments, the period [s] and both numbers."""
+        """``x`` from the states at the starts of the segments, the period [s] and both
+        numbers."""
         x = self.cycle.unknowns(states, period, 0.0)
         return np.concatenate([x[:-1], values / self.flow.scales])
 
@@ -243,8 +271,8 @@ class CycleFolds:
         n, share = len(free), math.sqrt(J)
         scale, step = cycle.size * share, STEP / share
         states = cycle.states(x[:-1])
-        # All of it; then each segment with each of its states moved to both sides; then all with the period and the
-        # numbers moved.
+        # All of it; then each segment with each of its states moved to both sides; then
+        # all with the period and the numbers moved.
         moved, tail = [states], [x[-3:]] * (2 * n + 1)
         for place in range(n):
             for sign in (1.0, -1.0):
@@ -261,7 +289,9 @@ class CycleFolds:
             return None
         every, k = np.repeat(values, J, axis=0), len(moved)
         durations = np.repeat(periods / J, J)
-        ends = yield Legs(np.concatenate(moved), np.zeros(k * J), durations, every, np.ones(k * J, dtype=bool))
+        ends = yield Legs(
+            np.concatenate(moved), np.zeros(k * J), durations, every, np.ones(k * J, dtype=bool)
+        )
         if not ends.ok.all():
             return None
         angles = -flow.phase_rate(every) * durations
@@ -290,15 +320,27 @@ class CycleFolds:
                 jacobian[-1, j * n + place] = (sides[0] - sides[1]) / (2.0 * step)
         for place in range(3):
             up, down = 2 * n + 1 + 2 * place, 2 * n + 2 + 2 * place
-            jacobian[: J * n, J * n + place] = ((end[up] - end[down]) / scale).ravel() / (2.0 * STEP)
-            jacobian[-1, J * n + place] = (fold(blocks[up], up) - fold(blocks[down], down)) / (2.0 * STEP)
+            jacobian[: J * n, J * n + place] = ((end[up] - end[down]) / scale).ravel() / (
+                2.0 * STEP
+            )
+            jacobian[-1, J * n + place] = (fold(blocks[up], up) - fold(blocks[down], down)) / (
+                2.0 * STEP
+            )
         if not (np.isfinite(jacobian).all() and np.isfinite(residual).all()):
             return None
         whole = product(blocks[0])
         orbit = Orbit(
-            states[0], values[0], float(periods[0]), np.linalg.eigvals(whole), over_segments(ends.touches[:J]), 1,
-            whole, math.nan, states, tuple(free),
-        )  # fmt: skip
+            states[0],
+            values[0],
+            float(periods[0]),
+            np.linalg.eigvals(whole),
+            over_segments(ends.touches[:J]),
+            1,
+            whole,
+            math.nan,
+            states,
+            tuple(free),
+        )
         return Reading(residual, jacobian, lambda: orbit)
 
     def moved(self, x: Array) -> CycleFolds:

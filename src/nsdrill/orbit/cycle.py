@@ -1,7 +1,9 @@
-"""Limit cycles as zeros, where every angle of the drive is alike: of the flow in the frame of the drive.
+"""Limit cycles as zeros, where every angle of the drive is alike: of the flow in the
+frame of the drive.
 
-The period is an unknown, and a phase condition takes its equation: the start lies in the plane through a reference
-state of the point before, across the flow there. One multiplier is 1, along the flow.
+The period is an unknown, and a phase condition takes its equation: the start lies in
+the plane through a reference state of the point before, across the flow there. One
+multiplier is 1, along the flow.
 """
 
 from __future__ import annotations
@@ -22,7 +24,8 @@ SEGMENTS = 6
 
 
 def rates(flow: Flow, state: Array, values: Array) -> Array:
-    """The rates of states (n, states) in the frame of the drive, at ``values`` [numbers]."""
+    """The rates of states (n, states) in the frame of the drive, at ``values``
+    [numbers]."""
     every = np.tile(values, (len(state), 1))
     spin = flow.phase_rate(np.atleast_2d(values))[0]
     return flow.slopes(state, every) - spin * turning(flow.symmetry, state)
@@ -30,9 +33,10 @@ def rates(flow: Flow, state: Array, values: Array) -> Array:
 
 @dataclass(frozen=True)
 class Cycle:
-    """Limit cycles. The unknowns are the free states at the start of each of ``segments`` pieces, over ``size`` [free],
-    the period over ``time`` [s], then the last of ``values`` over its scale. ``reference`` and ``across`` [free], in
-    natural sizes, are the place and the normal of the phase condition."""
+    """Limit cycles. The unknowns are the free states at the start of each of
+    ``segments`` pieces, over ``size`` [free], the period over ``time`` [s], then the
+    last of ``values`` over its scale. ``reference`` and ``across`` [free], in natural
+    sizes, are the place and the normal of the phase condition."""
 
     flow: Flow
     segments: int
@@ -45,12 +49,21 @@ class Cycle:
     slack = 1.0
 
     @classmethod
-    def at(cls, flow: Flow, period: float, values: Array, state: Array, segments: int = SEGMENTS) -> Cycle:
+    def at(
+        cls, flow: Flow, period: float, values: Array, state: Array, segments: int = SEGMENTS
+    ) -> Cycle:
         """The problem near the cycle through ``state`` [states] of this ``period`` [s]."""
         free = list(flow.symmetry.free)
         size = flow.sizes(values)[0][free]
         made = cls(
-            flow, segments, size, period, np.array(values), state.copy(), state[free] / size, np.zeros(len(free))
+            flow,
+            segments,
+            size,
+            period,
+            np.array(values),
+            state.copy(),
+            state[free] / size,
+            np.zeros(len(free)),
         )
         return made.through(state, values)
 
@@ -61,7 +74,8 @@ class Cycle:
         return replace(self, reference=state[free] / self.size, across=across / max(length, 1e-300))
 
     def unknowns(self, states: Array, period: float, number: float) -> Array:
-        """``x`` from the states at the starts of the segments, the period [s] and the number continued."""
+        """``x`` from the states at the starts of the segments, the period [s] and the
+        number continued."""
         free = list(self.flow.symmetry.free)
         scaled = states[:, free] / (self.size * math.sqrt(self.segments))
         return np.concatenate([scaled.ravel(), [period / self.time, number / self.flow.scales[-1]]])
@@ -87,7 +101,11 @@ class Cycle:
         three = np.repeat(np.stack([values, values + shift, values - shift]), J, axis=0)
         n_legs = 3 * J
         ends = yield Legs(
-            np.tile(states, (3, 1)), np.zeros(n_legs), np.full(n_legs, period / J), three, np.arange(n_legs) < J
+            np.tile(states, (3, 1)),
+            np.zeros(n_legs),
+            np.full(n_legs, period / J),
+            three,
+            np.arange(n_legs) < J,
         )
         if not ends.ok.all():
             return None
@@ -114,7 +132,9 @@ class Cycle:
             return None
         multipliers = np.linalg.eigvals(whole)
         touches = over_segments(ends.touches[:J])
-        orbit = Orbit(states[0], values, period, multipliers, touches, 1, whole, math.nan, states, tuple(free))
+        orbit = Orbit(
+            states[0], values, period, multipliers, touches, 1, whole, math.nan, states, tuple(free)
+        )
         return Reading(residual, jacobian, lambda: orbit)
 
     def moved(self, x: Array) -> Cycle:
@@ -124,22 +144,31 @@ class Cycle:
 def sampled_cycle(
     flow: Flow, state: Array, values: Array, interval: float, most: int, segments: int = SEGMENTS
 ) -> Steps[tuple[Array, float] | None]:
-    """Of a settled motion through ``state`` (states) the states at the starts of the segments and the period [s], if it
-    comes back to its start within ``most`` times ``interval`` [s]; None where it does not, or stands still."""
+    """Of a settled motion through ``state`` (states) the states at the starts of the
+    segments and the period [s], if it comes back to its start within ``most`` times
+    ``interval`` [s]; None where it does not, or stands still."""
     free = list(flow.symmetry.free)
     size = flow.sizes(values)[0][free]
     every = np.atleast_2d(values)
     spin = float(flow.phase_rate(every)[0])
     made, away, far = [state], 0.0, False
     for k in range(1, most + 1):
-        ends = yield Legs(made[-1][None], np.zeros(1), np.array([interval]), every, np.zeros(1, dtype=bool))
+        ends = yield Legs(
+            made[-1][None], np.zeros(1), np.array([interval]), every, np.zeros(1, dtype=bool)
+        )
         if not ends.ok[0]:
             return None
         made.append(turned(flow.symmetry, ends.state, -spin * interval)[0])
         distances = [float(np.linalg.norm(((one - state)[free]) / size)) for one in made[-3:]]
         away = max(away, distances[-1])
         far = far or distances[-1] > 0.5 * away > 1e-3
-        if k > 3 and far and distances[1] < distances[0] and distances[1] <= distances[2] and distances[1] < 0.1 * away:
+        if (
+            k > 3
+            and far
+            and distances[1] < distances[0]
+            and distances[1] <= distances[2]
+            and distances[1] < 0.1 * away
+        ):
             near = made[-2]
             rate = rates(flow, near[None], values)[0][free] / size
             back = float(((near - state)[free] / size) @ rate) / float(rate @ rate)

@@ -1,8 +1,10 @@
-"""From seeds to branches: which motions are followed, what springs from them, and what is there already.
+"""From seeds to branches: which motions are followed, what springs from them, and what
+is there already.
 
-The work goes in waves. In each, one seed of every group of neighbours that lies on no branch yet and one special point
-of every branch is followed, all side by side; what turns out to be the same branch is dropped. The outcome is the same
-whether it is made at once or taken up again from branches that were kept.
+The work goes in waves. In each, one seed of every group of neighbours that lies on no
+branch yet and one special point of every branch is followed, all side by side; what
+turns out to be the same branch is dropped. The outcome is the same whether it is made
+at once or taken up again from branches that were kept.
 """
 
 from __future__ import annotations
@@ -14,7 +16,15 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import BRANCH, CIRCLE, CYCLE, DOUBLING, EQUILIBRIUM, HOPF, PERIODIC
+from nsdrill.analysis.bifurcations import (
+    BRANCH,
+    CIRCLE,
+    CYCLE,
+    DOUBLING,
+    EQUILIBRIUM,
+    HOPF,
+    PERIODIC,
+)
 from nsdrill.orbit import circle
 from nsdrill.orbit.arclength import Half, Marked, Point, Problem, Steps, Tests, follow, settled
 from nsdrill.orbit.branch import Branch, assembled, passes
@@ -29,7 +39,8 @@ from nsdrill.orbit.switch import at_hopf, branched, doubled, doubled_cycle, star
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Key = tuple[int, ...]
 NEAR = 0.05  # in natural sizes: how far a settled motion may miss its start after a period
-MISS, AFAR = 2.0, 3000.0  # the same where it may not have settled, and how far Newton's method may then go
+# the same where it may not have settled, and how far Newton's method may then go
+MISS, AFAR = 2.0, 3000.0
 SAME = 1e-4  # in natural sizes: two starts of a motion that are one
 NEAR_PARENT = 6  # points
 MOST_WAVES = 40
@@ -41,9 +52,10 @@ REVOLUTIONS, PER_REVOLUTION = 24, 96  # that a cycle is looked for
 
 @dataclass(frozen=True)
 class Seed:
-    """A settled motion: its ``state`` [states] at the drive angle ``phase`` [rad], and the ``values`` of what is
-    continued. ``near``: it may not have settled, and the motion nearest to it is looked for; ``steady``: it is a guess
-    of steady drilling, or of the motion over one lobe, that need not be stable."""
+    """A settled motion: its ``state`` [states] at the drive angle ``phase`` [rad], and
+    the ``values`` of what is continued. ``near``: it may not have settled, and the
+    motion nearest to it is looked for; ``steady``: it is a guess of steady drilling, or
+    of the motion over one lobe, that need not be stable."""
 
     state: Array
     phase: float
@@ -54,10 +66,11 @@ class Seed:
 
 @dataclass(frozen=True)
 class Orders:
-    """What is asked for: the ``lobes`` that are tried, shortest first, to the
-    longest of which doublings are followed; whether ``periodic`` motions, ``cycles`` and
-    ``circles`` are followed; the ``bounds`` of the number continued, in SI; ``points`` a branch at most; whether to
-    ``switch`` at doublings and the like; what it means that a contact is reached or lost, ``grazes`` by its place."""
+    """What is asked for: the ``lobes`` that are tried, shortest first, to the longest
+    of which doublings are followed; whether ``periodic`` motions, ``cycles`` and
+    ``circles`` are followed; the ``bounds`` of the number continued, in SI; ``points``
+    a branch at most; whether to ``switch`` at doublings and the like; what it means
+    that a contact is reached or lost, ``grazes`` by its place."""
 
     lobes: tuple[int, ...]
     bounds: tuple[float, float]
@@ -71,7 +84,8 @@ class Orders:
 
 @dataclass
 class Found:
-    """The ``branches``, and what became of each seed: the number of its branch, or why it has none in words."""
+    """The ``branches``, and what became of each seed: the number of its branch, or why
+    it has none in words."""
 
     branches: list[Branch]
     seeds: list[str]
@@ -79,8 +93,9 @@ class Found:
 
 @dataclass(frozen=True)
 class _Guess:
-    """What a seed seems to have settled on: its ``problem``, the unknowns ``x`` nearby, and how it is told from others
-    (:meth:`Explorer._signatures`); ``far`` is how far Newton's method may move them."""
+    """What a seed seems to have settled on: its ``problem``, the unknowns ``x`` nearby,
+    and how it is told from others (:meth:`Explorer._signatures`); ``far`` is how far
+    Newton's method may move them."""
 
     number: int
     motion: str
@@ -93,8 +108,8 @@ class _Guess:
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A converged motion from which a branch may be followed. ``signatures`` tell it from others where those of its
-    start are not enough."""
+    """A converged motion from which a branch may be followed. ``signatures`` tell it
+    from others where those of its start are not enough."""
 
     key: Key
     motion: str
@@ -109,9 +124,9 @@ class _Candidate:
 
 
 class Explorer:
-    """Follows all that can be found. ``known`` are branches that were kept, by key; ``keep`` is told of those
-    of each wave;
-    ``look`` is called often, and may raise to stop; ``begin`` is told how many branches a wave has."""
+    """Follows all that can be found. ``known`` are branches that were kept, by key;
+    ``keep`` is told of those of each wave; ``look`` is called often, and may raise to
+    stop; ``begin`` is told how many branches a wave has."""
 
     def __init__(
         self,
@@ -122,14 +137,21 @@ class Explorer:
         look: Callable[[], None] = lambda: None,
         begin: Callable[[int], object] = lambda number: None,
     ) -> None:
-        self.flow, self.orders, self.known, self.keep, self.look = flow, orders, known or {}, keep, look
+        self.flow, self.orders, self.known, self.keep, self.look = (
+            flow,
+            orders,
+            known or {},
+            keep,
+            look,
+        )
         self.begin = begin
         self.scale = float(flow.scales[-1])
         low, high = orders.bounds
         self.bounds = (low / self.scale, high / self.scale)
         self.smooth = flow.symmetry.folds == 0
         self.branches: list[Branch] = []
-        self._lines: dict[Key, list[Array]] = {}  # of the branches that grow: their points so far, as signatures
+        # of the branches that grow: their points so far, as signatures
+        self._lines: dict[Key, list[Array]] = {}
         self._made: dict[int, Array] = {}
         self._rank: dict[Key, int] = {}
         self._kinds: dict[Key, tuple[str, int]] = {}
@@ -143,11 +165,17 @@ class Explorer:
         """The branches from these seeds."""
         words = [""] * len(seeds)
         begun = self._begun(seeds, words)
-        guessed = self._all({number: self._guessed(number, seed, words) for number, seed in begun.items()})
+        guessed = self._all(
+            {number: self._guessed(number, seed, words) for number, seed in begun.items()}
+        )
         guesses = [guessed[number] for number in begun if guessed[number] is not None]
         switched: set[tuple[int, int]] = set()
         for _ in range(MOST_WAVES):
-            guesses = [one for one in guesses if not self._known_line(one.motion, one.lobes, one.signatures, NEAR)]
+            guesses = [
+                one
+                for one in guesses
+                if not self._known_line(one.motion, one.lobes, one.signatures, NEAR)
+            ]
             chosen = self._representatives(guesses)
             settled_on = self._all({one.number: self._settled(one, words) for one in chosen})
             taken = {one.number for one in chosen}
@@ -168,7 +196,11 @@ class Explorer:
         """The motion near a guess, by Newton's method."""
         point = yield from settled(one.problem, one.x)
         if point is None or np.linalg.norm(point.x - one.x) > one.far:
-            what = f"motion of {one.lobes} lobes" if one.motion == PERIODIC else one.motion.replace("_", " ")
+            what = (
+                f"motion of {one.lobes} lobes"
+                if one.motion == PERIODIC
+                else one.motion.replace("_", " ")
+            )
             words[one.number] = f"Newton's method finds no {what} near the seed"
             return None
         if one.motion == CIRCLE and circle.tail_of(point.found) > circle.TAIL:
@@ -179,7 +211,9 @@ class Explorer:
             return (yield from self._shortest(found))
         if one.motion == CIRCLE:
             every = yield from circle.images(one.problem, point)
-            return replace(found, signatures=tuple(self._signature_of_circle(point.found, w) for w in every))
+            return replace(
+                found, signatures=tuple(self._signature_of_circle(point.found, w) for w in every)
+            )
         return found
 
     def _shortest(self, one: _Candidate) -> Steps[_Candidate]:
@@ -188,22 +222,29 @@ class Explorer:
         starts = starts_of(orbit, self.flow, one.lobes)
         sizes = self.flow.sizes(orbit.values)[0][list(orbit.free)]
         for lobes in range(1, one.lobes):
-            if one.lobes % lobes == 0 and np.max(np.abs((starts[lobes] - starts[0]) / sizes)) < SAME:
+            if (
+                one.lobes % lobes == 0
+                and np.max(np.abs((starts[lobes] - starts[0]) / sizes)) < SAME
+            ):
                 problem = Periodic.at(self.flow, lobes, orbit.values, orbit.state)
-                point = yield from settled(problem, problem.unknowns(orbit.pieces[:lobes], orbit.values[-1]))
+                point = yield from settled(
+                    problem, problem.unknowns(orbit.pieces[:lobes], orbit.values[-1])
+                )
                 if point is not None:
                     return replace(one, lobes=lobes, problem=problem, point=point)
         return one
 
     def _begun(self, seeds: list[Seed], words: list[str]) -> dict[int, Seed]:
-        """Seeds at the drive angle 0: those of a model with lobes run on to the next fold of a revolution."""
+        """Seeds at the drive angle 0: those of a model with lobes run on to the next
+        fold of a revolution."""
         symmetry = self.flow.symmetry
         made: dict[int, Seed] = {}
         if not seeds:
             return made
         if self.smooth:
             return {
-                n: replace(one, state=turned(symmetry, one.state, -one.phase), phase=0.0) for n, one in enumerate(seeds)
+                n: replace(one, state=turned(symmetry, one.state, -one.phase), phase=0.0)
+                for n, one in enumerate(seeds)
             }
         fold = 2.0 * math.pi / symmetry.folds
         phases = np.array([one.phase for one in seeds])
@@ -234,12 +275,16 @@ class Explorer:
         def guess(lobes: int, far: float) -> _Guess:
             problem = Periodic.at(flow, lobes, seed.values, seed.state)
             x = problem.unknowns(np.stack(pieces[:lobes]), value)
-            signs = [np.append((start / sizes)[free], value / self.scale) for start in starts[:lobes]]
+            signs = [
+                np.append((start / sizes)[free], value / self.scale) for start in starts[:lobes]
+            ]
             return _Guess(number, PERIODIC, lobes, problem, x, signs, far)
 
         for lobes in range(1, max(orders.lobes) + 1) if orders.periodic else ():
             angle = np.array([(lobes - 1) * fold])
-            ends = yield Legs(pieces[-1][None], angle, duration, seed.values[None], np.zeros(1, dtype=bool))
+            ends = yield Legs(
+                pieces[-1][None], angle, duration, seed.values[None], np.zeros(1, dtype=bool)
+            )
             if not ends.ok[0]:
                 words[number] = "the motion could not be integrated"
                 return None
@@ -256,7 +301,10 @@ class Explorer:
             if made is not None:
                 problem, x, means = made
                 rotation = 10.0 * math.remainder(x[-2], 2.0 * math.pi)
-                signs = [np.concatenate([[rotation], (mean / sizes)[free], [value / self.scale]]) for mean in means]
+                signs = [
+                    np.concatenate([[rotation], (mean / sizes)[free], [value / self.scale]])
+                    for mean in means
+                ]
                 return _Guess(number, CIRCLE, problem.lobes, problem, x, signs, 1.0)
         if seed.near and misses and min(misses.values()) < MISS:
             return guess(min(misses, key=lambda lobes: misses[lobes]), AFAR)
@@ -276,7 +324,9 @@ class Explorer:
                 return None
             fixed = Periodic.at(flow, 1, seed.values, seed.state)
             sign = np.append(seed.state[free] / sizes, value / self.scale)
-            return _Guess(number, EQUILIBRIUM, 1, fixed, fixed.unknowns(seed.state[None], value), [sign], AFAR)
+            return _Guess(
+                number, EQUILIBRIUM, 1, fixed, fixed.unknowns(seed.state[None], value), [sign], AFAR
+            )
         if not orders.cycles:
             words[number] = "a motion that does not stand still, which the study does not ask for"
             return None
@@ -289,7 +339,9 @@ class Explorer:
         starts, period = sampled
         problem = Cycle.at(flow, period, seed.values, starts[0])
         sign = np.array([10.0 * math.log(period), value / self.scale])
-        return _Guess(number, CYCLE, 1, problem, problem.unknowns(starts, period, value), [sign], math.inf)
+        return _Guess(
+            number, CYCLE, 1, problem, problem.unknowns(starts, period, value), [sign], math.inf
+        )
 
     # What is there already
 
@@ -311,18 +363,25 @@ class Explorer:
     def _of(self, one: _Candidate) -> list[Array]:
         return [*one.signatures] or self._signatures(one.motion, one.lobes, one.point)
 
-    def _known_line(self, motion: str, lobes: int, signatures: list[Array], slack: float = 0.0) -> bool:
+    def _known_line(
+        self, motion: str, lobes: int, signatures: list[Array], slack: float = 0.0
+    ) -> bool:
         """Whether a motion lies on a branch that is there."""
         return any(
-            branch.motion == motion and branch.lobes == lobes and passes(self._line(number), signatures, slack)
+            branch.motion == motion
+            and branch.lobes == lobes
+            and passes(self._line(number), signatures, slack)
             for number, branch in enumerate(self.branches)
         )
 
     def _line(self, number: int) -> Array:
-        """The signatures of the points of a branch that is there, in order; of a single point it is given twice."""
+        """The signatures of the points of a branch that is there, in order; of a single
+        point it is given twice."""
         if number not in self._made:
             branch = self.branches[number]
-            signs = [self._signatures(branch.motion, branch.lobes, one.point)[0] for one in branch.marked]
+            signs = [
+                self._signatures(branch.motion, branch.lobes, one.point)[0] for one in branch.marked
+            ]
             self._made[number] = np.stack(signs * 2 if len(signs) == 1 else signs)
         return self._made[number]
 
@@ -337,7 +396,10 @@ class Explorer:
                 last = group[-1]
                 if (last.motion, last.lobes) != (one.motion, one.lobes):
                     continue
-                if min(float(np.linalg.norm(sign - last.signatures[0])) for sign in one.signatures) < GROUP:
+                if (
+                    min(float(np.linalg.norm(sign - last.signatures[0])) for sign in one.signatures)
+                    < GROUP
+                ):
                     group.append(one)
                     break
             else:
@@ -378,7 +440,10 @@ class Explorer:
         seed = Marked(one.point)
         if one.other is not None and back is not None:
             back = Half([Marked(one.other), *back.points], back.ended)
-            back = Half([replace(m, point=replace(m.point, s=m.point.s + 0.1)) for m in back.points], back.ended)
+            back = Half(
+                [replace(m, point=replace(m.point, s=m.point.s + 0.1)) for m in back.points],
+                back.ended,
+            )
         made = assembled(one.motion, one.lobes, seed, back, on, one.parent, one.parent_point)
         return replace(made, ended=("closed", "closed")) if on.ended == "closed" else made
 
@@ -388,7 +453,8 @@ class Explorer:
         return tests_of(self.orders.grazes, equilibrium=one.motion == EQUILIBRIUM)
 
     def _side(self, one: _Candidate, sense: int, start: Point) -> Steps[Half]:
-        """One side of a branch; where Newton's method fails, with more and more segments."""
+        """One side of a branch; where Newton's method fails, with more and more
+        segments."""
         orders, tests = self.orders, self._tests(one)
         stop = self._stops(one, sense if one.other is None or start is one.point else -1)
         problem: Any = one.problem
@@ -396,22 +462,28 @@ class Explorer:
         # A circle is smooth, and ends where it is not.
         kinks = kinks_of(0 if one.motion == CIRCLE else len(self.flow.equations.contacts))
         margins = None if one.motion == CIRCLE else margins_of  # of a circle they are too rough
-        half = yield from follow(problem, start, sense, self.bounds, most, tests, stop, kinked=kinks, margins=margins)
+        half = yield from follow(
+            problem, start, sense, self.bounds, most, tests, stop, kinked=kinks, margins=margins
+        )
         while (
             half.ended.startswith("no convergence")
             and isinstance(problem, Periodic)
             and problem.segments < FINEST * one.lobes
             and len(half.points) - half.further < most
         ):
-            last = half.points[-1].point if half.points else replace(start, tangent=sense * start.tangent)
+            last = (
+                half.points[-1].point
+                if half.points
+                else replace(start, tangent=sense * start.tangent)
+            )
             problem = replace(problem, segments=2 * problem.segments)
             states = yield from between_segments(problem, last.found.state, last.found.values)
             if states is None:
                 break
             again = yield from settled(problem, problem.unknowns(states, last.found.values[-1]))
-            if again is None or np.max(np.abs(again.found.state - last.found.state)) > 1e-3 * np.max(
-                np.abs(last.found.state) + 1e-9
-            ):
+            if again is None or np.max(
+                np.abs(again.found.state - last.found.state)
+            ) > 1e-3 * np.max(np.abs(last.found.state) + 1e-9):
                 continue
             side = 1 if last.tangent[-1] > 0.0 else -1
             left = most - len(half.points) + half.further
@@ -422,15 +494,17 @@ class Explorer:
                 continue
             reach = last.s
             half = Half(
-                half.points + [replace(m, point=replace(m.point, s=reach + m.point.s)) for m in more.points],
+                half.points
+                + [replace(m, point=replace(m.point, s=reach + m.point.s)) for m in more.points],
                 more.ended,
                 half.further + more.further,
             )
         return half
 
     def _stops(self, one: _Candidate, sense: int) -> Callable[[Point, Point], str]:
-        """The words for the end of a side of a branch: those of :meth:`_stop`; that it is too unstable; that it, or its
-        seed, lies on a branch that grows beside it and comes first."""
+        """The words for the end of a side of a branch: those of :meth:`_stop`; that it
+        is too unstable; that it, or its seed, lies on a branch that grows beside it and
+        comes first."""
         own = self._stop(one)
         seed = self._of(one)
         line = self._lines.setdefault((*one.key, sense), [seed[0]])
@@ -441,20 +515,32 @@ class Explorer:
             if word := own(here, there):
                 return word
             # Both sides share the points of a branch.
-            if sum(len(self._lines.get((*one.key, side), ())) for side in (1, -1)) > self.orders.points:
+            if (
+                sum(len(self._lines.get((*one.key, side), ())) for side in (1, -1))
+                > self.orders.points
+            ):
                 return "points"
             if one.motion == PERIODIC and np.max(np.abs(there.found.multipliers)) > WILD**one.lobes:
                 return "wild"
             signs = self._signatures(one.motion, one.lobes, there)
             # Continuous along the branch: of several starts that of the line so far.
             line.append(min(signs, key=lambda sign: float(np.linalg.norm(sign - line[-1]))))
-            # On a branch that is there; the first points are near the one that it springs from.
+            # On a branch that is there; the first points are near the one that it
+            # springs from.
             if len(line) > NEAR_PARENT and self._known_line(one.motion, one.lobes, signs):
                 return "known"
             for key, other in self._lines.items():
-                if key == (*one.key, -sense) and min(len(line), len(other)) > 5 and passes(np.stack(other), signs):
+                if (
+                    key == (*one.key, -sense)
+                    and min(len(line), len(other)) > 5
+                    and passes(np.stack(other), signs)
+                ):
                     return "closed"  # the two sides meet
-                if self._rank[key[:-1]] >= self._rank[one.key] or self._kinds[key] != kind or len(other) < 2:
+                if (
+                    self._rank[key[:-1]] >= self._rank[one.key]
+                    or self._kinds[key] != kind
+                    or len(other) < 2
+                ):
                     continue
                 if passes(np.stack(other), [*signs, *seed]):
                     return "known"
@@ -463,8 +549,9 @@ class Explorer:
         return stop
 
     def _stop(self, one: _Candidate) -> Callable[[Point, Point], str]:
-        """A motion of even period joins that of half of it where its halves become one; a cycle shrinks to a steady
-        motion where all its points do; a circle ends where it has kinks."""
+        """A motion of even period joins that of half of it where its halves become one;
+        a cycle shrinks to a steady motion where all its points do; a circle ends where
+        it has kinks."""
         if one.motion == CIRCLE:
             return circle.ends_of(self.flow.symmetry)
         if one.motion == EQUILIBRIUM or (one.motion == PERIODIC and one.lobes % 2):
@@ -496,7 +583,8 @@ class Explorer:
         )
 
     def _springing(self, switched: set[tuple[int, int]]) -> list[_Candidate]:
-        """What springs from the first special point of every branch that was not tried yet."""
+        """What springs from the first special point of every branch that was not tried
+        yet."""
         jobs: dict[Any, Any] = {}
         for number, branch in enumerate(self.branches):
             for place, marked in enumerate(branch.marked):
@@ -508,7 +596,9 @@ class Explorer:
         found = self._all(jobs)
         return [one for one in found.values() if one is not None and not self._there(one)]
 
-    def _sprung(self, number: int, place: int, branch: Branch, marked: Marked) -> Steps[_Candidate | None]:
+    def _sprung(
+        self, number: int, place: int, branch: Branch, marked: Marked
+    ) -> Steps[_Candidate | None]:
         flow, orbit = self.flow, marked.point.found
         key = (1, number, place)
         problem: Problem
@@ -518,7 +608,9 @@ class Explorer:
                 return None
             point = yield from started(*made)
             return (
-                None if point is None else _Candidate(key, CYCLE, 1, made[0].moved(point.x), point, number, place, True)
+                None
+                if point is None
+                else _Candidate(key, CYCLE, 1, made[0].moved(point.x), point, number, place, True)
             )
         if marked.label == DOUBLING and branch.motion == CYCLE:
             cycle = Cycle.at(flow, orbit.period, orbit.values, orbit.state, len(orbit.pieces))
@@ -539,7 +631,9 @@ class Explorer:
             return (
                 None
                 if point is None
-                else _Candidate(key, PERIODIC, 2 * branch.lobes, problem, point, number, place, True)
+                else _Candidate(
+                    key, PERIODIC, 2 * branch.lobes, problem, point, number, place, True
+                )
             )
         if marked.label == BRANCH:
             problem = Periodic.at(flow, branch.lobes, orbit.values, orbit.state, len(orbit.pieces))
@@ -550,7 +644,15 @@ class Explorer:
             first, other = (one, two) if one is not None else (two, None)
             assert first is not None
             return _Candidate(
-                key, PERIODIC, branch.lobes, problem, first, number, place, one_side=other is None, other=other
+                key,
+                PERIODIC,
+                branch.lobes,
+                problem,
+                first,
+                number,
+                place,
+                one_side=other is None,
+                other=other,
             )
         return None
 

@@ -1,8 +1,10 @@
-"""The flow of a model: many pieces of motion of own durations in one batch, with monodromies and touches.
+"""The flow of a model: many pieces of motion of own durations in one batch, with
+monodromies and touches.
 
-A piece of motion, a *leg*, is a run of the kernel. Where its monodromy is asked for it is run once for each state, side
-by side in lanes, with a deviation along that state as companion; the deviations land on contacts
-(:mod:`nsdrill.observe.landing`). Nothing about the numbers depends on which legs share a batch.
+A piece of motion, a *leg*, is a run of the kernel. Where its monodromy is asked for it
+is run once for each state, side by side in lanes, with a deviation along that state as
+companion; the deviations land on contacts (:mod:`nsdrill.observe.landing`). Nothing
+about the numbers depends on which legs share a batch.
 """
 
 from __future__ import annotations
@@ -41,10 +43,11 @@ DEFAULT_DIFFERENCE = 1e-5  # of the natural size of a number, for derivatives by
 
 @dataclass(frozen=True)
 class Legs:
-    """Pieces of motion, arrays over n of them: ``state`` [n, states] at the drive angle ``phase`` [n] [rad],
-    ``duration`` [n] [s], or where ``angular`` the angle by which the drive turns [rad]; ``values`` [n, numbers] of what
-    is continued; ``tangent`` [n] where the monodromy is wanted; ``slack``: by what factor the tolerance of the flow may
-    be exceeded."""
+    """Pieces of motion, arrays over n of them: ``state`` [n, states] at the drive angle
+    ``phase`` [n] [rad], ``duration`` [n] [s], or where ``angular`` the angle by which
+    the drive turns [rad]; ``values`` [n, numbers] of what is continued; ``tangent`` [n]
+    where the monodromy is wanted; ``slack``: by what factor the tolerance of the flow
+    may be exceeded."""
 
     state: Array
     phase: Array
@@ -60,9 +63,10 @@ class Legs:
 
 @dataclass(frozen=True)
 class Ends:
-    """What became of legs: ``state`` [n, states]; ``monodromy`` [n, states, states], zero where it was not wanted;
-    ``touches`` [n, contacts and levels, 3], of each the least and greatest value of its function and how often it
-    begins; ``ok`` [n] where the run ended well; ``duration`` [n] of the legs [s]."""
+    """What became of legs: ``state`` [n, states]; ``monodromy`` [n, states, states],
+    zero where it was not wanted; ``touches`` [n, contacts and levels, 3], of each the
+    least and greatest value of its function and how often it begins; ``ok`` [n] where
+    the run ended well; ``duration`` [n] of the legs [s]."""
 
     state: Array
     monodromy: Array
@@ -71,7 +75,13 @@ class Ends:
     duration: Array
 
     def __getitem__(self, part: slice) -> Ends:
-        return Ends(self.state[part], self.monodromy[part], self.touches[part], self.ok[part], self.duration[part])
+        return Ends(
+            self.state[part],
+            self.monodromy[part],
+            self.touches[part],
+            self.ok[part],
+            self.duration[part],
+        )
 
 
 def joined(parts: list[Legs]) -> Legs:
@@ -82,17 +92,20 @@ def joined(parts: list[Legs]) -> Legs:
 
     slack = np.concatenate([np.broadcast_to(part.slack, len(part)) for part in parts])
     angular = np.concatenate([np.broadcast_to(part.angular, len(part)) for part in parts])
-    return Legs(one("state"), one("phase"), one("duration"), one("values"), one("tangent"), slack, angular)
+    return Legs(
+        one("state"), one("phase"), one("duration"), one("values"), one("tangent"), slack, angular
+    )
 
 
 @dataclass(frozen=True)
 class Equations:
     """What a flow integrates, with a deviation beside the states.
 
-    ``runs(values, initial)`` makes runs of the kernel from ``values`` [n, numbers] of what is continued and ``initial``
-    [n, states + 1], without a deviation; ``parts(lanes)`` the compiled right-hand side, observer and marker, ``store``
-    the observer's store and ``columns`` how many numbers it reports. ``scales`` are natural sizes of the numbers that
-    are continued.
+    ``runs(values, initial)`` makes runs of the kernel from ``values`` [n, numbers] of
+    what is continued and ``initial`` [n, states + 1], without a deviation;
+    ``parts(lanes)`` the compiled right-hand side, observer and marker, ``store`` the
+    observer's store and ``columns`` how many numbers it reports. ``scales`` are natural
+    sizes of the numbers that are continued.
     """
 
     rows: Rows
@@ -123,7 +136,8 @@ class Flow:
         self._settings = Simulation(0.0, 1.0, rtol=rtol, max_steps=MOST_STEPS)
 
     def sizes(self, values: Array) -> Array:
-        """The natural sizes of the states at ``values`` [n, numbers], shape (n, states)."""
+        """The natural sizes of the states at ``values`` [n, numbers], shape (n,
+        states)."""
         return self._known(values)[0]
 
     def phase_rate(self, values: Array) -> Array:
@@ -144,7 +158,9 @@ class Flow:
         """The rates of states (n, states) at the drive angle 0, shape (n, states)."""
         rows, lanes = self.equations.rows, self.lanes
         right_hand_side = self.equations.parts(lanes).right_hand_side
-        runs = self.equations.runs(values, np.concatenate([state, np.zeros((len(state), 1))], axis=1))
+        runs = self.equations.runs(
+            values, np.concatenate([state, np.zeros((len(state), 1))], axis=1)
+        )
         found = np.zeros_like(state)
         for first in range(0, len(state), lanes):
             part = slice(first, min(first + lanes, len(state)))
@@ -183,7 +199,8 @@ class Flow:
         drifts = np.concatenate([runs.drifts, np.zeros_like(runs.drifts)], axis=1)
         full = Runs(
             runs.parameters[leg],
-            np.concatenate([sizes, LOOSER * sizes], axis=1)[leg] * np.broadcast_to(legs.slack, n)[leg, None],
+            np.concatenate([sizes, LOOSER * sizes], axis=1)[leg]
+            * np.broadcast_to(legs.slack, n)[leg, None],
             drifts[leg],
             runs.phase_rate[leg],
             np.minimum(runs.first_step, duration)[leg],
@@ -195,19 +212,23 @@ class Flow:
         monodromy = np.zeros((n, states, states))
         columns = final[:, states : 2 * states]
         with np.errstate(invalid="ignore", over="ignore"):
-            monodromy[leg[wanted], :, which[wanted]] = columns[wanted] / sizes[leg[wanted], which[wanted]][:, None]
+            monodromy[leg[wanted], :, which[wanted]] = (
+                columns[wanted] / sizes[leg[wanted], which[wanted]][:, None]
+            )
         touches = report.reshape(len(leg), -1, len(TOUCHES))[firsts]
         fine = possible & ok[firsts] & np.isfinite(final[firsts, : rows.own]).all(axis=1)
         return Ends(final[firsts, : rows.own], monodromy, touches, fine, duration)
 
     def _shared(self, runs: Runs, n: int) -> tuple[Array, Array, Array]:
-        """The final states, reports and whether they ended well of all ``n`` runs, on as many threads as they fill."""
+        """The final states, reports and whether they ended well of all ``n`` runs, on
+        as many threads as they fill."""
         shares = max(1, min(self.workers, n // (FULL * self.lanes)))
         if shares == 1:
             return self._share(runs, np.arange(n))
         if self._threads is None:
             self._threads = ThreadPoolExecutor(self.workers - 1)
-        cuts = [np.arange(first, n, shares) for first in range(shares)]  # runs of one branch take about as long
+        # runs of one branch take about as long
+        cuts = [np.arange(first, n, shares) for first in range(shares)]
         others = [self._threads.submit(self._share, runs, cut) for cut in cuts[1:]]
         done = [self._share(runs, cuts[0]), *(one.result() for one in others)]
         whole = tuple(np.zeros((n, *part.shape[1:]), part.dtype) for part in done[0])
@@ -228,16 +249,24 @@ class Flow:
         left = len(part)
         while left:
             done = gang.advance(parts, 60.0, True)
-            final[done.job], report[done.job], ok[done.job] = done.final, done.report, done.status == OK
+            final[done.job], report[done.job], ok[done.job] = (
+                done.final,
+                done.report,
+                done.status == OK,
+            )
             left -= len(done.job)
         return final, report, ok
 
 
 def equations_of(
-    model: Model, fixed: Variant, symmetry: Symmetry, pack: Callable[[Array], Array], scales: tuple[float, ...]
+    model: Model,
+    fixed: Variant,
+    symmetry: Symmetry,
+    pack: Callable[[Array], Array],
+    scales: tuple[float, ...],
 ) -> Equations:
-    """The equations of a model: ``pack(values)`` gives the lane parameters at ``values`` [n, numbers]. InputError where
-    the model cannot follow a deviation."""
+    """The equations of a model: ``pack(values)`` gives the lane parameters at
+    ``values`` [n, numbers]. InputError where the model cannot follow a deviation."""
     contacts, levels = len(model.contacts), model.levels(fixed)
     observed = landing_rows(contacts) + touch_rows(contacts + len(levels))
     try:
@@ -245,7 +274,8 @@ def equations_of(
         model.tangent(choose_lanes(FEW), fixed, 0)
     except (NotImplementedError, ValueError) as error:
         raise InputError(
-            f"the model {model.name}: found no linearised equations for this study ({str(error) or 'none are written'})"
+            f"the model {model.name}: found no linearised equations for this study "
+            f"({str(error) or 'none are written'})"
             "; allowed: a study that has them, as continuation and Floquet multipliers need them."
         ) from None
 
@@ -256,9 +286,15 @@ def equations_of(
         return _parts(model, fixed, lanes, rows)
 
     return Equations(
-        rows, symmetry, scales, runs, parts, lambda: aligned_zeros(scratch_size(rows, contacts) + 1), model.contacts,
+        rows,
+        symmetry,
+        scales,
+        runs,
+        parts,
+        lambda: aligned_zeros(scratch_size(rows, contacts) + 1),
+        model.contacts,
         tuple(one.name for one in levels),
-    )  # fmt: skip
+    )
 
 
 @lru_cache
@@ -269,13 +305,22 @@ def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
     right_hand_side = model.tangent(lanes, fixed, 0)
     first = landing_rows(contacts)
     follow, mark_levels = (
-        make_levels(lanes, rows, first + touch_rows(contacts), levels) if levels else unobserved(lanes)
+        make_levels(lanes, rows, first + touch_rows(contacts), levels)
+        if levels
+        else unobserved(lanes)
     )
     if not contacts:
         return Compiled(right_hand_side, follow, mark_levels)
     measure = model.contact_functions(lanes, fixed, RATES * contacts)
     landing = make_landing(
-        lanes, rows, STEPPERS[PAIR].scheme(rows), 0, measure, model.tangent(1, fixed, 0), contacts, identity
+        lanes,
+        rows,
+        STEPPERS[PAIR].scheme(rows),
+        0,
+        measure,
+        model.tangent(1, fixed, 0),
+        contacts,
+        identity,
     )
     touches, mark_touches = make_touches(lanes, rows, first, 0, contacts)
     after = touch_rows(contacts)
@@ -287,7 +332,11 @@ def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
         follow(b, store)
         landing(b, store)
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes, *identity)
+    @compiled(
+        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
+        lanes,
+        *identity,
+    )
     def mark_orbit(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         mark_touches(b, store, i, mark, report, column)
         mark_levels(b, store, i, mark, report, column + after)

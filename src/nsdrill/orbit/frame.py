@@ -12,7 +12,8 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def turned(symmetry: Symmetry, state: Array, angle: Any) -> Array:
-    """States (..., states) turned by ``angle`` [rad], a number or an array over all but the last dimension."""
+    """States (..., states) turned by ``angle`` [rad], a number or an array over all but
+    the last dimension."""
     made = np.array(state, dtype=float)
     cosine, sine = np.cos(angle), np.sin(angle)
     for one, two in symmetry.turned:

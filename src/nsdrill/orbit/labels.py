@@ -1,9 +1,12 @@
-"""Special points of a branch: folds, doublings, tori and the like from the multipliers, grazing from the touches.
+"""Special points of a branch: folds, doublings, tori and the like from the multipliers,
+grazing from the touches.
 
-The codes and two-letter words are those of AUTO-07p; those above 100 are nsdrill's own. A fold is where the number
-continued turns; a doubling where the count of real multipliers below -1 changes; a branch point where that above 1
-changes without a fold; a torus bifurcation where a pair appears outside the unit circle and the real counts stay. Signs
-of determinants alone would take a pair of reciprocal real multipliers for a torus bifurcation.
+The codes and two-letter words are those of AUTO-07p; those above 100 are nsdrill's own.
+A fold is where the number continued turns; a doubling where the count of real
+multipliers below -1 changes; a branch point where that above 1 changes without a fold;
+a torus bifurcation where a pair appears outside the unit circle and the real counts
+stay. Signs of determinants alone would take a pair of reciprocal real multipliers for a
+torus bifurcation.
 """
 
 from __future__ import annotations
@@ -23,8 +26,9 @@ NEAR = 1e-6  # of the unit circle
 
 @dataclass(frozen=True)
 class Graze:
-    """What it means that a contact, by its place, is ``reached`` or ``lost``: codes of labels, None where it is no
-    event of its own; whether it is one that it is reached another number of times in a period, ``counted``."""
+    """What it means that a contact, by its place, is ``reached`` or ``lost``: codes of
+    labels, None where it is no event of its own; whether it is one that it is reached
+    another number of times in a period, ``counted``."""
 
     reached: int | None
     lost: int | None
@@ -32,7 +36,8 @@ class Graze:
 
 
 def counts(orbit: Orbit) -> tuple[int, int, int]:
-    """How many real multipliers lie above 1 and below -1, and how many others outside the unit circle."""
+    """How many real multipliers lie above 1 and below -1, and how many others outside
+    the unit circle."""
     own = orbit.own
     real = np.abs(own.imag) <= REAL * np.maximum(np.abs(own), 1.0)
     value = own.real
@@ -41,7 +46,8 @@ def counts(orbit: Orbit) -> tuple[int, int, int]:
 
 
 def _product(at: float) -> Callable[[Point], float]:
-    """The determinant of the monodromy less ``at`` times the identity, without the trivial multipliers."""
+    """The determinant of the monodromy less ``at`` times the identity, without the
+    trivial multipliers."""
 
     def value(point: Point) -> float:
         own = point.found.own - at
@@ -63,9 +69,12 @@ def _pair(number: int) -> Callable[[Point], float]:
     return value
 
 
-def tests_of(grazes: Mapping[int, Graze], *, equilibrium: bool) -> Callable[[Point, Point], list[Test]]:
-    """The function that gives the tests for special points between two points of a branch. ``grazes`` says of which
-    contacts, by place, what is an event; ``equilibrium``: a pair that leaves the unit circle is a Hopf bifurcation."""
+def tests_of(
+    grazes: Mapping[int, Graze], *, equilibrium: bool
+) -> Callable[[Point, Point], list[Test]]:
+    """The function that gives the tests for special points between two points of a
+    branch. ``grazes`` says of which contacts, by place, what is an event;
+    ``equilibrium``: a pair that leaves the unit circle is a Hopf bifurcation."""
 
     def tests(here: Point, there: Point) -> list[Test]:
         found = []
@@ -96,26 +105,40 @@ def _grazing(one: Orbit, two: Orbit, contact: int, graze: Graze) -> Test | None:
     if always1 != always2 and graze.lost is not None:
         return Test(graze.lost, lambda point: float(point.found.touches[contact, 0]))
     code = graze.reached if graze.reached is not None else graze.lost
-    if graze.counted and n1 != n2 and not (never1 or never2 or always1 or always2) and code is not None:
+    if (
+        graze.counted
+        and n1 != n2
+        and not (never1 or never2 or always1 or always2)
+        and code is not None
+    ):
         level = 0.5 * (n1 + n2)
         words = f"{int(n1)} to {int(n2)} touches a period"
-        return Test(code, lambda point: float(np.sign(point.found.touches[contact, 2] - level)), words, jumps=True)
+        return Test(
+            code,
+            lambda point: float(np.sign(point.found.touches[contact, 2] - level)),
+            words,
+            jumps=True,
+        )
     return None
 
 
 def kinks_of(contacts: int) -> Callable[[Orbit, Orbit], bool]:
-    """The function that says whether one of the first ``contacts`` is reached, or lost, another number of times a
-    period in one motion than in another."""
+    """The function that says whether one of the first ``contacts`` is reached, or lost,
+    another number of times a period in one motion than in another."""
 
     def kinked(one: Orbit, two: Orbit) -> bool:
         first, second = one.touches[:contacts], two.touches[:contacts]
-        return bool(np.any(first[:, 2] != second[:, 2]) or np.any((first[:, :2] > 0.0) != (second[:, :2] > 0.0)))
+        return bool(
+            np.any(first[:, 2] != second[:, 2])
+            or np.any((first[:, :2] > 0.0) != (second[:, :2] > 0.0))
+        )
 
     return kinked
 
 
 def margins_of(orbit: Orbit) -> np.ndarray:
-    """By how much each multiplier lies outside the unit circle, as the logarithm of its modulus, the largest first."""
+    """By how much each multiplier lies outside the unit circle, as the logarithm of its
+    modulus, the largest first."""
     moduli = np.sort(np.abs(orbit.own))[::-1]
     return np.asarray(np.log(np.maximum(moduli, 1e-300)))
 

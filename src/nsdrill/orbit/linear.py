@@ -1,8 +1,9 @@
 """Linear systems of shooting, solved with the same bits whatever the processors.
 
-OpenBLAS shares a dense factorisation of some hundred unknowns among threads, which gives other last bits on other
-machines and, beside the threads of the flow, takes a hundred times as long. Of several segments most of the matrix is
-zero, so SuperLU, which has no threads, is as fast.
+OpenBLAS shares a dense factorisation of some hundred unknowns among threads, which
+gives other last bits on other machines and, beside the threads of the flow, takes a
+hundred times as long. Of several segments most of the matrix is zero, so SuperLU, which
+has no threads, is as fast.
 """
 
 from __future__ import annotations
@@ -16,14 +17,16 @@ DENSE = 100  # unknowns up to which OpenBLAS uses one thread
 
 
 def solve(matrix: Array, right: Array) -> Array:
-    """The solution of ``matrix`` [n, n] times x = ``right`` [n]. LinAlgError where the matrix is singular."""
+    """The solution of ``matrix`` [n, n] times x = ``right`` [n]. LinAlgError where the
+    matrix is singular."""
     if len(matrix) < DENSE:
         return np.asarray(np.linalg.solve(matrix, right))
     return np.asarray(_factors(matrix).solve(right))
 
 
 def sign_of_determinant(matrix: Array) -> float:
-    """The sign of the determinant of ``matrix`` [n, n]: 1, -1, or 0 where it is singular."""
+    """The sign of the determinant of ``matrix`` [n, n]: 1, -1, or 0 where it is
+    singular."""
     if len(matrix) < DENSE:
         return float(np.linalg.slogdet(matrix)[0])
     try:

@@ -1,8 +1,11 @@
-"""Periodic orbits as zeros: of the lobe map, in which steady drilling is a fixed point and bounces are too.
+"""Periodic orbits as zeros: of the lobe map, in which steady drilling is a fixed point
+and bounces are too.
 
-P_m is the flow over m folds of a revolution of the drive, turned back by as much (``models.base.Symmetry``).
-An orbit of period m is a fixed point of P_m, found by multiple shooting: ``segments`` pieces that end where the next
-begins. Where every angle is alike, a fixed point of the map over any angle is an equilibrium in the frame of the drive.
+P_m is the flow over m folds of a revolution of the drive, turned back by as much
+(``models.base.Symmetry``). An orbit of period m is a fixed point of P_m, found by
+multiple shooting: ``segments`` pieces that end where the next begins. Where every angle
+is alike, a fixed point of the map over any angle is an equilibrium in the frame of the
+drive.
 """
 
 from __future__ import annotations
@@ -23,11 +26,13 @@ ANGLES = 8  # folds of a revolution over which an equilibrium is mapped, where e
 
 @dataclass(frozen=True)
 class Orbit:
-    """What is known of a periodic motion: the ``state`` at its start, at the drive angle 0; the ``values`` of what is
-    continued; the ``period`` [s]; its ``multipliers``, complex, of all free states over one period, ``trivial`` of them
-    the number of those that are 1 for every such motion; ``touches`` [contacts, 3] (:class:`.flow.Ends`);
-    ``monodromy`` of the ``free`` states in natural sizes; the ``rotation`` number [rad] of a circle over one period;
-    ``pieces`` [pieces, states]: the states at the starts of the segments, or at the points of a circle."""
+    """What is known of a periodic motion: the ``state`` at its start, at the drive
+    angle 0; the ``values`` of what is continued; the ``period`` [s]; its
+    ``multipliers``, complex, of all free states over one period, ``trivial`` of them
+    the number of those that are 1 for every such motion; ``touches`` [contacts, 3]
+    (:class:`.flow.Ends`); ``monodromy`` of the ``free`` states in natural sizes; the
+    ``rotation`` number [rad] of a circle over one period; ``pieces`` [pieces, states]:
+    the states at the starts of the segments, or at the points of a circle."""
 
     state: Array
     values: Array
@@ -50,7 +55,9 @@ class Orbit:
         """The multipliers that tell of stability."""
         if not self.trivial:
             return self.multipliers
-        return np.delete(self.multipliers, np.argsort(np.abs(self.multipliers - 1.0))[: self.trivial])
+        return np.delete(
+            self.multipliers, np.argsort(np.abs(self.multipliers - 1.0))[: self.trivial]
+        )
 
     @property
     def unstable(self) -> int:
@@ -60,12 +67,16 @@ class Orbit:
 
 def over_segments(touches: Array) -> Array:
     """Touches of a whole motion from those of its segments, [segments, contacts, 3]."""
-    return np.stack([touches[..., 0].min(axis=0), touches[..., 1].max(axis=0), touches[..., 2].sum(axis=0)], axis=-1)
+    return np.stack(
+        [touches[..., 0].min(axis=0), touches[..., 1].max(axis=0), touches[..., 2].sum(axis=0)],
+        axis=-1,
+    )
 
 
 def ring(blocks: Array) -> Array:
-    """The derivative of the ends of segments, less the starts of those that follow, by all starts: of ``blocks``
-    [segments, n, n], how an end follows its start, the matrix [segments n, segments n]."""
+    """The derivative of the ends of segments, less the starts of those that follow, by
+    all starts: of ``blocks`` [segments, n, n], how an end follows its start, the matrix
+    [segments n, segments n]."""
     J, n = len(blocks), blocks.shape[-1]
     made = np.zeros((J, n, J, n))
     for j, block in enumerate(blocks):
@@ -84,8 +95,9 @@ def product(blocks: Array) -> Array:
 
 @dataclass(frozen=True)
 class Periodic:
-    """Fixed points of P_m. The unknowns are the free states at the start of each of ``segments`` pieces, over ``size``
-    [free], then the last of ``values``, over its scale; ``fixed`` [states] are the others."""
+    """Fixed points of P_m. The unknowns are the free states at the start of each of
+    ``segments`` pieces, over ``size`` [free], then the last of ``values``, over its
+    scale; ``fixed`` [states] are the others."""
 
     flow: Flow
     lobes: int
@@ -96,10 +108,19 @@ class Periodic:
     slack = 1.0
 
     @classmethod
-    def at(cls, flow: Flow, lobes: int, values: Array, state: Array, segments: int | None = None) -> Periodic:
+    def at(
+        cls, flow: Flow, lobes: int, values: Array, state: Array, segments: int | None = None
+    ) -> Periodic:
         """The problem near ``state`` [states] at ``values`` [numbers]."""
         free = list(flow.symmetry.free)
-        return cls(flow, lobes, segments or max(1, lobes), flow.sizes(values)[0][free], np.array(values), state.copy())
+        return cls(
+            flow,
+            lobes,
+            segments or max(1, lobes),
+            flow.sizes(values)[0][free],
+            np.array(values),
+            state.copy(),
+        )
 
     @property
     def folds(self) -> int:
@@ -111,7 +132,8 @@ class Periodic:
         return 2.0 * math.pi * self.lobes / self.folds
 
     def unknowns(self, states: Array, number: float) -> Array:
-        """``x`` from the states at the starts of the segments [segments, states] and the number continued."""
+        """``x`` from the states at the starts of the segments [segments, states] and
+        the number continued."""
         free = list(self.flow.symmetry.free)
         share = math.sqrt(self.segments)
         scaled = states[:, free] / (self.size * share)
@@ -129,7 +151,8 @@ class Periodic:
         return np.concatenate([self.values[:-1], [x[-1] * self.flow.scales[-1]]])
 
     def legs(self, x: Array, *, tangent: bool = True) -> Legs:
-        """The segments at ``x``, then at a slightly greater and a slightly smaller number, without monodromies."""
+        """The segments at ``x``, then at a slightly greater and a slightly smaller
+        number, without monodromies."""
         states, values = self.states(x), self.numbers(x)
         h = DEFAULT_DIFFERENCE * self.flow.scales[-1]
         shift = np.zeros(len(values))
@@ -170,9 +193,17 @@ class Periodic:
         values = self.numbers(x)
         period = float(ends.duration[:J].sum())
         orbit = Orbit(
-            states[0], values, period, np.linalg.eigvals(whole), over_segments(ends.touches[:J]), 0, whole, 0.0, states,
+            states[0],
+            values,
+            period,
+            np.linalg.eigvals(whole),
+            over_segments(ends.touches[:J]),
+            0,
+            whole,
+            0.0,
+            states,
             tuple(free),
-        )  # fmt: skip
+        )
         return Reading(residual.ravel(), jacobian, lambda: orbit)
 
     def moved(self, x: Array) -> Problem:
@@ -180,22 +211,30 @@ class Periodic:
 
 
 def starts_of(orbit: Orbit, flow: Flow, lobes: int) -> list[Array]:
-    """The states, turned back to the drive angle 0, at which an orbit of so many ``lobes`` may begin, each of its free
-    states."""
+    """The states, turned back to the drive angle 0, at which an orbit of so many
+    ``lobes`` may begin, each of its free states."""
     assert orbit.pieces is not None
     step = len(orbit.pieces) // lobes
     fold = 2.0 * math.pi / (flow.symmetry.folds or ANGLES)
     pieces = orbit.pieces[:: max(step, 1)][:lobes]
-    return [turned(flow.symmetry, piece, -k * fold)[list(orbit.free)] for k, piece in enumerate(pieces)]
+    return [
+        turned(flow.symmetry, piece, -k * fold)[list(orbit.free)] for k, piece in enumerate(pieces)
+    ]
 
 
 def between_segments(problem: Periodic, state: Array, values: Array) -> Steps[Array | None]:
-    """The states at the starts of the segments of ``problem`` on the motion from ``state`` at ``values``."""
+    """The states at the starts of the segments of ``problem`` on the motion from
+    ``state`` at ``values``."""
     made, J = [state], problem.segments
     angle = np.array([problem.angle / J])
     for j in range(J - 1):
         ends = yield Legs(
-            made[-1][None], j * angle, angle, np.atleast_2d(values), np.zeros(1, dtype=bool), angular=True
+            made[-1][None],
+            j * angle,
+            angle,
+            np.atleast_2d(values),
+            np.zeros(1, dtype=bool),
+            angular=True,
         )
         if not ends.ok[0]:
             return None

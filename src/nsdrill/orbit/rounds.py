@@ -17,8 +17,9 @@ def advance(
     done: Callable[[K, Any], None] = lambda key, result: None,
     look: Callable[[], None] = lambda: None,
 ) -> dict[K, Any]:
-    """Run generators that yield legs and are sent their ends, until all have returned; what they returned, by key.
-    ``done`` is told of each that returns, ``look`` is called once a round."""
+    """Run generators that yield legs and are sent their ends, until all have returned;
+    what they returned, by key. ``done`` is told of each that returns, ``look`` is
+    called once a round."""
     results: dict[K, Any] = {}
     waiting = {}
 

@@ -1,4 +1,5 @@
-"""The first point of a branch that springs from a special point of another: at a doubling, a branch point, a Hopf."""
+"""The first point of a branch that springs from a special point of another: at a
+doubling, a branch point, a Hopf."""
 
 from __future__ import annotations
 
@@ -33,7 +34,8 @@ def started(problem: Problem, base: Array, direction: Array) -> Steps[Point | No
 
 
 def _along(problem: Periodic, orbit: Orbit, vector: Array) -> Steps[tuple[Array, Array] | None]:
-    """The unknowns of ``problem`` on the orbit, and how they change with its start along ``vector`` [free]."""
+    """The unknowns of ``problem`` on the orbit, and how they change with its start
+    along ``vector`` [free]."""
     states = yield from between_segments(problem, orbit.state, orbit.values)
     moved = orbit.state.copy()
     h = 1e-4
@@ -46,7 +48,8 @@ def _along(problem: Periodic, orbit: Orbit, vector: Array) -> Steps[tuple[Array,
 
 
 def doubled(problem: Periodic, orbit: Orbit) -> Steps[Point | None]:
-    """The first point of the orbits of twice the period, of which ``problem`` is, at a doubling."""
+    """The first point of the orbits of twice the period, of which ``problem`` is, at a
+    doubling."""
     found = yield from _along(problem, orbit, critical_vector(orbit, -1.0))
     if found is None:
         return None
@@ -62,9 +65,12 @@ def branched(problem: Periodic, orbit: Orbit, sense: int) -> Steps[Point | None]
 
 
 def doubled_cycle(problem: Cycle, orbit: Orbit) -> tuple[Cycle, Array, Array]:
-    """The problem of cycles of twice the period at a doubling of cycles, its unknowns there, and the direction."""
+    """The problem of cycles of twice the period at a doubling of cycles, its unknowns
+    there, and the direction."""
     assert orbit.pieces is not None
-    made = Cycle.at(problem.flow, 2.0 * orbit.period, orbit.values, orbit.state, 2 * problem.segments)
+    made = Cycle.at(
+        problem.flow, 2.0 * orbit.period, orbit.values, orbit.state, 2 * problem.segments
+    )
     vector = critical_vector(orbit, -1.0)
     base = made.unknowns(np.concatenate([orbit.pieces] * 2), 2.0 * orbit.period, orbit.values[-1])
     direction = np.zeros(len(base))
@@ -75,8 +81,9 @@ def doubled_cycle(problem: Cycle, orbit: Orbit) -> tuple[Cycle, Array, Array]:
 
 
 def at_hopf(flow: Any, orbit: Orbit) -> tuple[Cycle, Array, Array] | None:
-    """The problem of the cycles that spring from an equilibrium at a Hopf bifurcation, its unknowns there, and the
-    direction of the cycles; None where no pair of multipliers is near the unit circle."""
+    """The problem of the cycles that spring from an equilibrium at a Hopf bifurcation,
+    its unknowns there, and the direction of the cycles; None where no pair of
+    multipliers is near the unit circle."""
     assert orbit.monodromy is not None
     multipliers, vectors = np.linalg.eig(orbit.monodromy)
     pairs = np.flatnonzero(multipliers.imag > 1e-6)
@@ -87,17 +94,26 @@ def at_hopf(flow: Any, orbit: Orbit) -> tuple[Cycle, Array, Array] | None:
     period = 2.0 * math.pi / frequency
     made = Cycle.at(flow, period, orbit.values, orbit.state, SEGMENTS)
     vector = vectors[:, nearest]
-    waves = np.real(vector[None, :] * np.exp(2j * math.pi * np.arange(SEGMENTS) / SEGMENTS)[:, None])
+    waves = np.real(
+        vector[None, :] * np.exp(2j * math.pi * np.arange(SEGMENTS) / SEGMENTS)[:, None]
+    )
     base = made.unknowns(np.tile(orbit.state, (SEGMENTS, 1)), period, orbit.values[-1])
     direction = np.concatenate([waves.ravel() / math.sqrt(SEGMENTS), [0.0, 0.0]])
-    # The phase condition lies across the motion at the start, which an equilibrium has none of.
+    # The phase condition lies across the motion at the start, which an equilibrium has
+    # none of.
     free = list(orbit.free)
     across = np.imag(vector)
     size = made.size
     through = Cycle(
-        flow, SEGMENTS, size, period, made.values, made.fixed, orbit.state[free] / size,
+        flow,
+        SEGMENTS,
+        size,
+        period,
+        made.values,
+        made.fixed,
+        orbit.state[free] / size,
         across / max(float(np.linalg.norm(across)), 1e-300),
-    )  # fmt: skip
+    )
     return through, base, direction
 
 

@@ -1,6 +1,8 @@
-"""Pictures of sweeps and traces: data in memory in, a matplotlib figure out; opens no file of data.
+"""Pictures of sweeps and traces: data in memory in, a matplotlib figure out; opens no
+file of data.
 
-matplotlib is imported when something is drawn or asked for, and pyplot never: no window, no global state.
+matplotlib is imported when something is drawn or asked for, and pyplot never: no
+window, no global state.
 """
 
 from __future__ import annotations
@@ -50,15 +52,17 @@ def draw(
     look: Look | None = None,
     **options: Any,
 ) -> Figure:
-    """Draw ``data`` in one of its :func:`kinds_for`, the first of them if ``kind`` is None.
+    """Draw ``data`` in one of its :func:`kinds_for`, the first of them if ``kind`` is
+    None.
 
-    ``units`` are ``si`` (as engineers write it: kN, mm) or ``field``. ``at`` holds axes of a sweep at one of their
-    values, in SI: ``{"wob": 22240.0}`` draws the cut of a map. ``start`` draws one start of every operating point,
-    where there are several. ``look`` is how the user wants it to look. Other ``options`` are those that the kind takes
-    (None is as not given): ``over``, a sweep to draw a ``ramp`` over, or branches whose curves are drawn over a map;
-    ``states``, the two over which an ensemble's
-    ``basin`` is drawn; ``severity`` of a ``window`` or ``tornado``, ``confidence`` (0 to 1) of a ``window`` or of
-    ``probability``, where numbers are uncertain.
+    ``units`` are ``si`` (as engineers write it: kN, mm) or ``field``. ``at`` holds axes
+    of a sweep at one of their values, in SI: ``{"wob": 22240.0}`` draws the cut of a
+    map. ``start`` draws one start of every operating point, where there are several.
+    ``look`` is how the user wants it to look. Other ``options`` are those that the kind
+    takes (None is as not given): ``over``, a sweep to draw a ``ramp`` over, or branches
+    whose curves are drawn over a map; ``states``, the two over which an ensemble's
+    ``basin`` is drawn; ``severity`` of a ``window`` or ``tornado``, ``confidence`` (0
+    to 1) of a ``window`` or of ``probability``, where numbers are uncertain.
     """
     check_units(units)
     given = {name: value for name, value in options.items() if value is not None}
@@ -73,7 +77,14 @@ def draw(
     chosen = choose_kind(data, kind)
     check_options(chosen, given)
     data, ends = within(data, chosen, look)
-    from nsdrill.plot.style import house_style, looking, quiet_glyphs, say_inside, settle, show_between
+    from nsdrill.plot.style import (
+        house_style,
+        looking,
+        quiet_glyphs,
+        say_inside,
+        settle,
+        show_between,
+    )
 
     with looking(look), house_style(), quiet_glyphs():
         figure = chosen.draw(data, units, **given)
@@ -98,15 +109,20 @@ def nothing_words(data: Results) -> str:
 
 
 def needed(
-    outline: Results, kind: str | None = None, at: Mapping[str, float] | None = None, start: int | None = None
+    outline: Results,
+    kind: str | None = None,
+    at: Mapping[str, float] | None = None,
+    start: int | None = None,
 ) -> tuple[str, ...]:
-    """The variables that :func:`draw` uses of a sweep with these coordinates; ``outline`` has no numbers in it."""
+    """The variables that :func:`draw` uses of a sweep with these coordinates;
+    ``outline`` has no numbers in it."""
     names = variables_for(choose_kind(cut(outline, at, start), kind).name, model_in(outline.attrs))
     return tuple(name for name in names if name in outline.variables)
 
 
 def cut(data: Results, at: Mapping[str, float] | None, start: int | None = None) -> Results:
-    """A sweep with every axis ascending, cut at the values ``at`` of some (SI), and at one of its starts."""
+    """A sweep with every axis ascending, cut at the values ``at`` of some (SI), and at
+    one of its starts."""
     from nsdrill.plot.slices import one_sample, one_start, ordered
     from nsdrill.variables import SAMPLE, dimension_of
 
@@ -116,13 +132,17 @@ def cut(data: Results, at: Mapping[str, float] | None, start: int | None = None)
         data = one_sample(data, at.pop(SAMPLE))
     if unknown := set(at) - set(data.axes):
         keys = {dimension_of(key): key for key in given}
-        found, allowed = (", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), data.axes))
+        found, allowed = (
+            ", ".join(keys.get(name, name) for name in names)
+            for names in (sorted(unknown), data.axes)
+        )
         raise InputError(f"--at: found {found}; allowed: {allowed}.")
     return ordered(data if start is None else one_start(data, start), at)
 
 
 class _Room(ModuleType):
-    """Python gives the name ``nsdrill.plot`` to this room once it is imported, and users know it as a function."""
+    """Python gives the name ``nsdrill.plot`` to this room once it is imported, and
+    users know it as a function."""
 
     def __call__(self, data: Any, kind: str | None = None, **options: Any) -> Figure:
         """Draw a file or a Dataset: see :func:`nsdrill.api.plot`."""
@@ -148,7 +168,9 @@ def _draw_borders(figure: Figure, data: Results, over: Any, units: str) -> None:
     from nsdrill.plot.maps import Planes
 
     if len(data.swept) != 2:
-        raise InputError("--over: found curves with no map over two axes; allowed: the map of a sweep over two.")
+        raise InputError(
+            "--over: found curves with no map over two axes; allowed: the map of a sweep over two."
+        )
     planes = Planes.of(data)
     held = {name: float(over[name].values.ravel()[0]) for name in data.held if name in over}
     check_same_string(over, data, held)

@@ -1,4 +1,5 @@
-"""A whirl as a film: the collar in the hole, to scale, turning as it did. MP4 by ffmpeg, or GIF by Pillow."""
+"""A whirl as a film: the collar in the hole, to scale, turning as it did. MP4 by
+ffmpeg, or GIF by Pillow."""
 
 from __future__ import annotations
 
@@ -45,12 +46,13 @@ KEY = ("#FFFFFF", ROCK, MUD, STEEL, EDGE, BIT, BLUE, VERMILLION)
 
 
 def film_name(path: str | os.PathLike[str]) -> str:
-    """The name of the film to be written: ``path``, or with the ending .gif where there is no ffmpeg for an MP4.
-    InputError where it is the name of neither."""
+    """The name of the film to be written: ``path``, or with the ending .gif where there
+    is no ffmpeg for an MP4. InputError where it is the name of neither."""
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(
-            f"{os.fspath(path)}: found {suffix or 'no suffix'!r} as the kind of film; allowed: {', '.join(SUFFIXES)}."
+            f"{os.fspath(path)}: found {suffix or 'no suffix'!r} as the kind of film; allowed: "
+            f"{', '.join(SUFFIXES)}."
         )
     if suffix == ".mp4" and shutil.which("ffmpeg") is None:
         return str(Path(path).with_suffix(".gif"))
@@ -58,18 +60,27 @@ def film_name(path: str | os.PathLike[str]) -> str:
 
 
 def animate(
-    trace: Trace, path: str | os.PathLike[str], *, units: str = "si", look: Look | None = None, speed: float = 1.0,
+    trace: Trace,
+    path: str | os.PathLike[str],
+    *,
+    units: str = "si",
+    look: Look | None = None,
+    speed: float = 1.0,
     overwrite: bool = True,
-) -> tuple[int, float]:  # fmt: skip
-    """Write the film of a trace to ``path`` (see :func:`film_name`), in one step; the numbers of frames and of seconds
-    of the trace that it shows.
+) -> tuple[int, float]:
+    """Write the film of a trace to ``path`` (see :func:`film_name`), in one step; the
+    numbers of frames and of seconds of the trace that it shows.
 
-    The part of the trace is that of ``look.time``, by default the last turns of the bit; ``speed`` 2 is twice as fast
-    as nature. InputError where the trace has no collar in a hole, or the film would be too long.
+    The part of the trace is that of ``look.time``, by default the last turns of the
+    bit; ``speed`` 2 is twice as fast as nature. InputError where the trace has no
+    collar in a hole, or the film would be too long.
     """
     look = look or Look()
     if not isinstance(trace, Trace) or not has_orbit(trace):
-        raise InputError("--animate: found no collar that moves in the hole; allowed: a trace with lateral motion.")
+        raise InputError(
+            "--animate: found no collar that moves in the hole; allowed: a trace "
+            "with lateral motion."
+        )
     check_length(trace)
     if not 0.01 <= speed <= 100.0:
         raise InputError(f"--speed: found {speed:g}; allowed: 0.01 to 100 times as fast as nature.")
@@ -96,7 +107,8 @@ def _times(trace: Trace, look: Look, speed: float) -> Any:
     count = int((last - first) / speed * RATE + 1e-6) + 1
     if count > MOST_FRAMES:
         raise InputError(
-            f"--animate: found {last - first:.4g} s of a trace, {count} frames; allowed: {MOST_FRAMES}. Choose a part "
+            f"--animate: found {last - first:.4g} s of a trace, {count} frames; allowed: "
+            f"{MOST_FRAMES}. Choose a part "
             "of the trace with --from and --to, or a higher --speed."
         )
     return first + np.arange(max(count, 2)) * speed / RATE
@@ -122,7 +134,8 @@ def _frames(trace: Trace, units: str, times: Any) -> Iterator[Any]:
         for artist in scene.moving:
             axes.draw_artist(artist)
         pixels = np.asarray(canvas.buffer_rgba())
-        yield pixels[: pixels.shape[0] // 2 * 2, : pixels.shape[1] // 2 * 2].copy()  # films want even numbers
+        # films want even numbers
+        yield pixels[: pixels.shape[0] // 2 * 2, : pixels.shape[1] // 2 * 2].copy()
 
 
 def _write_gif(frames: Iterator[Any], path: str | os.PathLike[str]) -> None:
@@ -130,23 +143,58 @@ def _write_gif(frames: Iterator[Any], path: str | os.PathLike[str]) -> None:
     shown = begin.copy()
     for number, colour in enumerate(KEY):  # those of small things have a place as well
         shown.paste(colour, (40 * number, 0, 40 * number + 40, 40))
-    palette = shown.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE)
+    palette = shown.quantize(
+        COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE
+    )
     first = begin.quantize(palette=palette, dither=Image.Dither.NONE)
 
     def rest() -> Iterator[Image.Image]:
         for frame in frames:
-            yield Image.fromarray(frame).convert("RGB").quantize(palette=palette, dither=Image.Dither.NONE)
+            yield (
+                Image.fromarray(frame)
+                .convert("RGB")
+                .quantize(palette=palette, dither=Image.Dither.NONE)
+            )
 
-    first.save(path, format="GIF", save_all=True, append_images=rest(), duration=1000 // RATE, loop=0, optimize=False)
+    first.save(
+        path,
+        format="GIF",
+        save_all=True,
+        append_images=rest(),
+        duration=1000 // RATE,
+        loop=0,
+        optimize=False,
+    )
 
 
 def _write_mp4(frames: Iterator[Any], path: str | os.PathLike[str]) -> None:
     first = next(frames)
     command = [
-        "ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba", "-s",
-        f"{first.shape[1]}x{first.shape[0]}", "-r", str(RATE), "-i", "-", "-an", "-pix_fmt", "yuv420p", "-crf", "18",
-        "-movflags", "+faststart", "-f", "mp4", os.fspath(path),
-    ]  # fmt: skip
+        "ffmpeg",
+        "-loglevel",
+        "error",
+        "-y",
+        "-f",
+        "rawvideo",
+        "-pix_fmt",
+        "rgba",
+        "-s",
+        f"{first.shape[1]}x{first.shape[0]}",
+        "-r",
+        str(RATE),
+        "-i",
+        "-",
+        "-an",
+        "-pix_fmt",
+        "yuv420p",
+        "-crf",
+        "18",
+        "-movflags",
+        "+faststart",
+        "-f",
+        "mp4",
+        os.fspath(path),
+    ]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdin is not None
         assert process.stderr is not None
@@ -160,4 +208,6 @@ def _write_mp4(frames: Iterator[Any], path: str | os.PathLike[str]) -> None:
         said = process.stderr.read().decode(errors="replace").strip().splitlines()
         code = process.wait()
     if code:
-        raise NsdrillError(f"ffmpeg could not write the film: {said[-1] if said else f'exit code {code}'}.")
+        raise NsdrillError(
+            f"ffmpeg could not write the film: {said[-1] if said else f'exit code {code}'}."
+        )

@@ -1,4 +1,5 @@
-"""The bands of severity behind measured values; their bounds are the thresholds in force in the file."""
+"""The bands of severity behind measured values; their bounds are the thresholds in
+force in the file."""
 
 from __future__ import annotations
 
@@ -10,7 +11,8 @@ from typing import Any
 from nsdrill.data import resolved_study
 from nsdrill.observe.thresholds import Thresholds
 
-# variable -> section of the thresholds, its four bounds in ascending order, and the words for the five bands
+# variable -> section of the thresholds, its four bounds in ascending order, and the
+# words for the five bands
 _BANDS: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
     "stick_slip_index": (
         "stick_slip",
@@ -24,17 +26,23 @@ _BANDS: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
     ),
     "lateral_acceleration_rms": (
         "whirl",
-        ("light_acceleration", "moderate_acceleration", "strong_acceleration", "severe_acceleration"),
+        (
+            "light_acceleration",
+            "moderate_acceleration",
+            "strong_acceleration",
+            "severe_acceleration",
+        ),
         ("none", "light", "moderate", "strong", "severe"),
     ),
 }
 
 
 def bounds(attrs: Mapping[str, Any], name: str) -> tuple[float, ...]:
-    """The four bounds of severity of variable ``name`` in its own units, none where it is not graded.
+    """The four bounds of severity of variable ``name`` in its own units, none where it
+    is not graded.
 
-    ``attrs`` are the root attributes of a results file. A new classification has the last word, then the study, then
-    the defaults.
+    ``attrs`` are the root attributes of a results file. A new classification has the
+    last word, then the study, then the defaults.
     """
     if name not in _BANDS:
         return ()

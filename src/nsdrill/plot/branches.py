@@ -1,4 +1,5 @@
-"""Branches of motions: solid where stable, dashed where not, markers at special points, over the peaks of a sweep."""
+"""Branches of motions: solid where stable, dashed where not, markers at special points,
+over the peaks of a sweep."""
 
 from __future__ import annotations
 
@@ -54,25 +55,35 @@ from nsdrill.plot.style import (
 from nsdrill.quantity import quantity as known_quantity
 
 HEIGHT, WORDS = 5.6, 1.4  # inches
-BEHIND, DOT = "#A9C3DC", 3.2  # the peaks of the sweep: a pale colour, and points wider than the lines above them
+# the peaks of the sweep: a pale colour, and points wider than the lines above them
+BEHIND, DOT = "#A9C3DC", 3.2
 # Marker and colour of each label; grazing has the rest in turn.
 MARKERS: dict[int, tuple[str, str]] = {
-    FOLD: ("s", VERMILLION), DOUBLING: ("^", BLUE), TORUS: ("D", GREEN), BRANCH: ("P", WINE), HOPF: ("o", ORANGE),
+    FOLD: ("s", VERMILLION),
+    DOUBLING: ("^", BLUE),
+    TORUS: ("D", GREEN),
+    BRANCH: ("P", WINE),
+    HOPF: ("o", ORANGE),
     FAILED: ("x", BLACK),
-}  # fmt: skip
+}
 GRAZING = (("v", SKY), ("<", "#7A5195"), (">", "#8C6D31"))
 COLOURS = {PERIODIC: BLACK, EQUILIBRIUM: BLACK, CYCLE: "#7A3B00", CIRCLE: "#00634A"}
 NAMES = {
-    EQUILIBRIUM: "steady drilling", PERIODIC: "periodic motions", CYCLE: "limit cycles",
+    EQUILIBRIUM: "steady drilling",
+    PERIODIC: "periodic motions",
+    CYCLE: "limit cycles",
     CIRCLE: "invariant circles (whirl)",
-}  # fmt: skip
+}
 MOST_MULTIPLE = 12
 PIXEL = 0.004  # of the width of the axes: labels of one kind that are closer are one
 
 
-def draw_branches(data: Any, *, units: str = "si", over: Results | None = None, look: Look | None = None) -> Figure:
-    """The branches of a Dataset: of each motion the greatest values over its period, as the panels of its model have
-    them; ``over`` is a sweep whose peaks are drawn beneath, ``look`` how the user wants it to look."""
+def draw_branches(
+    data: Any, *, units: str = "si", over: Results | None = None, look: Look | None = None
+) -> Figure:
+    """The branches of a Dataset: of each motion the greatest values over its period, as
+    the panels of its model have them; ``over`` is a sweep whose peaks are drawn
+    beneath, ``look`` how the user wants it to look."""
     check_units(units)
     with looking(look or Look()), house_style():
         figure = _draw(data, units, over)
@@ -84,17 +95,24 @@ def _draw(data: Any, units: str, over: Results | None) -> Figure:
     along = str(data.attrs.get("along", "rotary_speed"))
     panels = [one for one in drawn_in(data.attrs).panels if one.greatest in data]
     if not panels:
-        raise InputError("the branches: found no feature that a panel shows; allowed: a file of nsdrill continue.")
+        raise InputError(
+            "the branches: found no feature that a panel shows; allowed: a file of "
+            "nsdrill continue."
+        )
     x = quantity(along, units)
     fixed = {
-        name: float(data[name].values[0]) for name in ("depth", "wob", "rotary_speed") if name in data and name != along
+        name: float(data[name].values[0])
+        for name in ("depth", "wob", "rotary_speed")
+        if name in data and name != along
     }
     if over is not None:
         check_same_string(data, over, fixed)
     figure = new_figure(page_width(), WORDS + (HEIGHT - WORDS) * max(2, len(panels)) / 3)
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     handles: dict[str, Artist] = {}
-    ends = [float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")]
+    ends = [
+        float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")
+    ]
     for one, panel in zip(axes, panels, strict=True):
         y = quantity(panel.greatest, units)
         if over is not None:
@@ -103,7 +121,9 @@ def _draw(data: Any, units: str, over: Results | None) -> Figure:
         one.set_ylabel(y.label)
     axes[-1].set_xlabel(x.label)
     if (asked := chosen_look.get().xlim) is not None:
-        low, high = ends_of("xlim", asked, known_quantity(along).units, *(end * x.scale for end in ends))
+        low, high = ends_of(
+            "xlim", asked, known_quantity(along).units, *(end * x.scale for end in ends)
+        )
         ends = [low / x.scale, high / x.scale]
     if np.all(np.isfinite(ends)):
         axes[-1].set_xlim(*ends)
@@ -114,22 +134,39 @@ def _draw(data: Any, units: str, over: Results | None) -> Figure:
 
 
 def check_same_string(data: Any, over: Results, fixed: dict[str, float]) -> None:
-    """InputError where a sweep and branches, one of which is to be drawn over the other, are of unlike strings."""
+    """InputError where a sweep and branches, one of which is to be drawn over the
+    other, are of unlike strings."""
     free = {str(data.attrs.get(name, "")) for name in ("along", "along_key", "over", "over_key")}
     found = other_string(data.attrs, over, fixed, free)
     if found:
-        told = "; ".join(f"{key}: {there} of the branches, {here} of the sweep" for key, there, here in found[:4])
-        raise InputError(f"--over: found another string ({told}); allowed: results of the same string.")
+        told = "; ".join(
+            f"{key}: {there} of the branches, {here} of the sweep" for key, there, here in found[:4]
+        )
+        raise InputError(
+            f"--over: found another string ({told}); allowed: results of the same string."
+        )
 
 
-def _behind(axes: Axes, over: Results, along: str, panel: Any, x: float, y: float, handles: dict[str, Artist]) -> None:
+def _behind(
+    axes: Axes,
+    over: Results,
+    along: str,
+    panel: Any,
+    x: float,
+    y: float,
+    handles: dict[str, Artist],
+) -> None:
     """The peaks of a sweep."""
     if along not in over.axes:
-        raise InputError(f"--over: found a sweep without {along}; allowed: a sweep along the number that is continued.")
+        raise InputError(
+            f"--over: found a sweep without {along}; allowed: a sweep along the "
+            f"number that is continued."
+        )
     others = {name: 0 for name in over.swept if name != along}
     if others:
         raise InputError(
-            f"--over: found a sweep over {' and '.join(over.swept)}; allowed: one over {along} alone. Run a study "
+            f"--over: found a sweep over {' and '.join(over.swept)}; allowed: one over {along} "
+            f"alone. Run a study "
             "of that axis."
         )
     one = line_of(over, along)
@@ -137,17 +174,40 @@ def _behind(axes: Axes, over: Results, along: str, panel: Any, x: float, y: floa
         peaks = one[panel.peaks]
         at = np.broadcast_to(one.x[None, :, None], peaks.shape)
         good = np.isfinite(peaks)
-        axes.plot(at[good] / x, peaks[good] / y, ".", color=BEHIND, markersize=DOT, markeredgewidth=0, zorder=1,
-                  rasterized=True, gid="sweep")  # fmt: skip
+        axes.plot(
+            at[good] / x,
+            peaks[good] / y,
+            ".",
+            color=BEHIND,
+            markersize=DOT,
+            markeredgewidth=0,
+            zorder=1,
+            rasterized=True,
+            gid="sweep",
+        )
     if panel.greatest in over.variables:
         top = one[panel.greatest]
         at = np.broadcast_to(one.x[None, :], top.shape)
-        axes.plot(at.ravel() / x, top.ravel() / y, ".", color=BEHIND, markersize=DOT, markeredgewidth=0, zorder=1,
-                  rasterized=True, gid="sweep greatest")  # fmt: skip
-    handles.setdefault("sweep", Line2D([], [], linestyle="none", marker=".", color=BEHIND, label="peaks of the sweep"))
+        axes.plot(
+            at.ravel() / x,
+            top.ravel() / y,
+            ".",
+            color=BEHIND,
+            markersize=DOT,
+            markeredgewidth=0,
+            zorder=1,
+            rasterized=True,
+            gid="sweep greatest",
+        )
+    handles.setdefault(
+        "sweep",
+        Line2D([], [], linestyle="none", marker=".", color=BEHIND, label="peaks of the sweep"),
+    )
 
 
-def _curves(axes: Axes, data: Any, along: str, name: str, x: float, y: float, handles: dict[str, Artist]) -> None:
+def _curves(
+    axes: Axes, data: Any, along: str, name: str, x: float, y: float, handles: dict[str, Artist]
+) -> None:
     """The branches in one panel."""
     numbers, values = data[along].values / x, data[name].values / y
     unstable, labels = data["unstable"].values, data["label"].values
@@ -166,14 +226,26 @@ def _curves(axes: Axes, data: Any, along: str, name: str, x: float, y: float, ha
         px, py, stable = numbers[part], values[part], unstable[part] == 0
         colour = COLOURS.get(str(motions[number]), BLACK)
         style: Any
-        for steady, style, width, word in ((True, "-", 1.3, "stable"), (False, (0, (3, 2)), 0.8, "unstable")):
+        for steady, style, width, word in (
+            (True, "-", 1.3, "stable"),
+            (False, (0, (3, 2)), 0.8, "unstable"),
+        ):
             # A piece between two points is stable where both of them are.
             chosen = (stable[1:] & stable[:-1]) == steady
             gx, gy = _pieces(px, py, chosen)
-            axes.plot(gx, gy, linestyle=style, linewidth=width, color=colour, zorder=3 if steady else 2.5,
-                      gid=f"branch {number} {word}")  # fmt: skip
+            axes.plot(
+                gx,
+                gy,
+                linestyle=style,
+                linewidth=width,
+                color=colour,
+                zorder=3 if steady else 2.5,
+                gid=f"branch {number} {word}",
+            )
             if chosen.any() and word not in handles:
-                handles[word] = Line2D([], [], linestyle=style, linewidth=width, color=BLACK, label=word)
+                handles[word] = Line2D(
+                    [], [], linestyle=style, linewidth=width, color=BLACK, label=word
+                )
         seen: list[tuple[int, float, float]] = []
         for place in np.flatnonzero((labels[part] != 0) & (labels[part] != END)):
             code = int(labels[part][place])
@@ -185,11 +257,23 @@ def _curves(axes: Axes, data: Any, along: str, name: str, x: float, y: float, ha
             marker, face = MARKERS.get(code, graze.get(code, ("o", BLACK)))
             meaning = meanings.get(code)
             word = (meaning.name if meaning else str(code)).replace("_", " ")
-            axes.plot(px[place], py[place], marker=marker, color=face, markersize=4, markeredgecolor="white" if
-                      marker != "x" else face, markeredgewidth=0.4 if marker != "x" else 0.9, zorder=4,
-                      linestyle="none", gid=f"label {code}")  # fmt: skip
+            axes.plot(
+                px[place],
+                py[place],
+                marker=marker,
+                color=face,
+                markersize=4,
+                markeredgecolor="white" if marker != "x" else face,
+                markeredgewidth=0.4 if marker != "x" else 0.9,
+                zorder=4,
+                linestyle="none",
+                gid=f"label {code}",
+            )
             handles.setdefault(
-                word, Line2D([], [], marker=marker, color=face, linestyle="none", markersize=4, label=word)
+                word,
+                Line2D(
+                    [], [], marker=marker, color=face, linestyle="none", markersize=4, label=word
+                ),
             )
     # The colour says which motion, solid or dashed how stable it is.
     for motion in dict.fromkeys(str(one) for one in motions):
@@ -198,7 +282,8 @@ def _curves(axes: Axes, data: Any, along: str, name: str, x: float, y: float, ha
 
 
 def _pieces(x: Array, y: Array, chosen: Array) -> tuple[Array, Array]:
-    """The parts of a line whose pieces are chosen, each without a break, as dashes begin anew after one."""
+    """The parts of a line whose pieces are chosen, each without a break, as dashes
+    begin anew after one."""
     gx: list[float] = []
     gy: list[float] = []
     for place in np.flatnonzero(chosen):
@@ -219,11 +304,14 @@ def _wall(data: Any, panels: Any, axes: Any, units: str, handles: dict[str, Arti
             y = quantity(panel.greatest, units)
             if one.get_ylim()[1] > 0.4 * gap / y.scale:
                 one.axhline(gap / y.scale, color="#4D4D4D", linewidth=0.9, zorder=1.5, gid="wall")
-                handles["wall"] = Line2D([], [], color="#4D4D4D", linewidth=0.9, label="wall of the hole")
+                handles["wall"] = Line2D(
+                    [], [], color="#4D4D4D", linewidth=0.9, label="wall of the hole"
+                )
 
 
 def draw_borders(figure: Figure, data: Any, x: str, y: str, units: str) -> None:
-    """The curves of a file of branches over the panels of a map with the axes ``x`` and ``y``."""
+    """The curves of a file of branches over the panels of a map with the axes ``x`` and
+    ``y``."""
     along, over = str(data.attrs.get("along", "")), str(data.attrs.get("over", ""))
     if "curve_row_size" not in data or {along, over} != {x, y}:
         has = f"curves over {along} and {over}" if over else "no curves"
@@ -245,8 +333,16 @@ def draw_borders(figure: Figure, data: Any, x: str, y: str, units: str) -> None:
         if code not in styles:
             styles[code] = grazing[sum(one > 100 for one in styles) % len(grazing)]
         word = meanings[code].title
-        line: dict[str, Any] = {"linestyle": styles[code], "color": BLACK, "linewidth": 1.3, "zorder": 6}
-        px, py = data[f"curve_{x}"].values[part] / sx.scale, data[f"curve_{y}"].values[part] / sy.scale
+        line: dict[str, Any] = {
+            "linestyle": styles[code],
+            "color": BLACK,
+            "linewidth": 1.3,
+            "zorder": 6,
+        }
+        px, py = (
+            data[f"curve_{x}"].values[part] / sx.scale,
+            data[f"curve_{y}"].values[part] / sy.scale,
+        )
         for axes in panels:
             limits = axes.get_xlim(), axes.get_ylim()
             axes.plot(px, py, color="white", linewidth=2.6, zorder=5.5)
@@ -256,5 +352,9 @@ def draw_borders(figure: Figure, data: Any, x: str, y: str, units: str) -> None:
         handles.setdefault(word, Line2D([], [], label=word, **line))
     if panels and handles:
         panels[0].legend(
-            handles=list(handles.values()), loc="upper left", frameon=True, framealpha=0.9, fontsize=type_size(6)
+            handles=list(handles.values()),
+            loc="upper left",
+            frameon=True,
+            framealpha=0.9,
+            fontsize=type_size(6),
         )

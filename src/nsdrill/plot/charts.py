@@ -30,8 +30,9 @@ OPERATING = "#E4E4E4"  # the rotary speeds of the study
 
 @dataclass(frozen=True)
 class Chart:
-    """The numbers of a chart with what its title says: ``attrs`` are the title and the study, ``point`` the operating
-    values that the chart holds; ``speeds`` are the least and the greatest rotary speed [rad/s] of the study."""
+    """The numbers of a chart with what its title says: ``attrs`` are the title and the
+    study, ``point`` the operating values that the chart holds; ``speeds`` are the least
+    and the greatest rotary speed [rad/s] of the study."""
 
     numbers: Numbers
     attrs: Mapping[str, Any]
@@ -39,8 +40,11 @@ class Chart:
     speeds: tuple[float, float]
 
 
-def chart_kind(name: str, words: str, numbers: type, panel: Callable[[Figure, Axes, Chart, str], list[Artist]]) -> Kind:
-    """The kind of chart that shows ``numbers``; ``panel`` draws them and gives the entries of the legend."""
+def chart_kind(
+    name: str, words: str, numbers: type, panel: Callable[[Figure, Axes, Chart, str], list[Artist]]
+) -> Kind:
+    """The kind of chart that shows ``numbers``; ``panel`` draws them and gives the
+    entries of the legend."""
 
     def draw(chart: Chart, units: str = "si") -> Figure:
         figure = new_figure(page_width(), 4.4)

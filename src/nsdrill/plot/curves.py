@@ -38,13 +38,16 @@ from nsdrill.variables import INFERRED, OK
 
 BINS = 1500  # stretches of a curve: about one for each pixel of print
 MOST_MARKERS = 200
-WORDS = (BLACK, BLUE, VERMILLION, GREEN, WINE, ORANGE, SKY, GREY)  # colours of curves, each of one word
+# colours of curves, each of one word
+WORDS = (BLACK, BLUE, VERMILLION, GREEN, WINE, ORANGE, SKY, GREY)
 MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
 SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 
 def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
-    figure, lines, columns = frame(results, units, len(names), 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9)
+    figure, lines, columns = frame(
+        results, units, len(names), 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9
+    )
     for row, name in enumerate(names, start=1):
         y = quantity(name, units)
         for one, column in zip(lines, columns, strict=True):
@@ -53,7 +56,10 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
         if graded := bounds(results.attrs, name):
             for column in columns:
                 shade_severity(
-                    column[row], [bound / y.scale for bound in graded], words(name), named=column is columns[-1]
+                    column[row],
+                    [bound / y.scale for bound in graded],
+                    words(name),
+                    named=column is columns[-1],
                 )
         elif name == "whirl_ratio":
             for column in columns:
@@ -77,9 +83,17 @@ def draw_words(results: Results, name: str, units: str) -> Figure:
             good, needed = one["status"][row] == OK, one["status"][row] != INFERRED
             heights = np.where(good, one[name][row] / y.scale, np.nan)
             at, heights = envelope(one.x[needed] / x.scale, heights[needed], BINS)
-            style = _style(procedure, one.procedures, len(at)) | {"color": WORDS[number % len(WORDS)]}
-            style |= {"marker": MARKS[number % len(MARKS)], "markerfacecolor": style["color"], "markersize": 3.5}
-            axes.plot(at, heights, gid=f"{name}:{told.value(value)}", label=told.value(value), **style)
+            style = _style(procedure, one.procedures, len(at)) | {
+                "color": WORDS[number % len(WORDS)]
+            }
+            style |= {
+                "marker": MARKS[number % len(MARKS)],
+                "markerfacecolor": style["color"],
+                "markersize": 3.5,
+            }
+            axes.plot(
+                at, heights, gid=f"{name}:{told.value(value)}", label=told.value(value), **style
+            )
     spaced(axes, lines[0].x)
     axes.set_xlim(*(edges(lines[0].x)[[0, -1]] / x.scale))
     axes.set_xlabel(x.label)
@@ -94,20 +108,28 @@ def draw_words(results: Results, name: str, units: str) -> Figure:
 
 
 def draw_values(axes: Axes, one: Line, name: str, x: Shown, y: Shown) -> None:
-    """A line for each procedure, broken where a run has not ended well; it passes over points that were not needed."""
+    """A line for each procedure, broken where a run has not ended well; it passes over
+    points that were not needed."""
     for row, procedure in enumerate(one.procedures):
         good, needed = one["status"][row] == OK, one["status"][row] != INFERRED
         values = np.where(good, one[name][row] / y.scale, np.nan)
         at, heights = envelope(one.x[needed] / x.scale, values[needed], BINS)
-        axes.plot(at, heights, gid=f"{name}:{procedure}", **_style(procedure, one.procedures, len(at)))
+        axes.plot(
+            at, heights, gid=f"{name}:{procedure}", **_style(procedure, one.procedures, len(at))
+        )
 
 
 def _style(procedure: str, procedures: tuple[str, ...], points: int = 0) -> dict[str, Any]:
-    """Markers where they stand apart; of many points a line alone, thinner the more there are."""
+    """Markers where they stand apart; of many points a line alone, thinner the more
+    there are."""
     colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
     opened = is_open(procedure, procedures)
     if points > MOST_MARKERS:
-        return {"color": colour, "linewidth": 0.7 if points < BINS else 0.4, "zorder": 3 if opened else 2.5}
+        return {
+            "color": colour,
+            "linewidth": 0.7 if points < BINS else 0.4,
+            "zorder": 3 if opened else 2.5,
+        }
     return {
         "color": colour,
         "linewidth": 0.7,
@@ -135,8 +157,11 @@ def _direction_handles(one: Line) -> list[Line2D]:
 
 
 def _limit(panels: list[Axes], lines: list[Line], name: str, y: Shown, units: str) -> None:
-    """Limits that a few wild values do not own; these are drawn as arrows on the border."""
-    values = np.concatenate([np.where(one["status"] == OK, one[name] / y.scale, np.nan).ravel() for one in lines])
+    """Limits that a few wild values do not own; these are drawn as arrows on the
+    border."""
+    values = np.concatenate(
+        [np.where(one["status"] == OK, one[name] / y.scale, np.nan).ravel() for one in lines]
+    )
     low, high = robust_limits(values)
     if y.unit == "%":  # a share of time or of a mean speed: zero means something
         low = 0.0
@@ -164,13 +189,20 @@ def _limit(panels: list[Axes], lines: list[Line], name: str, y: Shown, units: st
                     )
 
 
-def shade_severity(axes: Axes, graded: Sequence[float], names: Sequence[str], *, named: bool) -> None:
-    """The bands of severity between the bounds ``graded`` behind the curve, with their words at the right."""
+def shade_severity(
+    axes: Axes, graded: Sequence[float], names: Sequence[str], *, named: bool
+) -> None:
+    """The bands of severity between the bounds ``graded`` behind the curve, with their
+    words at the right."""
     top = axes.get_ylim()[1]
     starts = [0.0, *graded]
     ends = [*graded, max(top, graded[-1])]
-    for number, (start, end, word, grey) in enumerate(zip(starts, ends, names, SEVERITY_GREYS, strict=True)):
-        axes.axhspan(start, end, facecolor=grey, edgecolor="none", zorder=0, gid=f"severity:{number}")
+    for number, (start, end, word, grey) in enumerate(
+        zip(starts, ends, names, SEVERITY_GREYS, strict=True)
+    ):
+        axes.axhspan(
+            start, end, facecolor=grey, edgecolor="none", zorder=0, gid=f"severity:{number}"
+        )
         end = min(end, top)
         if named and end - start > 0.07 * top:
             axes.annotate(

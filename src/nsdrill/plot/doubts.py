@@ -1,4 +1,5 @@
-"""What the checks of a sweep say of its points, on the cells of a map or of a strip of responses."""
+"""What the checks of a sweep say of its points, on the cells of a map or of a strip of
+responses."""
 
 from __future__ import annotations
 
@@ -19,8 +20,9 @@ _LARGEST, _SMALLEST = 4.5, 1.6  # points of diameter of a dot
 
 
 def draw_doubts(axes: Axes, x: Array, y: Array, verdicts: Array, cell_size: float) -> None:
-    """Hatch the cells [y, x] between the edges ``x`` and ``y`` whose features do not hold, and put a dot where the
-    response does not or a check failed; ``cell_size`` in points."""
+    """Hatch the cells [y, x] between the edges ``x`` and ``y`` whose features do not
+    hold, and put a dot where the response does not or a check failed; ``cell_size`` in
+    points."""
     if np.any(doubtful := verdicts == FEATURES_DIFFER):
         axes.add_collection(
             PathCollection(
@@ -65,7 +67,9 @@ def doubt_handles(verdicts: Array) -> list[Artist]:
                 label=f"checked: numbers differ ({features} of {checked})",
             )
         )
-    responses, failed = (int(np.count_nonzero(verdicts == code)) for code in (RESPONSE_DIFFERS, CHECK_FAILED))
+    responses, failed = (
+        int(np.count_nonzero(verdicts == code)) for code in (RESPONSE_DIFFERS, CHECK_FAILED)
+    )
     if responses or failed:
         unknown = f", {failed} unknown: a check failed" if failed else ""
         handles.append(

@@ -1,4 +1,5 @@
-"""Lines of equal rate of penetration on pictures over two axes: what a setting yields, beside whether it is safe."""
+"""Lines of equal rate of penetration on pictures over two axes: what a setting yields,
+beside whether it is safe."""
 
 from __future__ import annotations
 
@@ -29,20 +30,36 @@ def drawn_of(model: Description) -> tuple[str, ...]:
 
 
 def draw_lines(
-    axes: Axes, x: Array, y: Array, values: Array, units: str, clear: Sequence[tuple[float, float]] = ()
+    axes: Axes,
+    x: Array,
+    y: Array,
+    values: Array,
+    units: str,
+    clear: Sequence[tuple[float, float]] = (),
 ) -> bool:
-    """Labelled lines of equal ``values`` [y, x], in SI, over the axes ``x`` and ``y`` in shown units. False where there
-    are none: fewer than two values of an axis, or nothing that varies. Where some are NaN, as those of points that were
-    not run, the lines go through the others. No label stands over the points of the axes that are to be ``clear``."""
+    """Labelled lines of equal ``values`` [y, x], in SI, over the axes ``x`` and ``y``
+    in shown units. False where there are none: fewer than two values of an axis, or
+    nothing that varies. Where some are NaN, as those of points that were not run, the
+    lines go through the others. No label stands over the points of the axes that are to
+    be ``clear``."""
     values = values / quantity(RATE, units).scale
     known = np.isfinite(values)
     if min(values.shape) < 2 or np.count_nonzero(known) < 4:
         return False
     low, high = float(values[known].min()), float(values[known].max())
-    levels = [level for level in MaxNLocator(MOST_LINES).tick_values(low, high) if max(low, 0.0) < level < high]
+    levels = [
+        level
+        for level in MaxNLocator(MOST_LINES).tick_values(low, high)
+        if max(low, 0.0) < level < high
+    ]
     if high - low < LEAST_SPREAD * high or not levels:
         return False
-    style: dict[str, Any] = {"levels": levels, "colors": "black", "linewidths": 0.7, "linestyles": "dashed"}
+    style: dict[str, Any] = {
+        "levels": levels,
+        "colors": "black",
+        "linewidths": 0.7,
+        "linestyles": "dashed",
+    }
     if known.all():
         lines: Any = axes.contour(x, y, values, zorder=4, **style)
     else:
@@ -60,8 +77,11 @@ def draw_lines(
     return True
 
 
-def _places(axes: Axes, lines: Any, clear: Sequence[tuple[float, float]], size: dict[str, Any]) -> Any:
-    """Where the labels of the lines stand; False where matplotlib's own choice leaves the points ``clear``."""
+def _places(
+    axes: Axes, lines: Any, clear: Sequence[tuple[float, float]], size: dict[str, Any]
+) -> Any:
+    """Where the labels of the lines stand; False where matplotlib's own choice leaves
+    the points ``clear``."""
     usual = axes.clabel(lines, inline=False, **size)
     places = [label.get_position() for label in usual]
     for label in usual:
@@ -79,11 +99,20 @@ def _places(axes: Axes, lines: Any, clear: Sequence[tuple[float, float]], size: 
         piece = min(pieces, key=lambda one: float(np.min(np.hypot(*((one - place) / scale).T))))
         along = [piece[round(part * (len(piece) - 1))] for part in (0.5, 0.3, 0.7, 0.15, 0.85)]
         away = [one for one in along if room(one) > LABEL_ROOM]
-        moved.append(tuple(place if room(place) > LABEL_ROOM else away[0] if away else max(along, key=room)))
+        moved.append(
+            tuple(place if room(place) > LABEL_ROOM else away[0] if away else max(along, key=room))
+        )
     return moved
 
 
 def handle(units: str) -> Artist:
     """The entry of the legend."""
     shown = quantity(RATE, units)
-    return Line2D([], [], color="black", linewidth=0.7, linestyle="dashed", label=f"{shown.words} [{shown.unit}]")
+    return Line2D(
+        [],
+        [],
+        color="black",
+        linewidth=0.7,
+        linestyle="dashed",
+        label=f"{shown.words} [{shown.unit}]",
+    )

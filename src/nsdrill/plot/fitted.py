@@ -1,4 +1,5 @@
-"""A fit as a picture: what was known of the unknowns before and after, and measured beside predicted values."""
+"""A fit as a picture: what was known of the unknowns before and after, and measured
+beside predicted values."""
 
 from __future__ import annotations
 
@@ -15,7 +16,18 @@ from nsdrill.analysis.fitting import Measured
 from nsdrill.data import Array
 from nsdrill.plot.labels import Shown, check_units, operating_point, quantity
 from nsdrill.plot.legend import legend_below
-from nsdrill.plot.style import BLACK, BLUE, GREY, SKY, house_style, new_figure, page_width, put_title, settle, type_size
+from nsdrill.plot.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    SKY,
+    house_style,
+    new_figure,
+    page_width,
+    put_title,
+    settle,
+    type_size,
+)
 
 COLUMNS = 3
 MOST_NAMED = 6  # points whose operating values are written out
@@ -24,10 +36,15 @@ BINS = 30
 
 
 def draw(
-    title: str, measured: Measured, prior: Mapping[str, Array], samples: Mapping[str, Array],
-    predicted: Mapping[str, Array], units: str = "si",
-) -> Figure:  # fmt: skip
-    """``prior`` and ``samples`` of each unknown by key, in SI; ``predicted`` values [samples, points] by name."""
+    title: str,
+    measured: Measured,
+    prior: Mapping[str, Array],
+    samples: Mapping[str, Array],
+    predicted: Mapping[str, Array],
+    units: str = "si",
+) -> Figure:
+    """``prior`` and ``samples`` of each unknown by key, in SI; ``predicted`` values
+    [samples, points] by name."""
     check_units(units)
     with house_style():
         figure = _draw(title, measured, prior, samples, predicted, units)
@@ -36,9 +53,13 @@ def draw(
 
 
 def _draw(
-    title: str, measured: Measured, prior: Mapping[str, Array], samples: Mapping[str, Array],
-    predicted: Mapping[str, Array], units: str,
-) -> Figure:  # fmt: skip
+    title: str,
+    measured: Measured,
+    prior: Mapping[str, Array],
+    samples: Mapping[str, Array],
+    predicted: Mapping[str, Array],
+    units: str,
+) -> Figure:
     above, below = -(-len(samples) // COLUMNS), len(measured.values)
     named = measured.points <= MOST_NAMED
     figure = new_figure(page_width(), 1.2 + TALL * (above + below) + (0.25 if named else 0.0))
@@ -47,7 +68,9 @@ def _draw(
     for row in range(above):
         cells = grid[row].subgridspec(1, COLUMNS)
         for column, key in enumerate(keys[row * COLUMNS : (row + 1) * COLUMNS]):
-            _unknown(figure.add_subplot(cells[column]), quantity(key, units), prior[key], samples[key])
+            _unknown(
+                figure.add_subplot(cells[column]), quantity(key, units), prior[key], samples[key]
+            )
     panels = [figure.add_subplot(grid[above + row]) for row in range(below)]
     for axes, name in zip(panels, measured.values, strict=True):
         _feature(axes, quantity(name, units), measured, name, predicted[name])
@@ -64,7 +87,9 @@ def _unknown(axes: Axes, shown: Shown, prior: Array, samples: Array) -> None:
     low, high = min(low, after.min()), max(high, after.max())
     bins: Any = np.linspace(low, high, BINS + 1)
     axes.hist(before, bins=bins, density=True, color=GREY, alpha=0.6, gid="before")
-    axes.hist(after, bins=bins, density=True, histtype="stepfilled", color=BLUE, alpha=0.7, gid="after")
+    axes.hist(
+        after, bins=bins, density=True, histtype="stepfilled", color=BLUE, alpha=0.7, gid="after"
+    )
     axes.set_yticks([])
     axes.ticklabel_format(axis="x", style="plain")
     ends = max(abs(low), abs(high))
@@ -82,7 +107,9 @@ def _feature(axes: Axes, shown: Shown, measured: Measured, name: str, predicted:
     low, middle, high = np.percentile(predicted[:, there], [5, 50, 95], axis=0) / shown.scale
     axes.bar(at[there], high - low, 0.5, low, color=SKY, alpha=0.6, gid="predicted", zorder=2)
     axes.hlines(middle, at[there] - 0.25, at[there] + 0.25, color=BLUE, linewidth=1.0, zorder=2.5)
-    values, errors = (found[name][there] / shown.scale for found in (measured.values, measured.errors))
+    values, errors = (
+        found[name][there] / shown.scale for found in (measured.values, measured.errors)
+    )
     style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 3, "color": BLACK}
     axes.errorbar(at[there], values, errors, capsize=2, elinewidth=0.7, zorder=3, **style)
     axes.set_ylabel(shown.label.replace(" [", "\n["), fontsize=type_size(7))
@@ -96,8 +123,10 @@ def _points(axes: Axes, measured: Measured, units: str, named: bool) -> None:
         axes.set_xlabel("Operating point, in the order of the file")
         return
     axes.set_xticks(range(1, measured.points + 1))
-    texts = [operating_point({key: values[i] for key, values in measured.at.items()}, units)
-             for i in range(measured.points)]  # fmt: skip
+    texts = [
+        operating_point({key: values[i] for key, values in measured.at.items()}, units)
+        for i in range(measured.points)
+    ]
     axes.set_xticklabels([text.replace(", ", "\n") for text in texts])
 
 
@@ -105,7 +134,15 @@ def _handles() -> list[Any]:
     return [
         Patch(facecolor=GREY, alpha=0.6, label="before: what the study says"),
         Patch(facecolor=BLUE, alpha=0.7, label="after"),
-        Line2D([], [], color=BLACK, marker="o", markersize=3, linewidth=0.7, label="measured, one deviation"),
+        Line2D(
+            [],
+            [],
+            color=BLACK,
+            marker="o",
+            markersize=3,
+            linewidth=0.7,
+            label="measured, one deviation",
+        ),
         Patch(facecolor=SKY, alpha=0.6, label="the model after, 5 to 95 %"),
         Line2D([], [], color=BLUE, linewidth=1.0, label="its median"),
     ]

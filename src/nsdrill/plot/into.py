@@ -17,16 +17,21 @@ LEGEND_BELOW = 32.0  # points: room for the ticks and the label of the x axis
 
 
 def into_axes(picture: Callable[[], Figure], axes: Any, kind: str | None) -> Figure:
-    """Draw ``picture`` into ``axes`` and give the figure that they are in. InputError where they are no axes, or where
-    the picture has more than one; then nothing is drawn."""
+    """Draw ``picture`` into ``axes`` and give the figure that they are in. InputError
+    where they are no axes, or where the picture has more than one; then nothing is
+    drawn."""
     if not isinstance(axes, Axes):
-        raise InputError(f"ax: found a value of the type {type(axes).__name__}; allowed: axes of matplotlib.")
+        raise InputError(
+            f"ax: found a value of the type {type(axes).__name__}; allowed: axes of matplotlib."
+        )
     panels = [panel for panel in picture().axes if panel.get_label() != "<colorbar>"]
     if len(panels) != 1:
         what = f"the kind {kind!r}, which has" if kind else "a picture with"
         raise InputError(
-            f"ax: found {what} {len(panels)} axes here; allowed: a kind with one, as orbit of a trace, basin, shares, "
-            "or map and window of a sweep with one procedure over two axes. Without ax it is a figure of its own."
+            f"ax: found {what} {len(panels)} axes here; allowed: a kind with one, as orbit of a "
+            f"trace, basin, shares, "
+            "or map and window of a sweep with one procedure over two axes. Without ax it is a "
+            "figure of its own."
         )
     title = axes.get_title()
     with _target(axes):
@@ -55,7 +60,8 @@ class _Cells:
 
 
 class _Within:
-    """What stands for the figure while its one panel is drawn. Titles and layout belong to whoever made the axes."""
+    """What stands for the figure while its one panel is drawn. Titles and layout belong
+    to whoever made the axes."""
 
     axes = ()
 

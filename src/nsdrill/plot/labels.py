@@ -43,7 +43,11 @@ class Shown:
         if self.choices:
             return self.choices[int(si)].replace("_", " ")
         number = si / self.scale
-        return f"{number:.0f} {self.unit}" if abs(number) >= 1e4 else f"{number:.4g} {self.unit}".strip()
+        return (
+            f"{number:.0f} {self.unit}"
+            if abs(number) >= 1e4
+            else f"{number:.4g} {self.unit}".strip()
+        )
 
 
 def check_units(units: str) -> None:
@@ -52,7 +56,8 @@ def check_units(units: str) -> None:
 
 
 def quantity(name: str, units: str = "si") -> Shown:
-    """How a variable or coordinate of a results or trace file is shown in the ``units`` "si" or "field"."""
+    """How a variable or coordinate of a results or trace file is shown in the ``units``
+    "si" or "field"."""
     check_units(units)
     found = quantities.quantity(name)
     if name.endswith("_fraction"):
@@ -63,8 +68,9 @@ def quantity(name: str, units: str = "si") -> Shown:
 
 
 def operating_point(values: Mapping[str, Any], units: str) -> str:
-    """The operating values that are there, in the order in which a driller says them: ``5000 m, 22.24 kN, 3 rad/s``;
-    then other values that were chosen, each with its name."""
+    """The operating values that are there, in the order in which a driller says them:
+    ``5000 m, 22.24 kN, 3 rad/s``; then other values that were chosen, each with its
+    name."""
     names = [name for name in AXES if values.get(name) is not None]
     found = [quantity(name, units).value(float(values[name])) for name in names]
     for name in values:
@@ -80,21 +86,24 @@ def fixed_values(results: Results) -> dict[str, float]:
 
 
 def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
-    """The title of the study, with the operating values in the units of ``point``, and, on lines of their own, what
-    ``--set`` changed, in ``width`` characters, and the operating values."""
+    """The title of the study, with the operating values in the units of ``point``, and,
+    on lines of their own, what ``--set`` changed, in ``width`` characters, and the
+    operating values."""
     title = retold(" ".join(str(attrs.get("title") or "").split()), point)
     last = "; ".join(part for part in (_unsaid(point, title), *_kind(attrs)) if part)
     return "\n".join(line for line in (title, changed(attrs, width), last) if line)
 
 
 def retold(title: str, point: str) -> str:
-    """A title in which the values of the operating ``point`` stand as they stand there: of 5000 m beside 16404 ft one
-    would not see that they are the same."""
+    """A title in which the values of the operating ``point`` stand as they stand there:
+    of 5000 m beside 16404 ft one would not see that they are the same."""
     told = list(map(_read, _VALUE.finditer(point)))
 
     def instead(found: re.Match[str]) -> str:
         own = _read(found)
-        same = [text for text, of, si in told if of == own[1] and math.isclose(si, own[2], rel_tol=SAME)]
+        same = [
+            text for text, of, si in told if of == own[1] and math.isclose(si, own[2], rel_tol=SAME)
+        ]
         return same[0] if same else found[0]
 
     return _VALUE.sub(instead, title)
@@ -119,11 +128,16 @@ def _read(found: re.Match[str]) -> tuple[str, str, float]:
 def _unsaid(point: str, title: str) -> str:
     """The operating values that the title does not say already."""
     head, semicolon, rest = point.partition(";")
-    told = [one for one in head.split(", ") if not re.search(rf"(?<![\w.]){re.escape(one)}(?![\w/])", title)]
+    told = [
+        one
+        for one in head.split(", ")
+        if not re.search(rf"(?<![\w.]){re.escape(one)}(?![\w/])", title)
+    ]
     return ", ".join(told) + semicolon + rest if told else rest.strip()
 
 
-_LONG = re.compile(r"(?<![\w.])-?\d+\.\d{6,}(?:e[-+]?\d+)?", re.IGNORECASE)  # digits that nobody reads
+# digits that nobody reads
+_LONG = re.compile(r"(?<![\w.])-?\d+\.\d{6,}(?:e[-+]?\d+)?", re.IGNORECASE)
 
 
 def _rounded(found: re.Match[str]) -> str:
@@ -131,7 +145,8 @@ def _rounded(found: re.Match[str]) -> str:
 
 
 def _kind(attrs: Mapping[str, Any]) -> list[str]:
-    """What is not as usual about the string: its drive, and the motions that it does without."""
+    """What is not as usual about the string: its drive, and the motions that it does
+    without."""
     drive, frozen = drive_kind(attrs), frozen_modes(attrs)
     return [
         *([f"{drive.replace('_', ' ')} drive"] if drive != "ideal" else []),
@@ -140,11 +155,13 @@ def _kind(attrs: Mapping[str, Any]) -> list[str]:
 
 
 def changed(attrs: Mapping[str, Any], width: int) -> str:
-    """What ``--set`` of run and classify changed, but for the title and the operating point, which are told anyway, in
-    one line: ``bit.lobes = 1, and 3 more``."""
+    """What ``--set`` of run and classify changed, but for the title and the operating
+    point, which are told anyway, in one line: ``bit.lobes = 1, and 3 more``."""
     found = overrides(attrs, thresholds=True)
     told = ("title", *AXES, *(f"operation.{name}" for name in AXES))
-    texts = [f"{key} = {_LONG.sub(_rounded, value)}" for key, value in found.items() if key not in told]
+    texts = [
+        f"{key} = {_LONG.sub(_rounded, value)}" for key, value in found.items() if key not in told
+    ]
     line = ""
     for left, text in zip(reversed(range(len(texts))), texts, strict=True):
         room = width - (len(f" and {left} more") if left else 0)

@@ -23,7 +23,12 @@ def marker_entry(
     opened: bool = False,
 ) -> Line2D:
     """An entry with a marker, filled or open."""
-    style: dict[str, Any] = {"color": colour, "marker": marker, "markersize": size, "markeredgewidth": edge}
+    style: dict[str, Any] = {
+        "color": colour,
+        "marker": marker,
+        "markersize": size,
+        "markeredgewidth": edge,
+    }
     if opened:
         style |= {"markerfacecolor": "none", "markeredgewidth": edge or 0.7}
     return Line2D([], [], linestyle="none", label=label, **style)
@@ -31,24 +36,34 @@ def marker_entry(
 
 def response_entries(codes: Iterable[int]) -> list[Artist]:
     """The responses by colour and marker."""
-    return [marker_entry(style.name, style.marker, style.colour) for style in (RESPONSES[code] for code in codes)]
+    return [
+        marker_entry(style.name, style.marker, style.colour)
+        for style in (RESPONSES[code] for code in codes)
+    ]
 
 
 def motion_entries(codes: Iterable[int]) -> list[Artist]:
     """The kinds of motion by colour."""
-    return [marker_entry(style.name, "o", style.colour, size=4) for style in (MOTIONS[code] for code in sorted(codes))]
+    return [
+        marker_entry(style.name, "o", style.colour, size=4)
+        for style in (MOTIONS[code] for code in sorted(codes))
+    ]
 
 
 def direction_entries(procedures: Sequence[str]) -> list[Artist]:
-    """What filled and open markers mean; nothing where the state was not carried both ways."""
+    """What filled and open markers mean; nothing where the state was not carried both
+    ways."""
     if not {"up", "down"} <= set(procedures):
         return []
-    return [marker_entry("up: filled", size=4, edge=0.7), marker_entry("down: open", size=4, opened=True)]
+    return [
+        marker_entry("up: filled", size=4, edge=0.7),
+        marker_entry("down: open", size=4, opened=True),
+    ]
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
-    """A legend below all, in so many columns or in as many as the width of the figure has room for; its words broken
-    where one column is too wide."""
+    """A legend below all, in so many columns or in as many as the width of the figure
+    has room for; its words broken where one column is too wide."""
     for count in range(min(columns, len(handles)), 0, -1):
         legend = figure.legend(handles=list(handles), loc="outside lower center", ncols=count)
         width = legend.get_window_extent().width

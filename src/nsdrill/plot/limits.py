@@ -15,22 +15,26 @@ from nsdrill.plot.registry import Kind
 from nsdrill.plot.slices import edges
 from nsdrill.quantity import quantity as known
 
-WHOLE = ("window",)  # what says something of the whole sweep keeps all points, and is limited in sight only
+# what says something of the whole sweep keeps all points, and is limited in sight only
+WHOLE = ("window",)
 
 
 def within(data: Any, kind: Kind, look: Look) -> tuple[Any, tuple[float, float] | None]:
-    """``data`` without what lies outside the limits, so that the other axes fit what is seen, and the ends of the x
-    axis in SI, None where the picture chooses them."""
+    """``data`` without what lies outside the limits, so that the other axes fit what is
+    seen, and the ends of the x axis in SI, None where the picture chooses them."""
     if look.time is not None:
         if not isinstance(data, Trace):
-            raise InputError("--from and --to: found with results; allowed: with a trace. --xlim limits an axis.")
+            raise InputError(
+                "--from and --to: found with results; allowed: with a trace. --xlim limits an axis."
+            )
         data = between(data, look.time)
     if look.xlim is None:
         return data, None
     across = kind.across(data)
     if across is None:
         raise InputError(
-            f"--xlim: found with --kind {kind.name}, whose panels have no x axis in common; allowed: with kinds along "
+            f"--xlim: found with --kind {kind.name}, whose panels have no x axis in common; "
+            f"allowed: with kinds along "
             "an axis or over time, and with maps."
         )
     if across == "time":
@@ -45,8 +49,8 @@ def within(data: Any, kind: Kind, look: Look) -> tuple[Any, tuple[float, float] 
 def ends_of(
     name: str, given: Ends, units: str, least: float = -np.inf, greatest: float = np.inf
 ) -> tuple[float, float]:
-    """The two ``given`` ends in SI ``units``, an open one as ``least`` or ``greatest``. InputError where they are none
-    or do not ascend."""
+    """The two ``given`` ends in SI ``units``, an open one as ``least`` or ``greatest``.
+    InputError where they are none or do not ascend."""
     words = ("from", "to") if name == "time" else (name, name)
     low, high = (
         open_end if end is None else value_of(word, end, units)
@@ -54,7 +58,9 @@ def ends_of(
     )
     if None not in given and not low < high:
         option = "--from and --to" if name == "time" else f"--{name}"
-        raise InputError(f"{option}: found {low:g} to {high:g} {units}; allowed: the lower end first.")
+        raise InputError(
+            f"{option}: found {low:g} to {high:g} {units}; allowed: the lower end first."
+        )
     return low, high
 
 
@@ -68,7 +74,8 @@ def between(trace: Trace, ends: Ends, name: str = "time") -> Trace:
     if np.count_nonzero(chosen) < 2:
         option = "--from and --to" if name == "time" else f"--{name}"
         raise InputError(
-            f"{option}: found {low:g} s to {high:g} s; allowed: times with two samples or more between them, of "
+            f"{option}: found {low:g} s to {high:g} s; allowed: times with two samples or more "
+            f"between them, of "
             f"{first:g} s to {last:g} s."
         )
     variables = {key: values[chosen] for key, values in trace.variables.items()}
@@ -78,14 +85,17 @@ def between(trace: Trace, ends: Ends, name: str = "time") -> Trace:
 def _cells_between(data: Results, axis: str, low: float, high: float) -> Results:
     """The points whose cells reach into the limits."""
     if words_along(axis):
-        raise InputError(f"--xlim: found limits of {axis}, which has words; allowed: --at to select one of them.")
+        raise InputError(
+            f"--xlim: found limits of {axis}, which has words; allowed: --at to select one of them."
+        )
     values: Array = np.asarray(data.coords[axis], dtype=float)
     borders = edges(values)
     chosen = np.flatnonzero((borders[1:] > low) & (borders[:-1] < high))
     if len(chosen) < 2:
         x = quantity(axis)
         raise InputError(
-            f"--xlim: found {x.value(low)} to {x.value(high)}; allowed: limits with two points of the sweep or more "
+            f"--xlim: found {x.value(low)} to {x.value(high)}; allowed: limits with two points of "
+            f"the sweep or more "
             f"between them, of {x.value(values[0])} to {x.value(values[-1])}."
         )
     place = 1 + data.axes.index(axis)

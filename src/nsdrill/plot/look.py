@@ -1,4 +1,5 @@
-"""How the user wants a picture to look: size, type, title, style, limits. No matplotlib until a style is read."""
+"""How the user wants a picture to look: size, type, title, style, limits. No matplotlib
+until a style is read."""
 
 from __future__ import annotations
 
@@ -26,8 +27,9 @@ Ends = tuple[Any, Any]  # numbers in SI, texts with a unit, or None for an open 
 class Look:
     """How the user wants a picture to look; None leaves it to the kind of picture.
 
-    ``width`` and ``height`` in inches, ``font_size`` in points, ``title`` a text or False for none; ``style`` holds
-    settings of matplotlib. ``xlim``: the ends of the x axis; ``time``: the part of a trace that is drawn.
+    ``width`` and ``height`` in inches, ``font_size`` in points, ``title`` a text or
+    False for none; ``style`` holds settings of matplotlib. ``xlim``: the ends of the x
+    axis; ``time``: the part of a trace that is drawn.
     """
 
     width: float | None = None
@@ -51,12 +53,18 @@ def look_of(
     xlim: Any = None,
     time: Any = None,
 ) -> Look:
-    """A look from what the user gave: lengths as texts with a unit or numbers in m, ``font_size`` in points, as a
-    number or "8 pt", ``style`` the name of a style file or of a style of matplotlib, or a mapping of settings."""
+    """A look from what the user gave: lengths as texts with a unit or numbers in m,
+    ``font_size`` in points, as a number or "8 pt", ``style`` the name of a style file
+    or of a style of matplotlib, or a mapping of settings."""
     return Look(
-        _length("width", width), _length("height", height), _type_size(font_size), _title(title), _style(style),
-        _pair("xlim", xlim), _pair("time", time),
-    )  # fmt: skip
+        _length("width", width),
+        _length("height", height),
+        _type_size(font_size),
+        _title(title),
+        _style(style),
+        _pair("xlim", xlim),
+        _pair("time", time),
+    )
 
 
 def value_of(name: str, given: Any, units: str) -> float:
@@ -75,7 +83,9 @@ def value_of(name: str, given: Any, units: str) -> float:
     except (TypeError, ValueError):
         number = math.nan
     if isinstance(given, bool) or not math.isfinite(number):
-        raise InputError(f"--{name}: found {given!r}; allowed: a number in SI units, or a text with its unit.")
+        raise InputError(
+            f"--{name}: found {given!r}; allowed: a number in SI units, or a text with its unit."
+        )
     return number
 
 
@@ -96,7 +106,10 @@ def _length(name: str, given: Any) -> float | None:
     inches = value_of(name, given, "m") / INCH
     low, high = WIDTHS
     if not low <= inches <= high:
-        raise InputError(f"--{name}: found {inches:.4g} in; allowed: {low:g} in to {high:g} in, say 3.3in or 84mm.")
+        raise InputError(
+            f"--{name}: found {inches:.4g} in; allowed: {low:g} in to {high:g} in, "
+            f"say 3.3in or 84mm."
+        )
     return inches
 
 
@@ -106,7 +119,9 @@ def _type_size(given: Any) -> float | None:
     text = str(given).strip().lower().removesuffix("pt").strip()
     low, high = TYPE_SIZES
     if not re.fullmatch(r"\d+(\.\d*)?|\.\d+", text) or not low <= float(text) <= high:
-        raise InputError(f"--font-size: found {given!r}; allowed: points, {low:g} to {high:g}, say 8 or 8pt.")
+        raise InputError(
+            f"--font-size: found {given!r}; allowed: points, {low:g} to {high:g}, say 8 or 8pt."
+        )
     return float(text)
 
 
@@ -122,7 +137,9 @@ def _pair(name: str, given: Any) -> Ends | None:
     if given is None:
         return None
     if isinstance(given, str) or not hasattr(given, "__len__") or len(given) != 2:
-        raise InputError(f"--{name}: found {given!r}; allowed: two values, the lower and the upper end.")
+        raise InputError(
+            f"--{name}: found {given!r}; allowed: two values, the lower and the upper end."
+        )
     return given[0], given[1]
 
 
@@ -138,9 +155,14 @@ def _style(given: Any) -> Mapping[str, Any] | None:
         if name in style.available:
             return {**cast("dict[str, Any]", style.library[name])}
         names = [one for one in style.available if not one.startswith("_")]
-        near = difflib.get_close_matches(str(given), names, 3, 0.4) or ["ggplot", "grayscale", "tableau-colorblind10"]
+        near = difflib.get_close_matches(str(given), names, 3, 0.4) or [
+            "ggplot",
+            "grayscale",
+            "tableau-colorblind10",
+        ]
         raise InputError(
-            f"--style: found {given!r}, which is no file; allowed: a style file of matplotlib (.mplstyle), or one of "
+            f"--style: found {given!r}, which is no file; allowed: a style file of matplotlib "
+            f"(.mplstyle), or one of "
             f"its {len(names)} styles, say {', '.join(near)}. All of them: "
             "python -c 'import matplotlib.style as s; print(s.available)'"
         )
@@ -151,14 +173,19 @@ def _style(given: Any) -> Mapping[str, Any] | None:
     try:
         found = mpl.rc_params_from_file(name, use_default_template=False)
     except (UnicodeDecodeError, OSError) as error:
-        raise InputError(f"--style {name}: found no text ({error}); allowed: a style file of matplotlib.") from error
+        raise InputError(
+            f"--style {name}: found no text ({error}); allowed: a style file of matplotlib."
+        ) from error
     finally:
         log.propagate = passed_on
         log.removeHandler(faults)
     if faults.found:
         raise InputError(f"--style {name}: " + "; ".join(faults.found) + ".")
     if not found:
-        raise InputError(f"--style {name}: found no setting; allowed: lines like 'font.size: 9' (a .mplstyle file).")
+        raise InputError(
+            f"--style {name}: found no setting; allowed: lines like 'font.size: 9' "
+            f"(a .mplstyle file)."
+        )
     return {**cast("dict[str, Any]", found)}
 
 
@@ -169,7 +196,9 @@ def _checked(given: Mapping[str, Any]) -> dict[str, Any]:
     try:
         return {**cast("dict[str, Any]", mpl.RcParams(given))}
     except (KeyError, ValueError) as error:
-        raise InputError(f"--style: {error.args[0]}; allowed: settings of matplotlib, {{'font.size': 9}}.") from error
+        raise InputError(
+            f"--style: {error.args[0]}; allowed: settings of matplotlib, {{'font.size': 9}}."
+        ) from error
 
 
 class _Faults(logging.Handler):

@@ -1,7 +1,9 @@
-"""Maps over two axes: the responses as colours with names, or one measured value as a colour scale.
+"""Maps over two axes: the responses as colours with names, or one measured value as a
+colour scale.
 
-A panel for each procedure and each value of a third axis; where a state was carried both ways, one more panel that says
-where up and down differ. Cells reach half way to their neighbours, so unequal steps are drawn to scale.
+A panel for each procedure and each value of a third axis; where a state was carried
+both ways, one more panel that says where up and down differ. Cells reach half way to
+their neighbours, so unequal steps are drawn to scale.
 """
 
 from __future__ import annotations
@@ -48,8 +50,10 @@ from nsdrill.plot.style import (
 )
 from nsdrill.variables import INFERRED
 
-ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across; depth goes down, as in a log
-WRAP = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}  # panels in a row, of so many; 4 of any other number
+# the first of these that is swept lies across; depth goes down, as in a log
+ACROSS = ("rotary_speed", "wob", "depth")
+# panels in a row, of so many; 4 of any other number
+WRAP = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}
 PANEL = 1.5  # inches that a panel needs
 ROOM_FOR_BAR = 0.4
 WORDS = 1.3  # inches that title, axis labels and legend take
@@ -58,12 +62,14 @@ CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
     "whirl_kind": WHIRLS,
     "motion": tuple((style.name, style.colour) for style in MOTIONS),
 }
-SEQUENTIAL, DIVERGING, DIFFERENCE = "viridis", "RdBu_r", "PuOr_r"  # colours of values, of signed ones, of differences
+# colours of values, of signed ones, of differences
+SEQUENTIAL, DIVERGING, DIFFERENCE = "viridis", "RdBu_r", "PuOr_r"
 
 
 @dataclass(frozen=True)
 class Planes:
-    """A sweep laid out as panels: arrays are [procedure, value of the panel axis, y, x]."""
+    """A sweep laid out as panels: arrays are [procedure, value of the panel axis, y,
+    x]."""
 
     results: Results
     x: str
@@ -72,13 +78,21 @@ class Planes:
 
     @classmethod
     def of(cls, results: Results) -> Planes:
-        across = (*ACROSS, *sorted(results.axes[len(ACROSS) :], key=lambda axis: bool(words_along(axis))))
+        across = (
+            *ACROSS,
+            *sorted(results.axes[len(ACROSS) :], key=lambda axis: bool(words_along(axis))),
+        )
         swept = [axis for axis in across if axis in results.swept]
         if len(swept) > 3:
-            raise InputError(f"a map has at most three axes; found {', '.join(swept)}. Give values of the others.")
+            raise InputError(
+                f"a map has at most three axes; found {', '.join(swept)}. Give "
+                f"values of the others."
+            )
         # The panels are over the axis that is not swept, else over the shortest.
         still = [axis for axis in results.axes if axis not in swept]
-        shortest = sorted(swept, key=lambda axis: (not words_along(axis), len(results.coords[axis])))
+        shortest = sorted(
+            swept, key=lambda axis: (not words_along(axis), len(results.coords[axis]))
+        )
         panel = shortest[0] if len(swept) == 3 else still[0]  # words rather than numbers
         chosen = [axis for axis in swept if axis != panel]
         x, y = (chosen + [axis for axis in across if axis not in (*chosen, panel)])[:2]
@@ -87,7 +101,8 @@ class Planes:
     def __getitem__(self, name: str) -> Array:
         axes = self.results.axes
         order = (self.panel, self.y, self.x)
-        rest = [1 + number for number, axis in enumerate(axes) if axis not in order]  # of one value each
+        # of one value each
+        rest = [1 + number for number, axis in enumerate(axes) if axis not in order]
         array = np.asarray(self.results.variables[name])
         own = range(1 + len(axes), array.ndim)
         array = array.transpose([0, *(1 + axes.index(axis) for axis in order), *rest, *own])
@@ -100,7 +115,9 @@ class Planes:
     @property
     def worded(self) -> bool:
         """Whether words lie along a panel, between which there is nothing."""
-        return any(words_along(axis) for axis in (self.x, self.y) if len(self.results.coords[axis]) > 1)
+        return any(
+            words_along(axis) for axis in (self.x, self.y) if len(self.results.coords[axis]) > 1
+        )
 
     @property
     def panel_values(self) -> Array:
@@ -113,7 +130,8 @@ def lies_across(results: Results) -> str:
 
 
 def draw_categories_map(results: Results, variable: str, units: str) -> Figure:
-    """A map of ``response``, ``whirl_kind`` or ``motion``, by the colours of :data:`CATEGORIES`."""
+    """A map of ``response``, ``whirl_kind`` or ``motion``, by the colours of
+    :data:`CATEGORIES`."""
     return _draw(results, variable, None, units)
 
 
@@ -139,8 +157,10 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
     number = len(planes.procedures) * len(planes.panel_values)
     if number > MAX_PANELS:
         raise InputError(
-            f"a map: found {len(planes.panel_values)} values of {planes.panel} beside {planes.y} and "
-            f"{planes.x}, which would be {number} panels; allowed: {MAX_PANELS}. Select one value of {planes.panel}."
+            f"a map: found {len(planes.panel_values)} values of {planes.panel} beside {planes.y} "
+            f"and "
+            f"{planes.x}, which would be {number} panels; allowed: {MAX_PANELS}. Select one value "
+            f"of {planes.panel}."
         )
     if number + len(planes.panel_values) > MAX_PANELS:
         differs = None  # the comparison gives way before the data do
@@ -163,17 +183,29 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
             if verdicts is not None:
                 draw_doubts(grid[row][column], *cells, verdicts[column, row], cell)
             hatch(
-                grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000", "failed"
+                grid[row][column],
+                cells,
+                outcomes[column, row] == FAILED_POINT,
+                "xxxxxx",
+                "white",
+                "#000000",
+                "failed",
             )
             if plain and RATE in results.variables and not planes.worded:
-                x, y = (results.coords[axis] / quantity(axis, units).scale for axis in (planes.x, planes.y))
+                x, y = (
+                    results.coords[axis] / quantity(axis, units).scale
+                    for axis in (planes.x, planes.y)
+                )
                 lines |= equal.draw_lines(grid[row][column], x, y, planes[RATE][column, row], units)
         if differs is not None and name is None:
             axes = grid[row][-1]
             hatch(axes, cells, differs[row] == 0, "", "#EDEDED", "none", "same")
             hatch(axes, cells, differs[row] == 1, "//////", SHADE, "#404040", "differs")
     handles += _remarks(
-        outcomes, differs if name is None else None, inferred, "inferred" if name is None else "interpolated"
+        outcomes,
+        differs if name is None else None,
+        inferred,
+        "inferred" if name is None else "interpolated",
     )
     if verdicts is not None:
         handles += doubt_handles(verdicts)
@@ -183,16 +215,24 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
     return figure
 
 
-def _frame(planes: Planes, units: str, *, extra: bool, valued: bool) -> tuple[Figure, list[list[Axes]]]:
-    """The empty panels, a row for each value of the panel axis and a column for each procedure (and one to compare).
+def _frame(
+    planes: Planes, units: str, *, extra: bool, valued: bool
+) -> tuple[Figure, list[list[Axes]]]:
+    """The empty panels, a row for each value of the panel axis and a column for each
+    procedure (and one to compare).
 
-    With one procedure the panels are wrapped instead: a column of twelve would leave a page half empty.
+    With one procedure the panels are wrapped instead: a column of twelve would leave a
+    page half empty.
     """
     rows, columns = len(planes.panel_values), len(planes.procedures) + extra
-    wrap = side_by_side(WRAP.get(rows, 4) if columns == 1 else columns, PANEL + (ROOM_FOR_BAR if valued else 0.0))
+    wrap = side_by_side(
+        WRAP.get(rows, 4) if columns == 1 else columns, PANEL + (ROOM_FOR_BAR if valued else 0.0)
+    )
     deep = -(-rows * columns // wrap)
     width = page_width() / wrap
-    figure = new_figure(page_width(), WORDS + deep * (min(0.8 * width, 3.4) if deep == 1 else 0.72 * width))
+    figure = new_figure(
+        page_width(), WORDS + deep * (min(0.8 * width, 3.4) if deep == 1 else 0.72 * width)
+    )
     grid = figure.add_gridspec(deep, wrap)
     x, y = quantity(planes.x, units), quantity(planes.y, units)
     panels: list[Axes] = []
@@ -211,7 +251,9 @@ def _frame(planes: Planes, units: str, *, extra: bool, valued: bool) -> tuple[Fi
     panels[0].set_xlim(across[0], across[-1])
     downwards = planes.y == "depth" or bool(words_along(planes.y))
     panels[0].set_ylim((down[-1], down[0]) if downwards else (down[0], down[-1]))
-    put_title(figure, heading(planes.results.attrs, operating_point(fixed_values(planes.results), units)))
+    put_title(
+        figure, heading(planes.results.attrs, operating_point(fixed_values(planes.results), units))
+    )
     return figure, [panels[row * columns : (row + 1) * columns] for row in range(rows)]
 
 
@@ -234,7 +276,12 @@ def _cells(planes: Planes, units: str) -> tuple[Array, Array]:
 
 
 def _draw_categories(
-    grid: Sequence[Sequence[Axes]], planes: Planes, variable: str, values: Array, outcomes: Array, units: str
+    grid: Sequence[Sequence[Axes]],
+    planes: Planes,
+    variable: str,
+    values: Array,
+    outcomes: Array,
+    units: str,
 ) -> list[Artist]:
     """Colour the cells by name; the legend entries of the names that occur."""
     categories = CATEGORIES[variable]
@@ -245,10 +292,20 @@ def _draw_categories(
     for row, panels in enumerate(grid):
         for column, axes in zip(range(len(planes.procedures)), panels, strict=False):
             axes.pcolormesh(
-                x, y, shown[column, row], cmap=colours, norm=norm, gid="cells", **seamless(shown[0, 0].size)
+                x,
+                y,
+                shown[column, row],
+                cmap=colours,
+                norm=norm,
+                gid="cells",
+                **seamless(shown[0, 0].size),
             )
     present = set(shown.compressed().tolist())
-    return [Patch(facecolor=colour, label=name) for code, (name, colour) in enumerate(categories) if code in present]
+    return [
+        Patch(facecolor=colour, label=name)
+        for code, (name, colour) in enumerate(categories)
+        if code in present
+    ]
 
 
 def _draw_values(
@@ -260,7 +317,8 @@ def _draw_values(
     outcomes: Array,
     units: str,
 ) -> list[Artist]:
-    """Colour the cells by a measured value, with one colour bar for all panels; bounds of severity as contours."""
+    """Colour the cells by a measured value, with one colour bar for all panels; bounds
+    of severity as contours."""
     value = quantity(name, units)
     shown = np.ma.masked_invalid(np.where(outcomes < 0, np.nan, values / value.scale))
     low, high = robust_limits(shown.compressed())
@@ -270,7 +328,11 @@ def _draw_values(
     if low < 0.0 < high:  # the sign says something: white at zero
         colours, high = DIVERGING, max(-low, high)
         low = -high
-    graded = bounds(planes.results.attrs, name) if name == "stick_slip_index" and not planes.worded else ()
+    graded = (
+        bounds(planes.results.attrs, name)
+        if name == "stick_slip_index" and not planes.worded
+        else ()
+    )
     panels = [one for row in grid for one in row[: len(planes.procedures)]]
     mesh = _coloured(panels, planes, _in_order(shown), Normalize(low, high), colours, units)
     bar = _bar(figure, mesh, panels, value.label, shown, low, high)
@@ -285,15 +347,29 @@ def _draw_values(
 
 
 def _draw_differences(
-    figure: Figure, grid: Sequence[Sequence[Axes]], planes: Planes, name: str, differs: Array, units: str
+    figure: Figure,
+    grid: Sequence[Sequence[Axes]],
+    planes: Planes,
+    name: str,
+    differs: Array,
+    units: str,
 ) -> None:
-    """Colour the last panels by how much greater the value is on the way down, with a colour bar of their own."""
+    """Colour the last panels by how much greater the value is on the way down, with a
+    colour bar of their own."""
     value = quantity(name, units)
     shown = np.ma.masked_invalid(differs / value.scale)
     high = max(map(abs, robust_limits(shown.compressed()))) if shown.count() else 1.0
     panels = [row[-1] for row in grid]
     mesh = _coloured(panels, planes, list(shown), Normalize(-high, high), DIFFERENCE, units)
-    _bar(figure, mesh, panels, f"down less up [{value.unit}]" if value.unit else "down less up", shown, -high, high)
+    _bar(
+        figure,
+        mesh,
+        panels,
+        f"down less up [{value.unit}]" if value.unit else "down less up",
+        shown,
+        -high,
+        high,
+    )
 
 
 def _in_order(shown: Any) -> list[Any]:
@@ -302,25 +378,49 @@ def _in_order(shown: Any) -> list[Any]:
 
 
 def _coloured(
-    panels: Sequence[Axes], planes: Planes, shown: Sequence[Any], norm: Normalize, colours: str, units: str
+    panels: Sequence[Axes],
+    planes: Planes,
+    shown: Sequence[Any],
+    norm: Normalize,
+    colours: str,
+    units: str,
 ) -> Any:
     x, y = _cells(planes, units)
     mesh = None
     for axes, cells in zip(panels, shown, strict=True):
-        mesh = axes.pcolormesh(x, y, cells, cmap=colours, norm=norm, gid="cells", **seamless(cells.size))
+        mesh = axes.pcolormesh(
+            x, y, cells, cmap=colours, norm=norm, gid="cells", **seamless(cells.size)
+        )
     return mesh
 
 
-def _bar(figure: Figure, mesh: Any, panels: Sequence[Axes], label: str, shown: Any, low: float, high: float) -> Any:
+def _bar(
+    figure: Figure,
+    mesh: Any,
+    panels: Sequence[Axes],
+    label: str,
+    shown: Any,
+    low: float,
+    high: float,
+) -> Any:
     """A colour bar for the panels, pointed where values lie beyond."""
-    beyond = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
-    extend = beyond[bool(shown.min() < low), bool(shown.max() > high)] if shown.count() else "neither"
-    return figure.colorbar(mesh, ax=list(panels), label=label, extend=extend, fraction=0.05, pad=0.01, aspect=30)
+    beyond = {
+        (False, False): "neither",
+        (True, False): "min",
+        (False, True): "max",
+        (True, True): "both",
+    }
+    extend = (
+        beyond[bool(shown.min() < low), bool(shown.max() > high)] if shown.count() else "neither"
+    )
+    return figure.colorbar(
+        mesh, ax=list(panels), label=label, extend=extend, fraction=0.05, pad=0.01, aspect=30
+    )
 
 
 def filled(values: Array, inferred: Array, known: Array, *, linear: bool) -> Array:
-    """Values [procedure, row, y, x] with those of inferred points from the points that were run around them: linear
-    between, or of the nearest."""
+    """Values [procedure, row, y, x] with those of inferred points from the points that
+    were run around them: linear between, or of the nearest."""
     from scipy.ndimage import distance_transform_edt
 
     found = values.copy()
@@ -356,20 +456,25 @@ def contour_severity(
     crossed = [bound for bound in graded if values.min() < bound < values.max()]
     if not crossed:  # all the data on one side of each: nothing to separate
         return
-    x, y = (planes.results.coords[axis] / quantity(axis, units).scale for axis in (planes.x, planes.y))
+    x, y = (
+        planes.results.coords[axis] / quantity(axis, units).scale for axis in (planes.x, planes.y)
+    )
     widths = [0.4 + 0.3 * list(graded).index(bound) for bound in crossed]
     lines = axes.contour(x, y, values, levels=crossed, colors="white", linewidths=widths)
     lines.set_gid("severity")
 
 
 def _remarks(outcomes: Array, differs: Array | None, inferred: Array, how: str) -> list[Artist]:
-    """Legend entries for what is not a colour of the map: failed, not run (and ``how`` it is known), compared."""
+    """Legend entries for what is not a colour of the map: failed, not run (and ``how``
+    it is known), compared."""
     handles: list[Artist] = []
     failed = int((outcomes == FAILED_POINT).sum())
     pending, passed_over = int((outcomes == PENDING_POINT).sum()), int(inferred.sum())
     if passed_over:
         label = f"dotted: {how} ({passed_over} of {outcomes.size})"
-        handles.append(Patch(facecolor=GREY, edgecolor="white", linewidth=0.4, hatch="....", label=label))
+        handles.append(
+            Patch(facecolor=GREY, edgecolor="white", linewidth=0.4, hatch="....", label=label)
+        )
     if failed:
         handles.append(
             Patch(
@@ -382,7 +487,12 @@ def _remarks(outcomes: Array, differs: Array | None, inferred: Array, how: str) 
         )
     if pending:
         handles.append(
-            Patch(facecolor="white", edgecolor=GREY, linewidth=0.4, label=f"not run yet ({pending} of {outcomes.size})")
+            Patch(
+                facecolor="white",
+                edgecolor=GREY,
+                linewidth=0.4,
+                label=f"not run yet ({pending} of {outcomes.size})",
+            )
         )
     if differs is not None:
         handles.append(

@@ -1,4 +1,5 @@
-"""Measurements on pictures of a sweep: values with their errors along an axis, settings as crosses over two axes."""
+"""Measurements on pictures of a sweep: values with their errors along an axis, settings
+as crosses over two axes."""
 
 from __future__ import annotations
 
@@ -18,12 +19,16 @@ SAME = 0.05  # part of a value of the sweep within which a setting is that value
 
 
 def overlay(figure: Figure, results: Results, measured: Measured, units: str) -> int:
-    """Put ``measured`` on the ``figure`` of ``results``, a picture over one axis or over two, and give how many points
-    have their place in it. InputError where the picture has no place for any."""
+    """Put ``measured`` on the ``figure`` of ``results``, a picture over one axis or
+    over two, and give how many points have their place in it. InputError where the
+    picture has no place for any."""
     swept = results.swept
     at = {dimension_of(key): values for key, values in measured.at.items()}
     if lacking := [axis for axis in swept if axis not in at]:
-        raise InputError(f"{measured.source}: found no {lacking[0]}, which the sweep varies; allowed: a column of it.")
+        raise InputError(
+            f"{measured.source}: found no {lacking[0]}, which the sweep varies; "
+            f"allowed: a column of it."
+        )
     here = _held(results, at, measured.points)
     found, named = 0, False
     if len(swept) == 1:
@@ -41,16 +46,22 @@ def overlay(figure: Figure, results: Results, measured: Measured, units: str) ->
                 named = named or (found > 0 and _named(axes, "x"))
     if not found:
         raise InputError(
-            f"{measured.source}: found no measurement that has a place in this picture; allowed: one of its values "
-            f"along one axis, or a map over two, at the other settings of the sweep (within {100 * SAME:g} %)."
+            f"{measured.source}: found no measurement that has a place in this picture; allowed: "
+            f"one of its values "
+            f"along one axis, or a map over two, at the other settings of the sweep (within "
+            f"{100 * SAME:g} %)."
         )
     return found
 
 
 def _named(axes: Axes, marker: str) -> bool:
     """Say in the axes what the marker is: the legend of the figure is there already."""
-    handle = Line2D([], [], color=VERMILLION, marker=marker, markersize=4, linestyle="none", label="measured")
-    axes.legend(handles=[handle], loc="upper right", fontsize=6, frameon=True, framealpha=0.9, borderpad=0.3)
+    handle = Line2D(
+        [], [], color=VERMILLION, marker=marker, markersize=4, linestyle="none", label="measured"
+    )
+    axes.legend(
+        handles=[handle], loc="upper right", fontsize=6, frameon=True, framealpha=0.9, borderpad=0.3
+    )
     return True
 
 
@@ -67,16 +78,31 @@ def _held(results: Results, at: dict[str, Array], points: int) -> Array:
 def _values(axes: Axes, x: Array, measured: Measured, name: str, here: Array, units: str) -> int:
     scale = quantity(name, units).scale
     low, high = axes.get_xlim()
-    shown = here & np.isfinite(measured.values[name]) & (x >= min(low, high)) & (x <= max(low, high))
+    shown = (
+        here & np.isfinite(measured.values[name]) & (x >= min(low, high)) & (x <= max(low, high))
+    )
     values, errors = measured.values[name][shown] / scale, measured.errors[name][shown] / scale
     if values.size:
         bottom, top = axes.get_ylim()
-        axes.errorbar(x[shown], values, errors, linestyle="none", marker="D", markersize=4, color=VERMILLION,
-                      markeredgecolor=BLACK, markeredgewidth=0.5, capsize=2, elinewidth=0.9, zorder=6,
-                      gid=f"measured:{name}")  # fmt: skip
+        axes.errorbar(
+            x[shown],
+            values,
+            errors,
+            linestyle="none",
+            marker="D",
+            markersize=4,
+            color=VERMILLION,
+            markeredgecolor=BLACK,
+            markeredgewidth=0.5,
+            capsize=2,
+            elinewidth=0.9,
+            zorder=6,
+            gid=f"measured:{name}",
+        )
         room = 0.03 * (top - bottom)
         axes.set_ylim(
-            min(bottom, float(np.min(values - errors)) - room), max(top, float(np.max(values + errors)) + room)
+            min(bottom, float(np.min(values - errors)) - room),
+            max(top, float(np.max(values + errors)) + room),
         )
     return int(shown.sum())
 
@@ -89,8 +115,18 @@ def _settings(axes: Axes, at: dict[str, Array], here: Array, results: Results, u
     (left, right), (bottom, top) = sorted(axes.get_xlim()), sorted(axes.get_ylim())
     shown = here & (x >= left) & (x <= right) & (y >= bottom) & (y <= top)
     for colour, wide in (("white", 3.0), (VERMILLION, 1.4)):
-        axes.plot(x[shown], y[shown], linestyle="none", marker="x", markersize=6, color=colour, markeredgewidth=wide,
-                  zorder=4.5, clip_on=False, gid="measured" if colour == VERMILLION else "halo")  # fmt: skip
+        axes.plot(
+            x[shown],
+            y[shown],
+            linestyle="none",
+            marker="x",
+            markersize=6,
+            color=colour,
+            markeredgewidth=wide,
+            zorder=4.5,
+            clip_on=False,
+            gid="measured" if colour == VERMILLION else "halo",
+        )
     return int(shown.sum())
 
 

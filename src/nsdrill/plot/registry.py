@@ -1,7 +1,7 @@
 """What can be drawn of which data, and the words for saying so.
 
-Each file of :mod:`nsdrill.plot.kinds` declares its pictures as ``KINDS``; nothing else knows their names. They bring
-matplotlib, so they are loaded when somebody asks.
+Each file of :mod:`nsdrill.plot.kinds` declares its pictures as ``KINDS``; nothing else
+knows their names. They bring matplotlib, so they are loaded when somebody asks.
 """
 
 from __future__ import annotations
@@ -44,12 +44,15 @@ GROUPS = (LINE, RETURNS, STARTS, SAMPLES, PLANE, TRACE, RAMP, STUDY, VALUE)
 class Kind:
     """One kind of picture.
 
-    ``words`` say what it shows and ``of`` what it is drawn of. ``place`` takes data and tells whether it can be drawn
-    of them: None if not, else a number; of all kinds that fit, the one with the least is the default. Cheap: the data
-    may be an outline without numbers. ``draw(data, units, **options)`` gives the figure; ``takes`` are the options
-    that this kind knows beside the units, by name. ``uses`` gives the variables of a sweep of a model that it is drawn
-    from, ``status``, ``response`` and those of checks always among them: nothing else is read. ``across`` is the
-    variable along the x axis of the panels, None where they have none in common. ``advice`` says why it does not fit.
+    ``words`` say what it shows and ``of`` what it is drawn of. ``place`` takes data and
+    tells whether it can be drawn of them: None if not, else a number; of all kinds that
+    fit, the one with the least is the default. Cheap: the data may be an outline
+    without numbers. ``draw(data, units, **options)`` gives the figure; ``takes`` are
+    the options that this kind knows beside the units, by name. ``uses`` gives the
+    variables of a sweep of a model that it is drawn from, ``status``, ``response`` and
+    those of checks always among them: nothing else is read. ``across`` is the variable
+    along the x axis of the panels, None where they have none in common. ``advice`` says
+    why it does not fit.
     """
 
     name: str
@@ -72,7 +75,9 @@ def all_kinds() -> dict[str, Kind]:
         try:
             kinds = import_module(f"{room}.{module}").KINDS
         except Exception as error:  # of a kind under work
-            raise NsdrillError(f"plot/kinds/{module}.py: {type(error).__name__}: {error}.") from error
+            raise NsdrillError(
+                f"plot/kinds/{module}.py: {type(error).__name__}: {error}."
+            ) from error
         for kind in kinds:
             assert kind.name not in found, f"two kinds of picture with the name {kind.name}"
             found[kind.name] = kind
@@ -92,39 +97,59 @@ def kinds_for(data: Any) -> tuple[str, ...]:
 
 
 def variables_for(kind: str, model: Description) -> tuple[str, ...]:
-    """The variables of a sweep of this model that a picture of this kind is drawn from; nothing else has to be read."""
+    """The variables of a sweep of this model that a picture of this kind is drawn from;
+    nothing else has to be read."""
     return ("status", "response", *TRUST, *all_kinds()[kind].uses(model))
 
 
 def choose_kind(data: Any, kind: str | None) -> Kind:
-    """The kind to draw: the one asked for, the default if none was; an error that lists the choices otherwise."""
+    """The kind to draw: the one asked for, the default if none was; an error that lists
+    the choices otherwise."""
     allowed, known = kinds_for(data), all_kinds()
     if kind is None:
         return known[allowed[0]]
     if kind in allowed:
         return known[kind]
     if kind in kinds_of(STUDY):
-        raise InputError(f"plot kind: found {kind!r} with {_what(data)}; allowed: with a study, a YAML file.")
+        raise InputError(
+            f"plot kind: found {kind!r} with {_what(data)}; allowed: with a study, a YAML file."
+        )
     listing = "\n".join(f"  {name:<24} {known[name].words}" for name in allowed)
     if kind in known:
-        if isinstance(data, Results) and "start" in data.coords and known[kind].place(_one(data, "start")) is not None:
+        if (
+            isinstance(data, Results)
+            and "start" in data.coords
+            and known[kind].place(_one(data, "start")) is not None
+        ):
             raise InputError(
-                f"plot kind: found {kind!r}, which draws one start of every operating point, with {_what(data)}; "
-                f"allowed here:\n{listing}\nor {kind!r} with --start, 0 to {len(data.coords['start']) - 1}."
+                f"plot kind: found {kind!r}, which draws one start of every operating point, with "
+                f"{_what(data)}; "
+                f"allowed here:\n{listing}\nor {kind!r} with --start, 0 to "
+                f"{len(data.coords['start']) - 1}."
             )
-        if isinstance(data, Results) and SAMPLE in data.coords and known[kind].place(_one(data, SAMPLE)) is not None:
+        if (
+            isinstance(data, Results)
+            and SAMPLE in data.coords
+            and known[kind].place(_one(data, SAMPLE)) is not None
+        ):
             raise InputError(
-                f"plot kind: found {kind!r}, which draws one sample of the uncertain numbers, with {_what(data)}; "
-                f"allowed here:\n{listing}\nor {kind!r} with --at {SAMPLE}=..., 0 to {len(data.coords[SAMPLE]) - 1}."
+                f"plot kind: found {kind!r}, which draws one sample of the uncertain numbers, "
+                f"with {_what(data)}; "
+                f"allowed here:\n{listing}\nor {kind!r} with --at {SAMPLE}=..., 0 to "
+                f"{len(data.coords[SAMPLE]) - 1}."
             )
         advice = known[kind].advice(data)
         raise InputError(
-            f"plot kind: found {kind!r}, which does not fit {_what(data)}{f' ({advice})' if advice else ''}; "
+            f"plot kind: found {kind!r}, which does not fit "
+            f"{_what(data)}{f' ({advice})' if advice else ''}; "
             f"allowed here:\n{listing}"
         )
     near = difflib.get_close_matches(kind, allowed, n=1)
     hint = f" Did you mean {near[0]!r}?" if near else ""
-    raise InputError(f"plot kind: found {kind!r}, which is not known.{hint} Allowed for {_what(data)}:\n{listing}")
+    raise InputError(
+        f"plot kind: found {kind!r}, which is not known.{hint} Allowed for "
+        f"{_what(data)}:\n{listing}"
+    )
 
 
 def check_options(kind: Kind, options: dict[str, Any]) -> None:
@@ -132,12 +157,17 @@ def check_options(kind: Kind, options: dict[str, Any]) -> None:
     for name in options:
         if name not in kind.takes:
             takers = ", ".join(other.name for other in all_kinds().values() if name in other.takes)
-            raise InputError(f"--{name}: found with --kind {kind.name}; allowed: with --kind {takers}.")
+            raise InputError(
+                f"--{name}: found with --kind {kind.name}; allowed: with --kind {takers}."
+            )
 
 
 def is_study(path: object) -> bool:
-    """Whether this is the name of a study file, of which charts are drawn, rather than one of results."""
-    return isinstance(path, str | os.PathLike) and str(os.fspath(path)).lower().endswith((".yaml", ".yml"))
+    """Whether this is the name of a study file, of which charts are drawn, rather than
+    one of results."""
+    return isinstance(path, str | os.PathLike) and str(os.fspath(path)).lower().endswith(
+        (".yaml", ".yml")
+    )
 
 
 def is_sweep(data: Any) -> bool:
@@ -158,7 +188,8 @@ def needs_samples(data: Any) -> str:
 
 
 def fits_columns(data: Any) -> bool:
-    """Whether a sweep is drawn over one axis, with a column for each of the few values of a second one."""
+    """Whether a sweep is drawn over one axis, with a column for each of the few values
+    of a second one."""
     if not is_sweep(data):
         return False
     others = [len(data.coords[axis]) for axis in data.swept if axis != longest(data)]
@@ -166,14 +197,20 @@ def fits_columns(data: Any) -> bool:
 
 
 def is_plane(data: Any) -> bool:
-    """Whether a sweep is drawn over two axes, with panels for the values of a third one."""
+    """Whether a sweep is drawn over two axes, with panels for the values of a third
+    one."""
     return is_sweep(data) and len(data.swept) > 1
 
 
 def longest(data: Any) -> str:
-    """The axis across in pictures over one axis, of numbers rather than words; of a single point the speed."""
+    """The axis across in pictures over one axis, of numbers rather than words; of a
+    single point the speed."""
     return str(
-        max(data.swept, key=lambda name: (not words_along(name), len(data.coords[name])), default="rotary_speed")
+        max(
+            data.swept,
+            key=lambda name: (not words_along(name), len(data.coords[name])),
+            default="rotary_speed",
+        )
     )
 
 
@@ -181,7 +218,10 @@ def needs_one_axis(data: Any) -> str:
     """The advice of pictures over one axis."""
     if not is_sweep(data) or fits_columns(data):
         return ""
-    return f"it shows one axis, or two of which one has at most {FEW} values: select one value of the others"
+    return (
+        f"it shows one axis, or two of which one has at most {FEW} values: select one value of "
+        f"the others"
+    )
 
 
 def needs_returns(data: Any) -> str:
@@ -197,7 +237,9 @@ def needs_starts(data: Any) -> str:
         return ""
     if "start" not in data.coords:
         return "it needs several starts of every operating point: initial.ensemble or initial.slice"
-    return "it shows one axis: select a value of the others" if data.swept else "it needs a swept axis"
+    return (
+        "it shows one axis: select a value of the others" if data.swept else "it needs a swept axis"
+    )
 
 
 def _one(data: Results, dimension: str) -> Results:
@@ -214,4 +256,6 @@ def _what(data: Any) -> str:
     what = f"a sweep over {' and '.join(axes)}" if axes else "a single point"
     if SAMPLE in data.coords:
         return f"{what} with {len(data.coords[SAMPLE])} samples each"
-    return f"{what} with {len(data.coords['start'])} starts each" if "start" in data.coords else what
+    return (
+        f"{what} with {len(data.coords['start'])} starts each" if "start" in data.coords else what
+    )

@@ -21,29 +21,36 @@ FORMATS: dict[str, dict[str, Any]] = {
 
 
 def check_suffix(path: str | os.PathLike[str]) -> str:
-    """The format of ``path`` by its name; so that a wrong name is told before anything is drawn."""
+    """The format of ``path`` by its name; so that a wrong name is told before anything
+    is drawn."""
     suffix = Path(path).suffix.lower()
     if suffix not in FORMATS:
         raise InputError(
-            f"{os.fspath(path)}: found {suffix or 'no suffix'!r} as the kind of picture; allowed: {', '.join(FORMATS)}."
+            f"{os.fspath(path)}: found {suffix or 'no suffix'!r} as the kind of picture; allowed: "
+            f"{', '.join(FORMATS)}."
         )
     return suffix
 
 
 def save(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = True) -> None:
-    """Write the figure as PNG (300 dpi where no style says otherwise), PDF or SVG, by the suffix of ``path``, in one
-    step.
+    """Write the figure as PNG (300 dpi where no style says otherwise), PDF or SVG, by
+    the suffix of ``path``, in one step.
 
-    InputError where ``path`` cannot be that of a picture, FileError where another process is writing it or, without
-    ``overwrite``, it is there already; NsdrillError if the disk refuses.
+    InputError where ``path`` cannot be that of a picture, FileError where another
+    process is writing it or, without ``overwrite``, it is there already; NsdrillError
+    if the disk refuses.
     """
     from nsdrill.plot.style import house_style, quiet_glyphs
 
     suffix, target = check_suffix(path), Path(path)
     if not target.parent.is_dir():
-        raise InputError(f"{target}: found no folder {str(target.parent)!r}; allowed: a folder that exists.")
+        raise InputError(
+            f"{target}: found no folder {str(target.parent)!r}; allowed: a folder that exists."
+        )
     if target.is_dir():
-        raise InputError(f"{target}: cannot be written, as it is a folder; allowed: the name of a file.")
+        raise InputError(
+            f"{target}: cannot be written, as it is a folder; allowed: the name of a file."
+        )
     chosen = getattr(figure, "settings", None)
     with replacing(target, overwrite=overwrite) as unfinished, house_style(chosen), quiet_glyphs():
         figure.savefig(unfinished, format=suffix[1:], metadata=FORMATS[suffix])

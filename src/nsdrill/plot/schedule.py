@@ -1,4 +1,5 @@
-"""What a trace tells of its schedule: which operating values moved, and the words for that."""
+"""What a trace tells of its schedule: which operating values moved, and the words for
+that."""
 
 from __future__ import annotations
 
@@ -15,7 +16,8 @@ MOST_VALUES = 4  # of a ramp told one by one
 
 
 def set_values(trace: Trace, name: str) -> np.ndarray:
-    """The operating value ``name`` along the trace as it was set; the speed of a drive that is not ideal is another."""
+    """The operating value ``name`` along the trace as it was set; the speed of a drive
+    that is not ideal is another."""
     if name != "rotary_speed" or drive_kind(trace.attrs) == "ideal":
         return trace[SCHEDULED[name]]
     ramps = json.loads(str(trace.attrs.get("ramps") or "{}"))
@@ -28,13 +30,15 @@ def moving(trace: Trace) -> list[str]:
     return [
         name
         for name in ORDER
-        if len(trace.time) and SCHEDULED[name] in trace.variables and float(np.ptp(set_values(trace, name))) > 0.0
+        if len(trace.time)
+        and SCHEDULED[name] in trace.variables
+        and float(np.ptp(set_values(trace, name))) > 0.0
     ]
 
 
 def point_words(trace: Trace, units: str) -> str:
-    """The operating values in the order in which a driller says them: ``5000 m, 22.24 kN, 3 to 8 to 3 rad/s``; then
-    those of further axes."""
+    """The operating values in the order in which a driller says them:
+    ``5000 m, 22.24 kN, 3 to 8 to 3 rad/s``; then those of further axes."""
     names = moving(trace)
     parts = []
     for name in AXES:
@@ -42,19 +46,25 @@ def point_words(trace: Trace, units: str) -> str:
             parts.append(operating_point({name: trace.attrs.get(name)}, units))
             continue
         _, values = knots(trace, name)
-        values = values[np.append(True, np.diff(values) != 0.0)]  # a value that is held is told once
+        # a value that is held is told once
+        values = values[np.append(True, np.diff(values) != 0.0)]
         if len(values) > MOST_VALUES:
             values = np.array([values.min(), values.max()])
         q = quantity(name, units)
         words = [q.value(float(value)) for value in values]
-        parts.append(" to ".join([*(word.removesuffix(f" {q.unit}") for word in words[:-1]), words[-1]]))
+        parts.append(
+            " to ".join([*(word.removesuffix(f" {q.unit}") for word in words[:-1]), words[-1]])
+        )
     further = json.loads(str(trace.attrs.get("at") or "{}"))
-    parts.append(operating_point({dimension_of(key): value for key, value in further.items()}, units))
+    parts.append(
+        operating_point({dimension_of(key): value for key, value in further.items()}, units)
+    )
     return ", ".join(part for part in parts if part)
 
 
 def knots(trace: Trace, name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and values [SI] of the knots of a moving value, as far as the trace goes."""
+    """Times [s] and values [SI] of the knots of a moving value, as far as the trace
+    goes."""
     ramps = json.loads(str(trace.attrs.get("ramps") or "{}"))
     end, shown = float(trace.time[-1]), set_values(trace, name)
     if name not in ramps:
@@ -69,7 +79,8 @@ def knots(trace: Trace, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rate_words(trace: Trace, name: str, units: str) -> str:
-    """How fast the value moves: ``0.5 rad/s per min``, or the slowest and the fastest leg."""
+    """How fast the value moves: ``0.5 rad/s per min``, or the slowest and the fastest
+    leg."""
     times, values = knots(trace, name)
     rates = np.abs(np.diff(values) / np.diff(times))
     rates = rates[rates > 0.0]

@@ -39,7 +39,9 @@ def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
 def one_sample(results: Results, number: float) -> Results:
     """The results of one sample of the uncertain numbers, as of a sweep without others."""
     if SAMPLE not in results.coords:
-        raise InputError(f"--at {SAMPLE}: found {number:g}; allowed: nothing, as no number is uncertain.")
+        raise InputError(
+            f"--at {SAMPLE}: found {number:g}; allowed: nothing, as no number is uncertain."
+        )
     count = len(results.coords[SAMPLE])
     if number != int(number) or not 0 <= number < count:
         raise InputError(f"--at {SAMPLE}: found {number:g}; allowed: 0 to {count - 1}.")
@@ -52,22 +54,31 @@ def one_sample(results: Results, number: float) -> Results:
 def one_start(results: Results, start: int) -> Results:
     """The results of one start of every operating point, as of a sweep without others."""
     if "start" not in results.coords:
-        raise InputError(f"--start: found {start}; allowed: nothing, as every operating point has one start.")
+        raise InputError(
+            f"--start: found {start}; allowed: nothing, as every operating point has one start."
+        )
     count = len(results.coords["start"])
     if not 0 <= start < count:
         raise InputError(f"--start: found {start}; allowed: 0 to {count - 1}.")
     coords = {name: values for name, values in results.coords.items() if name != "start"}
     place = results.grid.index("start")
-    variables = {name: v.take(start, axis=place) for name, v in results.variables.items() if name != "attractor"}
+    variables = {
+        name: v.take(start, axis=place)
+        for name, v in results.variables.items()
+        if name != "attractor"
+    }
     return Results(coords, variables, results.attrs, results.more)
 
 
 def _index_of(axis: str, key: str, values: Array, wanted: float) -> int:
-    """The nearest value, at most half a step beyond the ends of the axis; of a single value at most one percent off."""
+    """The nearest value, at most half a step beyond the ends of the axis; of a single
+    value at most one percent off."""
     if words_along(axis):
         if wanted not in values:
             there = ", ".join(str(as_told(key, value)) for value in values)
-            raise InputError(f"--at {key}: found {as_told(key, wanted)}; allowed: {there}, as the sweep.")
+            raise InputError(
+                f"--at {key}: found {as_told(key, wanted)}; allowed: {there}, as the sweep."
+            )
         return int(np.flatnonzero(values == wanted)[0])
     ascending = np.sort(values)
     steps = np.diff(ascending)
@@ -75,11 +86,16 @@ def _index_of(axis: str, key: str, values: Array, wanted: float) -> int:
     if not ascending[0] - below <= wanted <= ascending[-1] + above:
 
         def told(value: float) -> str:
-            return amount(value, wanted.unit, 4) if isinstance(wanted, Asked) else quantity(axis).value(value)
+            return (
+                amount(value, wanted.unit, 4)
+                if isinstance(wanted, Asked)
+                else quantity(axis).value(value)
+            )
 
         option = axis if axis in AXES else f"--at {key}"
         raise InputError(
-            f"{option}: found {told(wanted)}; allowed: {told(ascending[0])} to {told(ascending[-1])}, as the sweep, of "
+            f"{option}: found {told(wanted)}; allowed: {told(ascending[0])} to "
+            f"{told(ascending[-1])}, as the sweep, of "
             "which the nearest value is drawn."
         )
     return int(np.argmin(np.abs(values - wanted)))
@@ -87,7 +103,8 @@ def _index_of(axis: str, key: str, values: Array, wanted: float) -> int:
 
 @dataclass(frozen=True)
 class Line:
-    """The points along one axis with the other axes held: arrays are [procedure, point] or [procedure, point, peak]."""
+    """The points along one axis with the other axes held: arrays are [procedure, point]
+    or [procedure, point, peak]."""
 
     results: Results
     axis: str
@@ -115,8 +132,13 @@ class Line:
 
 
 def line(results: Results, axis: str, **held: int) -> Line:
-    """The line along ``axis`` through the point numbers ``held`` of the other axes (0 where not given)."""
-    return Line(results, axis, (slice(None), *(slice(None) if a == axis else held.get(a, 0) for a in results.axes)))
+    """The line along ``axis`` through the point numbers ``held`` of the other axes (0
+    where not given)."""
+    return Line(
+        results,
+        axis,
+        (slice(None), *(slice(None) if a == axis else held.get(a, 0) for a in results.axes)),
+    )
 
 
 def positions(results: Results, axis: str) -> Array:
@@ -125,8 +147,11 @@ def positions(results: Results, axis: str) -> Array:
     return np.arange(1.0, len(values) + 1.0) if words_along(axis) else values
 
 
-def name_words(axes: Any, results: Results, x: str | None = None, y: str | None = None, units: str = "si") -> None:
-    """Write the words of the axes ``x`` and ``y`` at their positions, where these are such."""
+def name_words(
+    axes: Any, results: Results, x: str | None = None, y: str | None = None, units: str = "si"
+) -> None:
+    """Write the words of the axes ``x`` and ``y`` at their positions, where these are
+    such."""
     for name, axis in ((x, axes.xaxis), (y, axes.yaxis)):
         if name is None or not words_along(name):
             continue
@@ -159,8 +184,9 @@ def spaced(axes: Any, x: Array | None = None, y: Array | None = None) -> None:
 
 
 def edges(centres: Array) -> Array:
-    """Cell edges half way between neighbours, mirrored at both ends; so a non-uniform axis is drawn to scale. Of values
-    with equal ratios, half way on a logarithmic scale. No cell reaches below zero where no value does."""
+    """Cell edges half way between neighbours, mirrored at both ends; so a non-uniform
+    axis is drawn to scale. Of values with equal ratios, half way on a logarithmic
+    scale. No cell reaches below zero where no value does."""
     centres = np.asarray(centres, dtype=float)
     if is_logarithmic(centres):
         ratio = math.sqrt(centres[1] / centres[0])
@@ -176,9 +202,11 @@ def edges(centres: Array) -> Array:
 
 
 def robust_limits(values: Array, spread: float = 3.0) -> tuple[float, float]:
-    """Limits that a few wild values do not own: the 2nd and 98th percentile, opened to the extremes if these are near.
+    """Limits that a few wild values do not own: the 2nd and 98th percentile, opened to
+    the extremes if these are near.
 
-    Ratios over a mean bit speed explode where the bit hardly turns; one such point must not flatten all the others.
+    Ratios over a mean bit speed explode where the bit hardly turns; one such point must
+    not flatten all the others.
     """
     finite = np.asarray(values, dtype=float)
     finite = finite[np.isfinite(finite)]

@@ -1,5 +1,5 @@
-"""What the pictures of several starts have in common: the attractors of operating points along an axis, and their
-words."""
+"""What the pictures of several starts have in common: the attractors of operating
+points along an axis, and their words."""
 
 from __future__ import annotations
 
@@ -28,16 +28,19 @@ def along(results: Results) -> tuple[str, list[tuple[list[Attractor], dict[str, 
     found = list(describe(flat(results), model_in(results.attrs).told))
     if not any(attractors for attractors, _ in found):
         raise InputError(
-            "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
+            "The starts are not grouped into attractors yet: this is done when all points are "
+            "there. Finish the run."
         )
     return results.swept[0], found
 
 
 def matched(results: Results) -> bool:
-    """Whether one number is one attractor along the axes; in files of older versions it is so at each operating point
-    only, until they are classified again."""
+    """Whether one number is one attractor along the axes; in files of older versions it
+    is so at each operating point only, until they are classified again."""
     study = resolved_study(results.attrs)
-    thresholds = json.loads(results.attrs.get("classification_resolved") or "null") or study.get("classify", {})
+    thresholds = json.loads(results.attrs.get("classification_resolved") or "null") or study.get(
+        "classify", {}
+    )
     return "matching" in thresholds.get("attractors", {})
 
 
@@ -45,7 +48,11 @@ def flat(results: Results) -> dict[str, Array]:
     """The variables on the grid as (operating points, starts)."""
     dims = 1 + len(results.shape[1:])
     starts = len(results.coords["start"])
-    return {name: np.asarray(v).reshape(-1, starts) for name, v in results.variables.items() if v.ndim == dims}
+    return {
+        name: np.asarray(v).reshape(-1, starts)
+        for name, v in results.variables.items()
+        if v.ndim == dims
+    }
 
 
 def words(one: Attractor) -> str:

@@ -1,7 +1,8 @@
-"""How the pictures look: palette, type, sizes. Nothing here reads data or draws a curve.
+"""How the pictures look: palette, type, sizes. Nothing here reads data or draws a
+curve.
 
-Colours are Okabe and Ito's, which stay apart for colour-blind readers; each response also has a marker of its own, so
-that a picture survives a grey printer.
+Colours are Okabe and Ito's, which stay apart for colour-blind readers; each response
+also has a marker of its own, so that a picture survives a grey printer.
 """
 
 from __future__ import annotations
@@ -35,17 +36,26 @@ SHORTEST_LINE = 20  # characters of a title
 UNTITLED = 0.3  # inches that a page without a title is lower
 BESIDE = 0.7  # inches beside a panel: the axis at its left, and what stands over its right end
 RASTER_DPI = 300  # for PNG, and for the markers that are rasterised inside PDF and SVG
-MANY_MARKERS = 20_000  # above this a vector file is slow to open, so its markers become an image; the text stays text
+# above this a vector file is slow to open, so its markers become an image; the text
+# stays text
+MANY_MARKERS = 20_000
 
 BLUE, SKY, GREEN, ORANGE, VERMILLION = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00"
 WINE, GREY, BLACK = "#882255", "#ABABAB", "#000000"
 SHADE, SHADE_EDGE = "#FFF3B8", "#C8B560"  # hysteresis: pale enough to carry every marker colour
 REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the set speed
-DIRECTION_COLOURS = {"same": BLACK, "up": BLACK, "down": "#808080"}  # colours belong to the responses
+# colours belong to the responses
+DIRECTION_COLOURS = {"same": BLACK, "up": BLACK, "down": "#808080"}
 
 FONT_SIZE = 8.0  # points, of which the sizes of TYPE are parts
-TYPE = {"axes.titlesize": 1.0, "axes.labelsize": 1.0, "figure.titlesize": 1.125, "legend.fontsize": 0.875,
-        "xtick.labelsize": 0.875, "ytick.labelsize": 0.875}  # fmt: skip
+TYPE = {
+    "axes.titlesize": 1.0,
+    "axes.labelsize": 1.0,
+    "figure.titlesize": 1.125,
+    "legend.fontsize": 0.875,
+    "xtick.labelsize": 0.875,
+    "ytick.labelsize": 0.875,
+}
 RC: dict[str, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],  # comes with matplotlib: the same picture on every machine
@@ -86,7 +96,8 @@ class ResponseStyle:
 
 NO_RESPONSE = "no critical response"
 
-# Indexed by the response bits. One response: a light, strong colour; two: a darker one; all three: black.
+# Indexed by the response bits. One response: a light, strong colour; two: a darker one;
+# all three: black.
 RESPONSES: tuple[ResponseStyle, ...] = (
     ResponseStyle(NO_RESPONSE, GREY, "o"),
     ResponseStyle("bit-bounce", SKY, "^"),
@@ -97,7 +108,8 @@ RESPONSES: tuple[ResponseStyle, ...] = (
     ResponseStyle("stick-slip + whirl", VERMILLION, "X"),
     ResponseStyle("bit-bounce + stick-slip + whirl", BLACK, "*"),
 )
-# Indexed by the kind of whirl. Paul Tol's light colours: none of them stands for a response or a kind of motion.
+# Indexed by the kind of whirl. Paul Tol's light colours: none of them stands for a
+# response or a kind of motion.
 WHIRLS: tuple[tuple[str, str], ...] = (
     ("no whirl", "#DDDDDD"),
     ("forward", "#77AADD"),
@@ -106,7 +118,8 @@ WHIRLS: tuple[tuple[str, str], ...] = (
     ("irregular", "#FFAABB"),
     ("low side", "#BBCC33"),
 )
-# Indexed by the kind of motion. Paul Tol's muted colours: none of them stands for a response.
+# Indexed by the kind of motion. Paul Tol's muted colours: none of them stands for a
+# response.
 MOTIONS: tuple[ResponseStyle, ...] = (
     ResponseStyle("undetermined", "#999933", "."),
     ResponseStyle("equilibrium", BLACK, "_"),
@@ -120,7 +133,8 @@ assert RESPONSES[BIT_BOUNCE | STICK_SLIP | WHIRL].name.count("+") == 2
 
 @cache
 def further_fonts() -> list[str]:
-    """Fonts of this machine with characters that the usual one lacks: Chinese, Japanese, Korean."""
+    """Fonts of this machine with characters that the usual one lacks: Chinese,
+    Japanese, Korean."""
     from matplotlib.font_manager import fontManager
 
     there = sorted({font.name for font in fontManager.ttflist})
@@ -128,17 +142,36 @@ def further_fonts() -> list[str]:
 
 
 _FURTHER = (
-    "Noto Sans CJK", "Noto Sans SC", "Noto Sans JP", "Noto Sans KR", "Source Han Sans", "WenQuanYi", "IPAGothic",
-    "IPAexGothic", "TakaoGothic", "VL Gothic", "Droid Sans Fallback", "NanumGothic", "Hiragino Sans", "PingFang",
-    "Microsoft YaHei", "MS Gothic", "Malgun Gothic", "SimHei", "Arial Unicode MS",
-)  # fmt: skip
+    "Noto Sans CJK",
+    "Noto Sans SC",
+    "Noto Sans JP",
+    "Noto Sans KR",
+    "Source Han Sans",
+    "WenQuanYi",
+    "IPAGothic",
+    "IPAexGothic",
+    "TakaoGothic",
+    "VL Gothic",
+    "Droid Sans Fallback",
+    "NanumGothic",
+    "Hiragino Sans",
+    "PingFang",
+    "Microsoft YaHei",
+    "MS Gothic",
+    "Malgun Gothic",
+    "SimHei",
+    "Arial Unicode MS",
+)
 
 
 def settings(wanted: Look) -> dict[str, Any]:
-    """The settings of matplotlib for a picture: the house's, then those that the user has changed from matplotlib's
-    defaults, then those of a style file, then the options."""
+    """The settings of matplotlib for a picture: the house's, then those that the user
+    has changed from matplotlib's defaults, then those of a style file, then the
+    options."""
     rc, usual = (cast("dict[str, Any]", one) for one in (mpl.rcParams, mpl.rcParamsDefault))
-    users = {name: rc[name] for name in rc if not name.startswith(_NOT_TAKEN) and rc[name] != usual[name]}
+    users = {
+        name: rc[name] for name in rc if not name.startswith(_NOT_TAKEN) and rc[name] != usual[name]
+    }
     own = {**users, **(wanted.style or {})}
     house = {**RC, "font.sans-serif": [*RC["font.sans-serif"], *further_fonts()]}
     size = float(wanted.font_size or own.get("font.size", FONT_SIZE))
@@ -147,12 +180,23 @@ def settings(wanted: Look) -> dict[str, Any]:
 
 
 # What has no part in a picture.
-_NOT_TAKEN = ("backend", "interactive", "toolbar", "webagg", "tk.", "docstring", "date.", "animation", "keymap")
+_NOT_TAKEN = (
+    "backend",
+    "interactive",
+    "toolbar",
+    "webagg",
+    "tk.",
+    "docstring",
+    "date.",
+    "animation",
+    "keymap",
+)
 
 
 @contextmanager
 def house_style(of: Mapping[str, Any] | None = None) -> Iterator[None]:
-    """:func:`settings` for the picture that is drawn, or those ``of`` one that is there; the caller's after."""
+    """:func:`settings` for the picture that is drawn, or those ``of`` one that is
+    there; the caller's after."""
     chosen = settings(look.get()) if of is None else of
     with mpl.rc_context():
         mpl.rcdefaults()
@@ -170,14 +214,18 @@ def page_width(usual: float = FULL_WIDTH) -> float:
     if (given := target.get()) is not None:
         return float(given.bbox.width / given.dpi)
     wanted = look.get().width
-    if wanted is None and (size := mpl.rcParams["figure.figsize"]) != mpl.rcParamsDefault["figure.figsize"]:
+    if (
+        wanted is None
+        and (size := mpl.rcParams["figure.figsize"]) != mpl.rcParamsDefault["figure.figsize"]
+    ):
         wanted = float(size[0])
     return usual if wanted is None else wanted
 
 
 def seamless(cells: int) -> dict[str, Any]:
-    """How so many cells are drawn. They reach a hair over their borders: else viewers of PDF and SVG show the page
-    between neighbours. Many become an image, in which there is nothing between them."""
+    """How so many cells are drawn. They reach a hair over their borders: else viewers
+    of PDF and SVG show the page between neighbours. Many become an image, in which
+    there is nothing between them."""
     if cells > MANY_MARKERS:
         return {"edgecolors": "none", "linewidth": 0.0, "rasterized": True}
     return {"edgecolors": "face", "linewidth": 0.6}
@@ -189,8 +237,8 @@ def side_by_side(count: int, least: float) -> int:
 
 
 class Picture(Figure):
-    """A figure that a notebook shows by itself, without pyplot. It keeps the settings with which it was drawn, and the
-    characters of its title that no font has."""
+    """A figure that a notebook shows by itself, without pyplot. It keeps the settings
+    with which it was drawn, and the characters of its title that no font has."""
 
     settings: Mapping[str, Any] | None = None
     missing: str = ""
@@ -204,7 +252,8 @@ class Picture(Figure):
 
 @contextmanager
 def quiet_glyphs() -> Iterator[None]:
-    """Without matplotlib's warnings of every missing character, which are told once (:func:`missing_characters`)."""
+    """Without matplotlib's warnings of every missing character, which are told once
+    (:func:`missing_characters`)."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
         yield
@@ -222,17 +271,23 @@ def missing_characters(text: str) -> str:
         with suppress(ValueError):
             found.append(get_font(findfont(FontProperties(family=name), fallback_to_default=False)))
     return "".join(
-        dict.fromkeys(one for one in text if not one.isspace() and not any(f.get_char_index(ord(one)) for f in found))
+        dict.fromkeys(
+            one
+            for one in text
+            if not one.isspace() and not any(f.get_char_index(ord(one)) for f in found)
+        )
     )
 
 
 target: ContextVar[Figure | None] = ContextVar("target", default=None)
-"""What is drawn into, where that is not a figure of its own: see :mod:`nsdrill.plot.into`."""
+"""What is drawn into, where that is not a figure of its own: see
+:mod:`nsdrill.plot.into`."""
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """A figure in inches that no window system and no pyplot knows of; higher where type is larger than ours, so that
-    the labels of panels above each other have room."""
+    """A figure in inches that no window system and no pyplot knows of; higher where
+    type is larger than ours, so that the labels of panels above each other have
+    room."""
     if (given := target.get()) is not None:
         return given
     labels = FontProperties(size=mpl.rcParams["axes.labelsize"]).get_size_in_points()
@@ -252,11 +307,15 @@ def titled() -> bool:
 
 
 def put_title(figure: Figure, text: str) -> None:
-    """Give the figure a title, its lines broken where they are wider than the figure; or that of the user."""
+    """Give the figure a title, its lines broken where they are wider than the figure;
+    or that of the user."""
     wanted = look.get().title
     if wanted is False:
-        if isinstance(figure, Picture) and look.get().height is None:  # no empty strip where it would stand
-            figure.set_figheight(max(0.5 * figure.get_figheight(), figure.get_figheight() - UNTITLED))
+        # no empty strip where it would stand
+        if isinstance(figure, Picture) and look.get().height is None:
+            figure.set_figheight(
+                max(0.5 * figure.get_figheight(), figure.get_figheight() - UNTITLED)
+            )
         return
     text = wanted if isinstance(wanted, str) else text
     title = figure.suptitle(text, parse_math=False)
@@ -276,8 +335,9 @@ def put_title(figure: Figure, text: str) -> None:
 
 
 def say_over(axes: Axes, text: str, loc: Literal["left", "center"] = "center") -> None:
-    """A title of a panel that is as wide as its figure, or the part of one that it stands in; where it is wider, broken
-    after its semicolons and commas. None where the user wants no title."""
+    """A title of a panel that is as wide as its figure, or the part of one that it
+    stands in; where it is wider, broken after its semicolons and commas. None where the
+    user wants no title."""
     part: Any = axes.figure
     if not titled():  # a caption says it
         return
@@ -285,7 +345,9 @@ def say_over(axes: Axes, text: str, loc: Literal["left", "center"] = "center") -
     width, room = title.get_window_extent().width, part.bbox.width - BESIDE * part.dpi
     if width > room:
         whole = re.sub(r"(?<![;,]) ", "\u00a0", text)
-        lines = textwrap.fill(whole, max(SHORTEST_LINE, int(len(text) * room / width)), break_long_words=False)
+        lines = textwrap.fill(
+            whole, max(SHORTEST_LINE, int(len(text) * room / width)), break_long_words=False
+        )
         title.set_text(lines.replace("\u00a0", " "))
 
 
@@ -306,7 +368,9 @@ def show_between(figure: Figure, across: str, ends: tuple[float, float], units: 
     for axes in panels_of(figure):
         if axes.get_xlabel() == x.label:
             if axes.get_xscale() == "log" and low <= 0.0:
-                raise InputError(f"--xlim: found {x.value(ends[0])} on a logarithmic axis; allowed: above zero.")
+                raise InputError(
+                    f"--xlim: found {x.value(ends[0])} on a logarithmic axis; allowed: above zero."
+                )
             axes.set_xlim(low, high)
 
 
@@ -317,14 +381,22 @@ def say_inside(figure: Figure, words: str) -> None:
     figure.draw_without_rendering()  # so that the panels have their sizes
     largest = max(panels, key=lambda axes: axes.get_position().width * axes.get_position().height)
     largest.text(
-        0.5, 0.5, words, transform=largest.transAxes, ha="center", va="center", gid="nothing",
+        0.5,
+        0.5,
+        words,
+        transform=largest.transAxes,
+        ha="center",
+        va="center",
+        gid="nothing",
         bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85},
-    )  # fmt: skip
+    )
 
 
 def panels_of(figure: Any) -> list[Axes]:
     """All axes of a figure and its parts."""
-    own = figure.axes or [axes for part in getattr(figure, "subfigs", ()) for axes in panels_of(part)]
+    own = figure.axes or [
+        axes for part in getattr(figure, "subfigs", ()) for axes in panels_of(part)
+    ]
     return list(dict.fromkeys(own))
 
 
@@ -332,8 +404,9 @@ LEVEL = 1e-6  # part of its size by which what is shown as one value varies
 
 
 def _open_level(figure: Figure) -> None:
-    """Give the axes whose values are one value and its last digits a range in which they are a line, with plain ticks:
-    else rounding fills the panel, and every tick has ten digits."""
+    """Give the axes whose values are one value and its last digits a range in which
+    they are a line, with plain ticks: else rounding fills the panel, and every tick has
+    ten digits."""
     for axes in panels_of(figure):
         if axes.get_label() == "<colorbar>":
             continue
@@ -351,16 +424,21 @@ def _open_level(figure: Figure) -> None:
 
 
 def settle(figure: Figure) -> None:
-    """Lay the figure out and keep it so: the same geometry in every format and at every saving.
+    """Lay the figure out and keep it so: the same geometry in every format and at every
+    saving.
 
-    More than one pass, because the space for aligned labels is known only after the axes have found their places.
+    More than one pass, because the space for aligned labels is known only after the
+    axes have found their places.
     """
     _open_level(figure)
     for _ in range(2):
         figure.draw_without_rendering()
     figure.set_layout_engine("none")
-    # The layout's solver orders its variables by their addresses, and its places differ in the last bits from one call
-    # to the next: enough for a pixel. Rounded, they are the same every time.
+    # The layout's solver orders its variables by their addresses, and its places differ
+    # in the last bits from one call to the next: enough for a pixel. Rounded, they are
+    # the same every time.
     for axes in figure.axes:
-        left, bottom, width, height = (round(value, 6) for value in axes.get_position(original=True).bounds)
+        left, bottom, width, height = (
+            round(value, 6) for value in axes.get_position(original=True).bounds
+        )
         axes.set_position((left, bottom, width, height))

@@ -1,4 +1,5 @@
-"""What the pictures of one trajectory have in common: the title, the part that is shown, the size of a page."""
+"""What the pictures of one trajectory have in common: the title, the part that is
+shown, the size of a page."""
 
 from __future__ import annotations
 
@@ -34,14 +35,18 @@ def moves(trace: Trace, name: str) -> bool:
 
 
 def planes_of(trace: Trace) -> list[tuple[str, str]]:
-    """The phase planes of the model in which something moves; all of them where nothing does."""
+    """The phase planes of the model in which something moves; all of them where nothing
+    does."""
     planes = drawn_in(trace.attrs).planes
     return [pair for pair in planes if any(moves(trace, name) for name in pair)] or list(planes)
 
 
 def room_for(trace: Trace) -> float:
-    """Inches of page that the histories need beyond those of six motions at one operating point."""
-    return ROOM_FOR_SCHEDULE * len(moving(trace)) - ROOM_FOR_HISTORY * (6 - len(drawn_in(trace.attrs).histories))
+    """Inches of page that the histories need beyond those of six motions at one
+    operating point."""
+    return ROOM_FOR_SCHEDULE * len(moving(trace)) - ROOM_FOR_HISTORY * (
+        6 - len(drawn_in(trace.attrs).histories)
+    )
 
 
 def title_of(trace: Trace, units: str, width: int = 100) -> str:
@@ -56,10 +61,15 @@ def _point(trace: Trace, units: str) -> str:
 
 
 def shown_part(trace: Trace) -> tuple[slice, str]:
-    """The part of the trace for orbit and phase planes, and the words for it (none if it is all)."""
+    """The part of the trace for orbit and phase planes, and the words for it (none if
+    it is all)."""
     if look.get().time is not None or look.get().xlim is not None:  # as the user has chosen
         return slice(None), f"{trace.time[0]:.4g} to {trace.time[-1]:.4g} s"
-    speed = float(trace["drive_speed"][-1] if "rotary_speed" in moving(trace) else trace.attrs.get("rotary_speed") or 0)
+    speed = float(
+        trace["drive_speed"][-1]
+        if "rotary_speed" in moving(trace)
+        else trace.attrs.get("rotary_speed") or 0
+    )
     part = last_part(trace.time, LAST_SAMPLES, LAST_TURNS * 2 * pi / speed if speed > 0 else None)
     if part.start == 0:
         return part, ""

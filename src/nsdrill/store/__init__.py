@@ -1,6 +1,8 @@
-"""The files: run log, results, trace, exports. One writer, and nothing under the asked name that is not whole.
+"""The files: run log, results, trace, exports. One writer, and nothing under the asked
+name that is not whole.
 
-Imported lazily: who only asks how large a record is does not bring HDF5's rooms with it.
+Imported lazily: who only asks how large a record is does not bring HDF5's rooms with
+it.
 """
 
 from __future__ import annotations

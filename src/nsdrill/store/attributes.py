@@ -1,4 +1,5 @@
-"""The root attributes of a file as plain values of the types that they should have, whoever wrote them."""
+"""The root attributes of a file as plain values of the types that they should have,
+whoever wrote them."""
 
 from __future__ import annotations
 
@@ -19,70 +20,118 @@ from nsdrill.models.schedule import Ramp
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.variables import AXES, MODEL
 
-_CONTROL = dict.fromkeys([*range(9), 11, 12, *range(14, 32), *range(127, 160)])  # all but tab and the ends of lines
+# all but tab and the ends of lines
+_CONTROL = dict.fromkeys([*range(9), 11, 12, *range(14, 32), *range(127, 160)])
 LARGEST = 1e100  # of any number: what is larger overflows in sums and units, and measures nothing
 _LONGEST_LIST = 1000  # numbers in an array
 _LONGEST_TITLE = 500  # characters; the first versions had no limit
 _TEXT = (
-    "axes", "unknowns", "dimensions", "model", "title", "study", "study_source", "study_overrides", "study_resolved",
-    "study_sha256", "classification", "classification_resolved", "border_spacing", "ramps", "at", "nsdrill_version",
-    "model_digest", "created", "history", "procedure", "status", "replay_of", "method",
-)  # fmt: skip
+    "axes",
+    "unknowns",
+    "dimensions",
+    "model",
+    "title",
+    "study",
+    "study_source",
+    "study_overrides",
+    "study_resolved",
+    "study_sha256",
+    "classification",
+    "classification_resolved",
+    "border_spacing",
+    "ramps",
+    "at",
+    "nsdrill_version",
+    "model_digest",
+    "created",
+    "history",
+    "procedure",
+    "status",
+    "replay_of",
+    "method",
+)
 _NUMBERS = ("gap", *AXES, "transient", "observe", "rtol")
 _REFINED = ("refine", "points_run", "points_inferred", "border_spacing")  # all of them or none
-_COUNTS = ("format_version", "refine", "points_run", "points_inferred", "sample", "start", "steps", "rejected")
+_COUNTS = (
+    "format_version",
+    "refine",
+    "points_run",
+    "points_inferred",
+    "sample",
+    "start",
+    "steps",
+    "rejected",
+)
 
 
 def get_attributes(path: str | os.PathLike[str], file: Any) -> dict[str, Any]:
-    """Root attributes as plain Python values; arrays stay arrays. FileError where one of nsdrill's has another type
-    than it should have; of other programs' only text and numbers."""
+    """Root attributes as plain Python values; arrays stay arrays. FileError where one
+    of nsdrill's has another type than it should have; of other programs' only text and
+    numbers."""
     return check_attributes(path, {name: plain(file.attrs, name) for name in file.attrs})
 
 
 def check_attributes(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> dict[str, Any]:
-    """``attrs`` but for those that are None; FileError where one has another type than it should have."""
+    """``attrs`` but for those that are None; FileError where one has another type than
+    it should have."""
     for name, value in attrs.items():
         if (fault := _fault(name, value)) is not None:
             raise FileError(f"{path}: the attribute {name} should be {fault}. Make the file again.")
     known = {name: value for name, value in attrs.items() if value is not None}
     if (model := known.get("model", MODEL)) not in NAMES:
         raise FileError(
-            f"{path}: made with the model {printable(model)[:80]}, which this nsdrill does not know; it knows "
+            f"{path}: made with the model {printable(model)[:80]}, which this nsdrill does not "
+            f"know; it knows "
             f"{', '.join(NAMES)}. Use the nsdrill that made it."
         )
-    if lacking := [name for name in _REFINED if name not in known and not known.keys().isdisjoint(_REFINED)]:
-        raise FileError(f"{path}: the attribute {lacking[0]} of a refined sweep is missing. Make the file again.")
+    if lacking := [
+        name for name in _REFINED if name not in known and not known.keys().isdisjoint(_REFINED)
+    ]:
+        raise FileError(
+            f"{path}: the attribute {lacking[0]} of a refined sweep is missing. Make "
+            f"the file again."
+        )
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
 
 
 def text_of(path: str | os.PathLike[str], item: Any, name: str) -> str:
-    """The attribute ``name`` of a file or a dataset of it, empty where there is none; FileError where it is no text."""
+    """The attribute ``name`` of a file or a dataset of it, empty where there is none;
+    FileError where it is no text."""
     value = plain(item.attrs, name) if name in item.attrs else ""
     if not isinstance(value, str):
-        raise FileError(f"{path}: the attribute {name} should be text. Was the file edited? Make it again.")
+        raise FileError(
+            f"{path}: the attribute {name} should be text. Was the file edited? Make it again."
+        )
     return value
 
 
 def plain(attrs: Any, name: str) -> Any:
-    """One text, one number or a short array of numbers; None where there is none, or something else, which is not
-    read."""
+    """One text, one number or a short array of numbers; None where there is none, or
+    something else, which is not read."""
     import h5py
 
     if name not in attrs:
         return None
     there = attrs.get_id(name)
     text = h5py.check_string_dtype(there.dtype) is not None
-    if there.shape is None or len(there.shape) > (0 if text else 1) or math.prod(there.shape) > _LONGEST_LIST:
+    if (
+        there.shape is None
+        or len(there.shape) > (0 if text else 1)
+        or math.prod(there.shape) > _LONGEST_LIST
+    ):
         return None
     if not text and there.dtype.kind not in "iufb":
         return None
     value = attrs[name]
-    return plain_value(value.encode("utf-8", "surrogateescape") if text and isinstance(value, str) else value)
+    return plain_value(
+        value.encode("utf-8", "surrogateescape") if text and isinstance(value, str) else value
+    )
 
 
 def plain_value(value: Any) -> Any:
-    """An attribute's value as plain text, number or short array of numbers; None for anything else. An array of one is
-    a number, as xarray has it, which writes numbers so."""
+    """An attribute's value as plain text, number or short array of numbers; None for
+    anything else. An array of one is a number, as xarray has it, which writes numbers
+    so."""
     if isinstance(value, str):
         return value.translate(_CONTROL)
     if isinstance(value, bytes):
@@ -127,10 +176,13 @@ def _words(found: Any) -> bool:
 
 
 def _like(found: Any, model: Any) -> bool:
-    """Whether ``found`` has numbers and mappings where ``model`` has them; it may lack some."""
+    """Whether ``found`` has numbers and mappings where ``model`` has them; it may lack
+    some."""
     if not isinstance(model, dict):
         return _number(found)
-    return isinstance(found, dict) and all(_like(value, model[name]) for name, value in found.items())
+    return isinstance(found, dict) and all(
+        _like(value, model[name]) for name, value in found.items()
+    )
 
 
 def _classify(found: Any) -> bool:
@@ -138,7 +190,8 @@ def _classify(found: Any) -> bool:
 
 
 def _study(found: Any) -> bool:
-    """What is read of a resolved study without building it: thresholds, the carried axis, the slice."""
+    """What is read of a resolved study without building it: thresholds, the carried
+    axis, the slice."""
     sections = [found.get(name, {}) for name in ("initial", "sweep", "simulation")]
     plane, along = sections[0].get("slice", {}), sections[1].get("along")
     return (

@@ -1,4 +1,5 @@
-"""The file of branches: points of all branches one after the other, a contiguous ragged array of CF."""
+"""The file of branches: points of all branches one after the other, a contiguous ragged
+array of CF."""
 
 from __future__ import annotations
 
@@ -14,19 +15,37 @@ from nsdrill.store.attributes import get_attributes
 from nsdrill.store.layout import root_attributes
 
 KIND = "branches"
-_NEEDED = ("motion", "lobes", "parent", "parent_point", "closed", "end_reason", "row_size", "branch_of_point", "state",
-           "period", "multiplier_real", "multiplier_imag", "unstable", "label", "arclength")  # fmt: skip
+_NEEDED = (
+    "motion",
+    "lobes",
+    "parent",
+    "parent_point",
+    "closed",
+    "end_reason",
+    "row_size",
+    "branch_of_point",
+    "state",
+    "period",
+    "multiplier_real",
+    "multiplier_imag",
+    "unstable",
+    "label",
+    "arclength",
+)
 
 
 def write_branches(path: str | os.PathLike[str], data: Any, *, overwrite: bool = True) -> None:
-    """Write the Dataset ``data`` of branches to ``path``, in one step; NsdrillError if the disk refuses."""
+    """Write the Dataset ``data`` of branches to ``path``, in one step; NsdrillError if
+    the disk refuses."""
     import h5py
 
     with replacing(path, overwrite=overwrite) as temporary:
         with hdf5.writing(temporary) as file:
             hdf5.put_attributes(file, root_attributes(KIND, data.attrs))
             for name in data.dims:
-                values = data.coords[name].values if name in data.coords else np.arange(data.sizes[name])
+                values = (
+                    data.coords[name].values if name in data.coords else np.arange(data.sizes[name])
+                )
                 attrs = data.coords[name].attrs if name in data.coords else {}
                 hdf5.add_coordinate(file, str(name), values, attrs)
             for name in [*data.coords, *data.data_vars]:
@@ -49,13 +68,17 @@ def write_branches(path: str | os.PathLike[str], data: Any, *, overwrite: bool =
 
 
 def open_branches(path: str | os.PathLike[str]) -> Any:
-    """The Dataset of the branches in ``path``, in memory; FileError if it cannot be read as one."""
+    """The Dataset of the branches in ``path``, in memory; FileError if it cannot be
+    read as one."""
     import xarray
 
     with hdf5.opened(path) as file:
         kind = file.attrs["nsdrill_kind"]
         if kind != KIND:
-            raise FileError(f"{path}: this is a {kind} file; a file of branches, of nsdrill continue, is needed.")
+            raise FileError(
+                f"{path}: this is a {kind} file; a file of branches, of nsdrill "
+                f"continue, is needed."
+            )
         attrs = get_attributes(path, file)
     try:
         with xarray.open_dataset(path, engine="h5netcdf", decode_cf=False) as found:
@@ -66,7 +89,9 @@ def open_branches(path: str | os.PathLike[str]) -> Any:
         raise FileError(f"{path}: the variable {lacking[0]} is missing. {hdf5.EDITED}")
     sizes = data["row_size"].values
     if data.sizes.get("point") != int(sizes.sum()) or np.any(sizes < 0):
-        raise FileError(f"{path}: its branches do not have as many points as they say. {hdf5.EDITED}")
+        raise FileError(
+            f"{path}: its branches do not have as many points as they say. {hdf5.EDITED}"
+        )
     for name in [*data.variables]:
         for word in ("_FillValue",):
             data[name].attrs.pop(word, None)

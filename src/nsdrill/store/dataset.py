@@ -1,4 +1,5 @@
-"""Results and traces as xarray Datasets: what xarray reads from their files, without a file."""
+"""Results and traces as xarray Datasets: what xarray reads from their files, without a
+file."""
 
 from __future__ import annotations
 
@@ -27,7 +28,7 @@ from nsdrill.store.layout import (
     stored_attributes,
     told_coordinate,
     variable_attributes,
-)  # fmt: skip
+)
 from nsdrill.store.read import LATER, check_coordinates, check_file, checked, kept_of, read_results
 from nsdrill.store.records import recorded
 from nsdrill.store.trace import held_in
@@ -39,42 +40,56 @@ _GIVE = "Give one of nsdrill.run or nsdrill.open_results, or a part of it by ise
 
 
 def to_dataset(data: Results | Trace) -> Any:
-    """``data`` as the xarray Dataset that xarray reads from its file: the same dimensions, coordinates, attributes and
-    types; flags are whole numbers."""
+    """``data`` as the xarray Dataset that xarray reads from its file: the same
+    dimensions, coordinates, attributes and types; flags are whole numbers."""
     return _results(data) if isinstance(data, Results) else _trace(data)
 
 
 def from_dataset(data: Any, names: Iterable[str] | None = None) -> Results | Trace:
-    """The inverse of :func:`to_dataset`; its dimensions may be in any order, and selections are taken, too: of axes,
-    procedures, peaks, and of variables.
+    """The inverse of :func:`to_dataset`; its dimensions may be in any order, and
+    selections are taken, too: of axes, procedures, peaks, and of variables.
 
-    With ``names`` only these variables of results are taken, and they have to be there. FileError where ``data`` is no
-    Dataset of nsdrill.
+    With ``names`` only these variables of results are taken, and they have to be there.
+    FileError where ``data`` is no Dataset of nsdrill.
     """
     import xarray
 
     if not isinstance(data, xarray.Dataset):
-        raise FileError(f"found an object of the type {type(data).__name__}; allowed: an xarray Dataset. {_GIVE}")
+        raise FileError(
+            f"found an object of the type {type(data).__name__}; allowed: an xarray "
+            f"Dataset. {_GIVE}"
+        )
     attrs = {str(name): plain_value(value) for name, value in data.attrs.items()}
     # Arithmetic of xarray may drop the attributes.
     found = "trace" if "time" in data.coords else "results" if "procedure" in data.coords else None
     kind, version = attrs.get("nsdrill_kind", found), attrs.get("format_version", FORMAT_VERSION)
     if kind not in ("results", "trace") or not isinstance(version, int):
-        raise FileError(f"{_NAME}: found no attribute nsdrill_kind that says results or trace. {_GIVE}")
+        raise FileError(
+            f"{_NAME}: found no attribute nsdrill_kind that says results or trace. {_GIVE}"
+        )
     if not 1 <= version <= FORMAT_VERSION:
         raise FileError(
-            f"{_NAME}: file format {version}; this nsdrill knows formats 1 to {FORMAT_VERSION}. Use a newer nsdrill."
+            f"{_NAME}: file format {version}; this nsdrill knows formats 1 to {FORMAT_VERSION}. "
+            f"Use a newer nsdrill."
         )
     attrs = check_attributes(_NAME, attrs)
     try:
         return _from_trace(data, attrs) if kind == "trace" else _from_results(data, attrs, names)
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:  # of the file behind it
+    except (
+        OSError,
+        RuntimeError,
+        KeyError,
+        ValueError,
+        TypeError,
+        MemoryError,
+    ) as error:  # of the file behind it
         raise FileError(f"{_NAME}: cannot be read: {reason(error)}. {_GIVE}") from error
 
 
 def open_results(path: str | os.PathLike[str]) -> Any:
-    """The results file ``path`` as an xarray Dataset, which reads the numbers when they are used. A file of version 1
-    is read at once, and has the dimensions of version 2. FileError if it cannot be read."""
+    """The results file ``path`` as an xarray Dataset, which reads the numbers when they
+    are used. A file of version 1 is read at once, and has the dimensions of version 2.
+    FileError if it cannot be read."""
     if check_file(path) == 1:
         return to_dataset(read_results(path))
     import xarray
@@ -92,7 +107,9 @@ def _results(results: Results) -> Any:
     kept = kept_of(results.coords, results.more, results.variables, model.name, results.drawn)
     known = {variable.name: variable for variable in model.variables}
     lengths = {name: len(results.coords[name]) for name in results.grid}
-    attrs = _attributes(root_attributes("results", results.attrs, results.more, lengths, kept.unknowns))
+    attrs = _attributes(
+        root_attributes("results", results.attrs, results.more, lengths, kept.unknowns)
+    )
     layout = layout_of(lengths, attrs)
     axes = {axis.name: axis for axis in results.more}
     made: dict[str, Any] = {}
@@ -103,10 +120,17 @@ def _results(results: Results) -> Any:
         made[name] += (coordinate_attributes(name, axes.get(name)),)
     for unknown, samples in results.drawn.items():
         made[unknown.name] = (("sample",), samples, coordinate_attributes(unknown.name, unknown))
-    beside = [*(name for name in layout.grid if name not in layout.order), *(one.name for one in results.drawn)]
+    beside = [
+        *(name for name in layout.grid if name not in layout.order),
+        *(one.name for one in results.drawn),
+    ]
     scalars = " ".join(beside)
     variables = {
-        name: (layout.dims(known[name]), layout.to_file(values), variable_attributes(known[name], kept.states))
+        name: (
+            layout.dims(known[name]),
+            layout.to_file(values),
+            variable_attributes(known[name], kept.states),
+        )
         for name, values in results.variables.items()
     }
     data = xarray.Dataset(variables, made, attrs)
@@ -118,7 +142,9 @@ def _results(results: Results) -> Any:
 def _trace(trace: Trace) -> Any:
     import xarray
 
-    variables = {v.name: (v.dims, trace.variables[v.name], variable_attributes(v)) for v in held_in(trace)}
+    variables = {
+        v.name: (v.dims, trace.variables[v.name], variable_attributes(v)) for v in held_in(trace)
+    }
     time = {"time": ("time", trace.time, coordinate_attributes("time"))}
     data = xarray.Dataset(variables, time, _attributes(root_attributes("trace", trace.attrs)))
     for name in variables:
@@ -139,29 +165,50 @@ def _attributes(attrs: Mapping[str, Any]) -> dict[str, Any]:
     found = {}
     for name, value in stored_attributes(attrs).items():
         array = np.asarray(value)
-        found[name] = value if isinstance(value, str) else array.ravel()[0] if array.size == 1 else array
+        found[name] = (
+            value if isinstance(value, str) else array.ravel()[0] if array.size == 1 else array
+        )
     return found
 
 
 def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | None) -> Results:
     model = model_in(attrs)
-    keys = {name: coordinate.attrs.get("key") for name, coordinate in data.coords.items() if name not in POINT}
-    # An unknown is a coordinate along the samples, or a scalar where one of them was selected.
+    keys = {
+        name: coordinate.attrs.get("key")
+        for name, coordinate in data.coords.items()
+        if name not in POINT
+    }
+    # An unknown is a coordinate along the samples, or a scalar where one of them was
+    # selected.
     unknowns = attrs["unknowns"].split() if "unknowns" in attrs else []
-    unknowns = unknowns or [str(name) for name, key in keys.items() if key and data.coords[name].dims == ("sample",)]
-    named = attrs["axes"].split() if "axes" in attrs else [str(name) for name, key in keys.items() if key]
+    unknowns = unknowns or [
+        str(name) for name, key in keys.items() if key and data.coords[name].dims == ("sample",)
+    ]
+    named = (
+        attrs["axes"].split()
+        if "axes" in attrs
+        else [str(name) for name, key in keys.items() if key]
+    )
     axes = tuple(_axis(data, name) for name in named if name not in unknowns)
     grid = (
         *POINT,
         *(axis.name for axis in axes),
-        *(name for name in ("sample", "start") if name in (data.coords if name == "start" else data.dims)),
+        *(
+            name
+            for name in ("sample", "start")
+            if name in (data.coords if name == "start" else data.dims)
+        ),
     )
     drawn = {
-        Unknown(**vars(_axis(data, name))): np.atleast_1d(np.asarray(data.coords[name].values, dtype=float))
+        Unknown(**vars(_axis(data, name))): np.atleast_1d(
+            np.asarray(data.coords[name].values, dtype=float)
+        )
         for name in unknowns
         if "sample" in data.dims
     }
-    own = [name for name in ("peak", "crossing", "state") if name in data.dims or name in data.coords]
+    own = [
+        name for name in ("peak", "crossing", "state") if name in data.dims or name in data.coords
+    ]
     coords = {name: _coordinate(data, name) for name in (*grid, *own)}
     if "state" not in data.dims:  # no variable with states was selected
         coords["state"] = np.array(_states(model, data))
@@ -199,8 +246,10 @@ def _axis(data: Any, name: str) -> Axis:
 
 
 def _coordinate(data: Any, name: str) -> Array:
-    """The coordinate ``name`` as in memory [n]; one value where the dataset has a scalar."""
-    if name not in data.coords or data.coords[name].dims not in ((), (name,)):  # get would make one that counts
+    """The coordinate ``name`` as in memory [n]; one value where the dataset has a
+    scalar."""
+    # get would make one that counts
+    if name not in data.coords or data.coords[name].dims not in ((), (name,)):
         raise FileError(f"{_NAME}: the coordinate {name} is missing or no list of values. {_GIVE}")
     values = np.atleast_1d(data.coords[name].values)
     if name in ("procedure", "state"):
@@ -209,7 +258,10 @@ def _coordinate(data: Any, name: str) -> Array:
         return hdf5.places_of_words(_NAME, name, np.array(values, dtype=str))
     whole = name in COUNTED
     if values.dtype.kind != ("i" if whole else "f") or not np.all(np.abs(values) <= LARGEST):
-        raise FileError(f"{_NAME}: the coordinate {name} should have {'whole' if whole else 'finite'} numbers. {_GIVE}")
+        raise FileError(
+            f"{_NAME}: the coordinate {name} should have "
+            f"{'whole' if whole else 'finite'} numbers. {_GIVE}"
+        )
     return values
 
 
@@ -224,13 +276,19 @@ def _variable(data: Any, variable: Variable, kept: Kept, coords: Mapping[str, Ar
     if lacking or set(found.dims) != set(layout.dims(variable)):
         wanted = (*(name for name in kept.grid if name in data.dims), *variable.dims[len(POINT) :])
         raise FileError(
-            f"{_NAME}: {variable.name} has the dimensions {', '.join(map(str, found.dims)) or 'none'}; it "
+            f"{_NAME}: {variable.name} has the dimensions "
+            f"{', '.join(map(str, found.dims)) or 'none'}; it "
             f"should have {', '.join(wanted) or 'none'}. {_GIVE}"
         )
     kinds, kind = ("f", "real") if variable.dtype.startswith("f") else ("iu", "whole")
     if found.dtype.kind not in kinds:
-        raise FileError(f"{_NAME}: {variable.name} has the type {found.dtype}; it should have {kind} numbers. {_GIVE}")
-    return checked(_NAME, variable, layout.to_memory(found.transpose(*layout.dims(variable)).values))
+        raise FileError(
+            f"{_NAME}: {variable.name} has the type {found.dtype}; it should have "
+            f"{kind} numbers. {_GIVE}"
+        )
+    return checked(
+        _NAME, variable, layout.to_memory(found.transpose(*layout.dims(variable)).values)
+    )
 
 
 def _from_trace(data: Any, attrs: Mapping[str, Any]) -> Trace:
@@ -244,10 +302,13 @@ def _from_trace(data: Any, attrs: Mapping[str, Any]) -> Trace:
             continue
         if found is None or found.shape != time.shape or found.dtype.kind != "f":
             raise FileError(
-                f"{_NAME}: the variable {variable.name} is missing or has no {len(time)} real numbers over "
+                f"{_NAME}: the variable {variable.name} is missing or has no {len(time)} real "
+                f"numbers over "
                 f"time. {_GIVE}"
             )
         variables[variable.name] = np.asarray(found.values)
         if np.any(np.abs(variables[variable.name]) > LARGEST):
-            raise FileError(f"{_NAME}: {variable.name} has values that are no finite numbers. {_GIVE}")
+            raise FileError(
+                f"{_NAME}: {variable.name} has values that are no finite numbers. {_GIVE}"
+            )
     return Trace(time, variables, dict(attrs))

@@ -30,20 +30,30 @@ def to_csv(
     states: bool = False,
     overwrite: bool = True,
 ) -> None:
-    """One row per point: its coordinates, every variable, and the flags once more in words, ``unknown`` for labels that
-    a point has not, because its run failed or was not made.
+    """One row per point: its coordinates, every variable, and the flags once more in
+    words, ``unknown`` for labels that a point has not, because its run failed or was
+    not made.
 
-    Peaks, returns to the section and states take a column per entry, ``axial_peaks_0 [m]``, ``final_state_lag [rad]``,
-    if asked for.
-    Numbers have as many digits as give back the same bits; a missing one is ``nan``. Written row by row.
+    Peaks, returns to the section and states take a column per entry,
+    ``axial_peaks_0 [m]``, ``final_state_lag [rad]``, if asked for. Numbers have as many
+    digits as give back the same bits; a missing one is ``nan``. Written row by row.
     """
     asked = {"peaks": peaks, "section": section, "states": states}
     rooms = (*_ROOMS, *(room for room, wanted in asked.items() if wanted))
-    chosen = [BY_NAME[name] for name in results.variables if name in BY_NAME and BY_NAME[name].room in rooms]
-    with replacing(path, overwrite=overwrite) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
+    chosen = [
+        BY_NAME[name]
+        for name in results.variables
+        if name in BY_NAME and BY_NAME[name].room in rooms
+    ]
+    with (
+        replacing(path, overwrite=overwrite) as temporary,
+        open(temporary, "w", newline="", encoding="utf-8") as file,
+    ):
         writer = csv.writer(file)
         units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": ""}
-        units |= {axis.name: "" if words_along(axis.name) else CF[axis.units] for axis in results.more}
+        units |= {
+            axis.name: "" if words_along(axis.name) else CF[axis.units] for axis in results.more
+        }
         drawn = [one for one in results.drawn if "sample" in results.grid]
         heads = [_heading(name, units[name]) for name in results.grid]
         heads += [_heading(one.name, CF[one.units]) for one in drawn]
@@ -51,19 +61,25 @@ def to_csv(
         told = {name: told_coordinate(name, results.coords[name]) for name in results.grid}
         words = {v.name: _words(v) for v in chosen if v.flag_meanings is not None}
         for place in np.ndindex(*results.shape):
-            row: list[object] = [told[name][i].item() for name, i in zip(results.grid, place, strict=True)]
+            row: list[object] = [
+                told[name][i].item() for name, i in zip(results.grid, place, strict=True)
+            ]
             row += [results.drawn[one][place[results.grid.index("sample")]].item() for one in drawn]
             for variable in chosen:
                 value: Array = results.variables[variable.name][place]
                 row.extend(np.atleast_1d(value).tolist())
                 if variable.name in words:
-                    row.append(words[variable.name](int(value)) if _has(results, variable, place) else "unknown")
+                    row.append(
+                        words[variable.name](int(value))
+                        if _has(results, variable, place)
+                        else "unknown"
+                    )
             writer.writerow(row)
 
 
 def _has(results: Results, variable: Variable, place: tuple[int, ...]) -> bool:
-    """Whether the point has a value of this variable: labels are those of runs that ended well, and an inferred point
-    has a response."""
+    """Whether the point has a value of this variable: labels are those of runs that
+    ended well, and an inferred point has a response."""
     if variable.room != "label":
         return True
     check = variable.name.removesuffix("_response")
@@ -71,9 +87,12 @@ def _has(results: Results, variable: Variable, place: tuple[int, ...]) -> bool:
     return status == OK or (status == INFERRED and variable.name == "response")
 
 
-def to_netcdf(path: str | os.PathLike[str], path_nc: str | os.PathLike[str], *, overwrite: bool = True) -> None:
-    """Copy the results file ``path`` to ``path_nc``. A results file is a netCDF-4 file already: HDF5 with dimension
-    scales and no type that netCDF lacks; so a checked copy under the usual ending is all that it takes."""
+def to_netcdf(
+    path: str | os.PathLike[str], path_nc: str | os.PathLike[str], *, overwrite: bool = True
+) -> None:
+    """Copy the results file ``path`` to ``path_nc``. A results file is a netCDF-4 file
+    already: HDF5 with dimension scales and no type that netCDF lacks; so a checked copy
+    under the usual ending is all that it takes."""
     with hdf5.opened(path):
         pass
     with replacing(path_nc, overwrite=overwrite) as temporary:
@@ -105,7 +124,9 @@ def _headings(results: Results, chosen: Iterable[Variable]) -> list[str]:
         elif variable.flag_meanings is not None:
             names.extend((variable.name, f"{variable.name}_words"))
         else:
-            names.append(_heading(variable.name, "" if variable.dtype.startswith("i") else variable.units))
+            names.append(
+                _heading(variable.name, "" if variable.dtype.startswith("i") else variable.units)
+            )
     return names
 
 

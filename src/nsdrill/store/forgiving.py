@@ -1,7 +1,8 @@
 """A file that swallows the errors of writing and gives them back when asked.
 
-The HDF5 library does not survive a full disk: while it closes the file it tries again, complains from destructors and
-may crash. So it is told that all went well, and the truth comes out afterwards.
+The HDF5 library does not survive a full disk: while it closes the file it tries again,
+complains from destructors and may crash. So it is told that all went well, and the
+truth comes out afterwards.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from typing import Any
 
 
 class ForgivingFile(io.FileIO):
-    """A binary file for ``h5py.File``. After the first error nothing more is written; see :meth:`complain`."""
+    """A binary file for ``h5py.File``. After the first error nothing more is written;
+    see :meth:`complain`."""
 
     error: OSError | None = None
 
@@ -41,7 +43,8 @@ class ForgivingFile(io.FileIO):
         return size or 0
 
     def readinto(self, buffer: Any) -> int:
-        """Fill ``buffer``, with zeros where the file ends: what belongs there may have been swallowed."""
+        """Fill ``buffer``, with zeros where the file ends: what belongs there may have
+        been swallowed."""
         view = memoryview(buffer).cast("B")
         size = len(view)
         while len(view):

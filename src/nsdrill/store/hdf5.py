@@ -1,10 +1,13 @@
-"""HDF5 as nsdrill uses it: dimensions that xarray finds, checksums on everything, and readers that trust no file.
+"""HDF5 as nsdrill uses it: dimensions that xarray finds, checksums on everything, and
+readers that trust no file.
 
-Small variables lie in the object headers, large ones in chunks with a Fletcher-32 checksum. After the HDF5 part follows
-a seal: a magic, its length and its SHA-256. HDF5 ignores it, and drops it when another program edits the file. A file
-whose seal does not fit is refused unread, because the HDF5 library can crash on damaged files; one without a seal is
-read in a child process first. The seal is against accidents only: who changes a file on purpose can seal it again. So
-no reader follows a link to another file or believes a shape that the bytes of the file cannot fill.
+Small variables lie in the object headers, large ones in chunks with a Fletcher-32
+checksum. After the HDF5 part follows a seal: a magic, its length and its SHA-256. HDF5
+ignores it, and drops it when another program edits the file. A file whose seal does not
+fit is refused unread, because the HDF5 library can crash on damaged files; one without
+a seal is read in a child process first. The seal is against accidents only: who changes
+a file on purpose can seal it again. So no reader follows a link to another file or
+believes a shape that the bytes of the file cannot fill.
 """
 
 from __future__ import annotations
@@ -37,14 +40,17 @@ from nsdrill.variables import COUNTED, FORMAT_VERSION, PROCEDURES, Axis, Variabl
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
 TURNED = (
-    "Another program has transposed it. Give it that order again before it is written; in xarray, of a Dataset data, "
-    "data.transpose(*data.attrs['dimensions'].split(), 'peak', 'crossing', 'state', missing_dims='ignore')."
+    "Another program has transposed it. Give it that order again before it is written; in xarray, "
+    "of a Dataset data, "
+    "data.transpose(*data.attrs['dimensions'].split(), 'peak', 'crossing', 'state', "
+    "missing_dims='ignore')."
 )
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _ZIP = b"PK\x03\x04"  # arrays of numpy in one file
 _SEAL = struct.Struct("<8sQ32s")
 _SEAL_MAGIC = b"nsdrill\x1a"
-_COMPACT_BYTES = 8192  # HDF5 allows 64 KiB in an object header; with more than this, chunks are as small
+# HDF5 allows 64 KiB in an object header; with more than this, chunks are as small
+_COMPACT_BYTES = 8192
 _PROBE_SECONDS = 20.0
 _RATIO = 2000  # of numbers to the bytes that hold them; deflate reaches 1032
 _MOST_MEMBERS = 1000
@@ -78,32 +84,38 @@ with h5py.File(sys.argv[1], "r") as file:
 
 @contextmanager
 def writing(path: Path, *, edit: bool = False) -> Iterator[Any]:
-    """The empty file ``path`` as a new HDF5 file, or with ``edit`` the one that it is; OSError if it cannot be written
-    in full.
+    """The empty file ``path`` as a new HDF5 file, or with ``edit`` the one that it is;
+    OSError if it cannot be written in full.
 
-    The format is that of HDF5 1.10: checksums in the metadata, small headers, and names in the order of writing. There
-    is no chunk cache, which would be 8 MiB per variable: every chunk is written once and whole.
+    The format is that of HDF5 1.10: checksums in the metadata, small headers, and names
+    in the order of writing. There is no chunk cache, which would be 8 MiB per variable:
+    every chunk is written once and whole.
     """
     import h5py
 
     options = {} if edit else {"track_order": True}
     with ForgivingFile(path, "r+b") as raw:
         try:
-            with h5py.File(raw, "r+" if edit else "w", libver=("v110", "v110"), rdcc_nbytes=0, **options) as file:
+            with h5py.File(
+                raw, "r+" if edit else "w", libver=("v110", "v110"), rdcc_nbytes=0, **options
+            ) as file:
                 yield file
         finally:
             raw.complain()  # also in place of what HDF5 made of it
 
 
 def add_coordinate(file: Any, name: str, values: Any, attrs: Mapping[str, Any]) -> None:
-    """Write the coordinate ``name``: values [n] as a dimension scale, one value as a scalar. Text becomes UTF-8."""
+    """Write the coordinate ``name``: values [n] as a dimension scale, one value as a
+    scalar. Text becomes UTF-8."""
     import h5py
 
     array = np.asarray(values)
     if array.dtype.kind in "OU":
         dataset = file.create_dataset(name, data=array.astype(object), dtype=h5py.string_dtype())
     else:
-        dataset = file.create_dataset(name, data=array, **_storage(array.shape, array.dtype, array.shape))
+        dataset = file.create_dataset(
+            name, data=array, **_storage(array.shape, array.dtype, array.shape)
+        )
     for attribute, value in attrs.items():
         dataset.attrs[attribute] = value
     if array.ndim:
@@ -111,18 +123,26 @@ def add_coordinate(file: Any, name: str, values: Any, attrs: Mapping[str, Any]) 
 
 
 def add_samples(file: Any, name: str, values: Array, attrs: Mapping[str, Any]) -> None:
-    """Write the samples [n] of an uncertain number, a coordinate along ``sample``, which is already written."""
-    dataset = file.create_dataset(name, data=values, **_storage(values.shape, values.dtype, values.shape))
+    """Write the samples [n] of an uncertain number, a coordinate along ``sample``,
+    which is already written."""
+    dataset = file.create_dataset(
+        name, data=values, **_storage(values.shape, values.dtype, values.shape)
+    )
     for attribute, value in attrs.items():
         dataset.attrs[attribute] = value
     dataset.dims[0].attach_scale(file["sample"])
 
 
 def add_variable(
-    file: Any, variable: Variable, dims: tuple[str, ...], chunk: tuple[int, ...], scalars: Sequence[str] = ()
+    file: Any,
+    variable: Variable,
+    dims: tuple[str, ...],
+    chunk: tuple[int, ...],
+    scalars: Sequence[str] = (),
 ) -> Any:
-    """An empty dataset for ``variable`` on the coordinates ``dims``, already written, in chunks of shape
-    ``chunk`` if it is large. ``scalars`` names the other coordinates that it has."""
+    """An empty dataset for ``variable`` on the coordinates ``dims``, already written,
+    in chunks of shape ``chunk`` if it is large. ``scalars`` names the other coordinates
+    that it has."""
     shape = tuple(len(file[name]) for name in dims)
     kind = np.dtype(f"<{variable.dtype}")
     dataset = file.create_dataset(variable.name, shape, kind, **_storage(shape, kind, chunk))
@@ -139,14 +159,21 @@ def add_variable(
 
 
 def _storage(shape: tuple[int, ...], kind: np.dtype[Any], chunk: tuple[int, ...]) -> dict[str, Any]:
-    """How a dataset is stored: in its header where tiny, else in compressed chunks, with checksums either way."""
+    """How a dataset is stored: in its header where tiny, else in compressed chunks,
+    with checksums either way."""
     import h5py
 
     if np.prod(shape) * kind.itemsize <= _COMPACT_BYTES:
         properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         properties.set_layout(h5py.h5d.COMPACT)
         return {"dcpl": properties}
-    return {"chunks": chunk, "shuffle": True, "compression": "gzip", "compression_opts": 2, "fletcher32": True}
+    return {
+        "chunks": chunk,
+        "shuffle": True,
+        "compression": "gzip",
+        "compression_opts": 2,
+        "fletcher32": True,
+    }
 
 
 def storage_of(values: Array) -> dict[str, Any]:
@@ -155,7 +182,8 @@ def storage_of(values: Array) -> dict[str, Any]:
 
 
 def put_attributes(file: Any, attrs: Mapping[str, Any]) -> None:
-    """Set root attributes, as :func:`nsdrill.store.layout.stored_attributes` makes them."""
+    """Set root attributes, as :func:`nsdrill.store.layout.stored_attributes` makes
+    them."""
     for name, value in stored_attributes(attrs).items():
         file.attrs[name] = value
 
@@ -184,7 +212,8 @@ def is_sealed(path: str | os.PathLike[str]) -> bool:
 
 @contextmanager
 def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
-    """The HDF5 file ``path``, checked and open for reading; everything that goes wrong becomes a FileError."""
+    """The HDF5 file ``path``, checked and open for reading; everything that goes wrong
+    becomes a FileError."""
     import h5py
 
     check_readable(path)
@@ -201,16 +230,20 @@ def check_version(path: str | os.PathLike[str], file: Any) -> None:
     """FileError unless nsdrill made ``file``, in a format that this version reads."""
     version, kind = (plain(file.attrs, name) for name in ("format_version", "nsdrill_kind"))
     if not isinstance(kind, str) or not isinstance(version, int):
-        raise FileError(f"{path}: an HDF5 file, but none of nsdrill. Give the output of 'nsdrill run' or 'simulate'.")
+        raise FileError(
+            f"{path}: an HDF5 file, but none of nsdrill. Give the output of 'nsdrill "
+            f"run' or 'simulate'."
+        )
     if not 1 <= version <= FORMAT_VERSION:
         raise FileError(
-            f"{path}: file format {version}; this nsdrill reads formats 1 to {FORMAT_VERSION}. Use a newer nsdrill."
+            f"{path}: file format {version}; this nsdrill reads formats 1 to {FORMAT_VERSION}. "
+            f"Use a newer nsdrill."
         )
 
 
 def check_plain(path: str | os.PathLike[str], file: Any) -> None:
-    """FileError unless everything in ``file`` lies in it, and no dataset claims more than its bytes can hold: reading
-    one takes memory in proportion to the file."""
+    """FileError unless everything in ``file`` lies in it, and no dataset claims more
+    than its bytes can hold: reading one takes memory in proportion to the file."""
     import h5py
 
     if len(file) > _MOST_MEMBERS:
@@ -234,8 +267,9 @@ def check_plain(path: str | os.PathLike[str], file: Any) -> None:
 
 
 def _refers_to_objects(dataset: Any) -> bool:
-    """Whether the attributes by which a dataset and its dimensions refer to each other have the types that the HDF5
-    library takes for granted: it follows whatever stands there."""
+    """Whether the attributes by which a dataset and its dimensions refer to each other
+    have the types that the HDF5 library takes for granted: it follows whatever stands
+    there."""
     from h5py import h5a, h5t
 
     kinds = {
@@ -245,15 +279,22 @@ def _refers_to_objects(dataset: Any) -> bool:
     }
     dimensions, users = kinds.get(b"DIMENSION_LIST"), kinds.get(b"REFERENCE_LIST")
     return (
-        dimensions is None or (dimensions.get_class() == h5t.VLEN and dimensions.get_super().equal(h5t.STD_REF_OBJ))
-    ) and (users is None or (users.get_class() == h5t.COMPOUND and users.get_member_class(0) == h5t.REFERENCE))
+        dimensions is None
+        or (dimensions.get_class() == h5t.VLEN and dimensions.get_super().equal(h5t.STD_REF_OBJ))
+    ) and (
+        users is None
+        or (users.get_class() == h5t.COMPOUND and users.get_member_class(0) == h5t.REFERENCE)
+    )
 
 
 def check_readable(path: str | os.PathLike[str]) -> None:
-    """FileError unless ``path`` is an HDF5 file that can be opened without danger. Reads it once (1 to 2 GB/s)."""
+    """FileError unless ``path`` is an HDF5 file that can be opened without danger.
+    Reads it once (1 to 2 GB/s)."""
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
-            raise FileError(f"{path}: this is no file. Give the output of 'nsdrill run' or 'nsdrill simulate'.")
+            raise FileError(
+                f"{path}: this is no file. Give the output of 'nsdrill run' or 'nsdrill simulate'."
+            )
         with open(path, "rb") as file:
             first = file.read(16)
             length, digest = _read_seal(file)
@@ -263,36 +304,50 @@ def check_readable(path: str | os.PathLike[str]) -> None:
                 return
     except FileNotFoundError as error:
         unfinished = f" There is an unfinished run, {part_path(path)}; finish it with --resume."
-        raise FileError(f"{path}: there is no such file.{unfinished if part_path(path).exists() else ''}") from error
+        raise FileError(
+            f"{path}: there is no such file.{unfinished if part_path(path).exists() else ''}"
+        ) from error
     except (OSError, ValueError) as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}.") from error
     if first == LOG_MAGIC:
-        raise FileError(f"{path}: the log of an unfinished run, not yet a results file. Finish it with --resume.")
+        raise FileError(
+            f"{path}: the log of an unfinished run, not yet a results file. Finish it "
+            f"with --resume."
+        )
     if first.startswith(_ZIP) and str(path).endswith(".part"):
-        raise FileError(f"{path}: what is kept of an unfinished continuation or fit. Finish it with --resume.")
+        raise FileError(
+            f"{path}: what is kept of an unfinished continuation or fit. Finish it with --resume."
+        )
     if not first.startswith(SIGNATURE):
         found = "empty" if not first else "not an HDF5 file"
         if first and str(path).endswith((".yaml", ".yml")):
             raise FileError(
-                f"{path}: this is not an HDF5 file but a study, it seems. Run it first: nsdrill run {path} -o out.h5"
+                f"{path}: this is not an HDF5 file but a study, it seems. Run it first: nsdrill "
+                f"run {path} -o out.h5"
             )
-        raise FileError(f"{path}: this file is {found}. Give the output of 'nsdrill run' or 'nsdrill simulate'.")
+        raise FileError(
+            f"{path}: this file is {found}. Give the output of 'nsdrill run' or 'nsdrill simulate'."
+        )
     _probe(path)
 
 
 def _probe(path: str | os.PathLike[str]) -> None:
-    """Read an HDF5 file without seal in a child process, which may crash or hang in our stead."""
+    """Read an HDF5 file without seal in a child process, which may crash or hang in our
+    stead."""
     seconds = _PROBE_SECONDS + os.stat(path).st_size / 20e6  # a slow disk reads 20 MB/s
     command = [sys.executable, "-c", _PROBE, os.path.abspath(path)]
     try:
-        child = subprocess.run(command, capture_output=True, text=True, timeout=seconds, check=False)
+        child = subprocess.run(
+            command, capture_output=True, text=True, timeout=seconds, check=False
+        )
     except subprocess.TimeoutExpired as error:
         raise damaged(path, "reading it does not end") from error
     if child.returncode < 0:
         raise damaged(path, f"the HDF5 library crashes on it (signal {-child.returncode})")
     if child.returncode == _TURNED:
         raise FileError(
-            f"{path}: {printable(child.stdout.strip())} has its dimensions in another order than the attribute "
+            f"{path}: {printable(child.stdout.strip())} has its dimensions in another order than "
+            f"the attribute "
             f"dimensions says. {TURNED}"
         )
     if child.returncode:
@@ -302,11 +357,14 @@ def _probe(path: str | os.PathLike[str]) -> None:
 
 def damaged(path: str | os.PathLike[str], why: str) -> FileError:
     """The error for a file that was one of ours once."""
-    return FileError(f"{path}: the file is damaged or incomplete: {why}. Take it from a backup or make it again.")
+    return FileError(
+        f"{path}: the file is damaged or incomplete: {why}. Take it from a backup or make it again."
+    )
 
 
 def _read_seal(file: Any) -> tuple[int | None, bytes]:
-    """Length of the HDF5 part and its digest, or (None, b"") where no seal is at the end of the open ``file``."""
+    """Length of the HDF5 part and its digest, or (None, b"") where no seal is at the
+    end of the open ``file``."""
     size = file.seek(0, os.SEEK_END)
     if size < _SEAL.size:
         return None, b""
@@ -326,8 +384,11 @@ def _digest(file: Any, length: int) -> bytes:
     return digest.digest()
 
 
-def check_shape(path: str | os.PathLike[str], file: Any, name: str, shape: tuple[int, ...], kinds: str) -> Any:
-    """The dataset ``name`` if it has this ``shape`` and a type of one of ``kinds``; FileError otherwise."""
+def check_shape(
+    path: str | os.PathLike[str], file: Any, name: str, shape: tuple[int, ...], kinds: str
+) -> Any:
+    """The dataset ``name`` if it has this ``shape`` and a type of one of ``kinds``;
+    FileError otherwise."""
     import h5py
 
     dataset = file.get(name)
@@ -335,29 +396,46 @@ def check_shape(path: str | os.PathLike[str], file: Any, name: str, shape: tuple
         raise FileError(f"{path}: the variable {name} is missing. {EDITED}")
     if dataset.shape != shape or dataset.dtype.kind not in kinds:
         raise FileError(
-            f"{path}: {name} has shape {dataset.shape} and type {dataset.dtype}; it should have shape {shape} and "
+            f"{path}: {name} has shape {dataset.shape} and type {dataset.dtype}; it should have "
+            f"shape {shape} and "
             f"{'real' if kinds == 'f' else 'whole'} numbers. "
-            + (TURNED if dataset.shape != shape and sorted(dataset.shape) == sorted(shape) else EDITED)
+            + (
+                TURNED
+                if dataset.shape != shape and sorted(dataset.shape) == sorted(shape)
+                else EDITED
+            )
         )
     return dataset
 
 
 def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array:
-    """The coordinate ``name``: float or int array or array of str [n]; 0-D where it does not vary. Words of a choice
-    are their places among all of it."""
+    """The coordinate ``name``: float or int array or array of str [n]; 0-D where it
+    does not vary. Words of a choice are their places among all of it."""
     import h5py
 
     scale, choices = file.get(name), words_along(name)
     kinds = "OS" if name in ("procedure", "state") or choices else "i" if name in COUNTED else "f"
-    if not isinstance(scale, h5py.Dataset) or scale.shape is None or scale.ndim > 1 or scale.dtype.kind not in kinds:
-        raise FileError(f"{path}: the coordinate {name} is missing or no list of values. Make the file again.")
+    if (
+        not isinstance(scale, h5py.Dataset)
+        or scale.shape is None
+        or scale.ndim > 1
+        or scale.dtype.kind not in kinds
+    ):
+        raise FileError(
+            f"{path}: the coordinate {name} is missing or no list of values. Make the file again."
+        )
     if kinds != "OS":
         values = np.asarray(scale[()])
         if not np.all(np.abs(values) <= LARGEST):
-            raise FileError(f"{path}: the coordinate {name} has values that are no finite numbers. {EDITED}")
+            raise FileError(
+                f"{path}: the coordinate {name} has values that are no finite numbers. {EDITED}"
+            )
         return values
-    if scale.size > (len(choices) or _MOST_NAMES[name]):  # text may be larger than the file: many values can be one
-        raise FileError(f"{path}: the coordinate {name} has {scale.size} values. Make the file again.")
+    # text may be larger than the file: many values can be one
+    if scale.size > (len(choices) or _MOST_NAMES[name]):
+        raise FileError(
+            f"{path}: the coordinate {name} has {scale.size} values. Make the file again."
+        )
     found = np.array(scale.asstr()[()], dtype=str)
     return places_of_words(path, name, found) if choices else found
 
@@ -366,18 +444,28 @@ def places_of_words(path: str | os.PathLike[str], name: str, found: Array) -> Ar
     """The places of these words of a choice among all of it; FileError for others."""
     choices = words_along(name)
     if strange := sorted(set(np.atleast_1d(found).tolist()) - {*choices}):
-        raise FileError(f"{path}: {name} is {printable(str(strange[0]))[:40]!r}; it should be of {', '.join(choices)}.")
+        raise FileError(
+            f"{path}: {name} is {printable(str(strange[0]))[:40]!r}; it should be of "
+            f"{', '.join(choices)}."
+        )
     return np.vectorize(choices.index, otypes=[float])(found)
 
 
 def read_axes(path: str | os.PathLike[str], file: Any, attribute: str = "axes") -> tuple[Axis, ...]:
-    """The swept axes beside those of the operation, in the order of the dimensions: coordinates that name their key.
-    With the ``attribute`` unknowns the uncertain numbers."""
+    """The swept axes beside those of the operation, in the order of the dimensions:
+    coordinates that name their key. With the ``attribute`` unknowns the uncertain
+    numbers."""
     axes = []
     for name in text_of(path, file, attribute).split():
         scale = file.get(name)
-        told = {} if scale is None else {item: text_of(path, scale, item) for item in ("key", "units", "long_name")}
+        told = (
+            {}
+            if scale is None
+            else {item: text_of(path, scale, item) for item in ("key", "units", "long_name")}
+        )
         if not told or not told["key"]:
-            raise FileError(f"{path}: the axis {name} is missing or does not say what it is. {EDITED}")
+            raise FileError(
+                f"{path}: the axis {name} is missing or does not say what it is. {EDITED}"
+            )
         axes.append(Axis(told["key"], plain_units(told["units"]), told["long_name"]))
     return tuple(axes)

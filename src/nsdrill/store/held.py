@@ -15,16 +15,22 @@ from nsdrill.store.records import pending_records, recorded
 
 
 class HeldResults:
-    """The points of ``results``, for :func:`nsdrill.store.write_results`. FileError where they are not whole."""
+    """The points of ``results``, for :func:`nsdrill.store.write_results`. FileError
+    where they are not whole."""
 
     def __init__(self, results: Results) -> None:
         self.kept = kept_of(
-            results.coords, results.more, results.variables, model_in(results.attrs).name, results.drawn
+            results.coords,
+            results.more,
+            results.variables,
+            model_in(results.attrs).name,
+            results.drawn,
         )
         whole = {variable.name for variable in recorded(self.kept)}
         if odd := sorted(whole ^ set(results.variables)):
             raise FileError(
-                f"these results are a part of a file only: {', '.join(odd)} missing, or without what goes "
+                f"these results are a part of a file only: {', '.join(odd)} missing, or without "
+                f"what goes "
                 "with it. Give all that the run made."
             )
         self.header: dict[str, Any] = {

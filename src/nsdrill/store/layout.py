@@ -1,7 +1,9 @@
-"""What a file of format version 2 looks like, whoever makes it: its dimensions, their order, and all attributes.
+"""What a file of format version 2 looks like, whoever makes it: its dimensions, their
+order, and all attributes.
 
-In memory results have every dimension of the grid: the procedure, all axes in a fixed order, the starts. A file has
-those that vary, in the order in which the study names the axes; the others are scalar coordinates.
+In memory results have every dimension of the grid: the procedure, all axes in a fixed
+order, the starts. A file has those that vary, in the order in which the study names the
+axes; the others are scalar coordinates.
 """
 
 from __future__ import annotations
@@ -18,15 +20,25 @@ from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import words_along
 from nsdrill.models.vocabulary import IN_TRACE
 from nsdrill.units import CF
-from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, POINT, Axis, Variable, dimension_of
+from nsdrill.variables import (
+    AXES,
+    COORDINATES,
+    FORMAT_VERSION,
+    MODEL,
+    POINT,
+    Axis,
+    Variable,
+    dimension_of,
+)
 
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How arrays over the dimensions ``grid``, as in memory, lie in a file: over the dimensions ``order``, which are
-    some of them. Dimensions of a variable's own follow in both."""
+    """How arrays over the dimensions ``grid``, as in memory, lie in a file: over the
+    dimensions ``order``, which are some of them. Dimensions of a variable's own follow
+    in both."""
 
     grid: tuple[str, ...]
     order: tuple[str, ...]
@@ -36,11 +48,13 @@ class Layout:
         return (*self.order, *variable.dims[len(POINT) :])
 
     def place(self, index: Sequence[Any]) -> tuple[Any, ...]:
-        """The place in the file of ``index``, one number or slice for each dimension of the grid."""
+        """The place in the file of ``index``, one number or slice for each dimension of
+        the grid."""
         return tuple(index[self.grid.index(name)] for name in self.order)
 
     def to_file(self, values: Array) -> Array:
-        """``values`` [grid, own] as in the file [order, own]. Dimensions that the file lacks have length 1."""
+        """``values`` [grid, own] as in the file [order, own]. Dimensions that the file
+        lacks have length 1."""
         gone = [axis for axis, name in enumerate(self.grid) if name not in self.order]
         kept = [self.grid.index(name) for name in self.order]
         moved = np.transpose(values, (*gone, *kept, *range(len(self.grid), values.ndim)))
@@ -55,47 +69,66 @@ class Layout:
 
 
 def layout_of(lengths: Mapping[str, int], attrs: Mapping[str, Any]) -> Layout:
-    """The layout of a file with the root attributes ``attrs`` of a grid with these ``lengths`` of its dimensions, in
-    their order in memory: procedure, the axes as the study names them, sample, start, as far as they have
-    several values."""
+    """The layout of a file with the root attributes ``attrs`` of a grid with these
+    ``lengths`` of its dimensions, in their order in memory: procedure, the axes as the
+    study names them, sample, start, as far as they have several values."""
     named = [dimension_of(key) for key in _sweep(attrs)]
     axes = [name for name in lengths if name not in ("procedure", "sample", "start")]
-    ordered = ["procedure", *(name for name in dict.fromkeys([*named, *axes]) if name in axes), "sample", "start"]
+    ordered = [
+        "procedure",
+        *(name for name in dict.fromkeys([*named, *axes]) if name in axes),
+        "sample",
+        "start",
+    ]
     return Layout(tuple(lengths), tuple(name for name in ordered if lengths.get(name, 1) > 1))
 
 
 def _sweep(attrs: Mapping[str, Any]) -> Mapping[str, Any]:
-    """The section ``sweep`` of the resolved study in ``attrs``, in its order; empty where there is none."""
+    """The section ``sweep`` of the resolved study in ``attrs``, in its order; empty
+    where there is none."""
     found = resolved_study(attrs).get("sweep")
     return found if isinstance(found, dict) else {}
 
 
 def coordinate_names(layout: Layout, kept: Kept) -> list[str]:
-    """The coordinates in the order of the file: those that vary, the scalars, those of single variables."""
+    """The coordinates in the order of the file: those that vary, the scalars, those of
+    single variables."""
     scalar = [name for name in layout.grid if name not in layout.order]
-    return [*layout.order, *scalar, *(name for name in ("peak", "crossing") if kept.length(name)), "state"]
+    return [
+        *layout.order,
+        *scalar,
+        *(name for name in ("peak", "crossing") if kept.length(name)),
+        "state",
+    ]
 
 
 def told_coordinate(name: str, values: Array) -> Array:
-    """The values of a coordinate in memory [n] as a file has them: of a choice its words."""
+    """The values of a coordinate in memory [n] as a file has them: of a choice its
+    words."""
     words = words_along(name)
     return np.array([words[int(value)] for value in values]) if words else values
 
 
 def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]:
-    """The attributes of the coordinate ``name``, of the swept ``axis`` if it is one beside those of the operation, or
-    of the unknown."""
+    """The attributes of the coordinate ``name``, of the swept ``axis`` if it is one
+    beside those of the operation, or of the unknown."""
     units, long_name = (CF[axis.units], axis.long_name) if axis else COORDINATES[name]
     text = name in ("procedure", "state") or bool(words_along(name))
     key = axis.key if axis else f"operation.{name}" if name in AXES else None
-    return {"long_name": long_name, **({"key": key} if key else {}), **({} if text else {"units": units})}
+    return {
+        "long_name": long_name,
+        **({"key": key} if key else {}),
+        **({} if text else {"units": units}),
+    }
 
 
 def variable_attributes(variable: Variable, states: Sequence[str] = ()) -> dict[str, Any]:
-    """The attributes of ``variable``; flags as CF has them, of the type of the variable. Of states the names are
-    needed."""
+    """The attributes of ``variable``; flags as CF has them, of the type of the
+    variable. Of states the names are needed."""
     units_of_states = ", ".join(IN_TRACE[name].units for name in states)
-    found: dict[str, Any] = {"units": variable.units} if variable.units else {"state_units": units_of_states}
+    found: dict[str, Any] = (
+        {"units": variable.units} if variable.units else {"state_units": units_of_states}
+    )
     found["long_name"] = variable.long_name
     for name in ("flag_values", "flag_masks"):
         if getattr(variable, name) is not None:
@@ -112,23 +145,29 @@ def root_attributes(
     lengths: Mapping[str, int] | None = None,
     unknowns: Sequence[Axis] = (),
 ) -> dict[str, Any]:
-    """``attrs`` with what every file of nsdrill carries; of results with these ``lengths`` of the dimensions in memory
-    also the names of the dimensions of the file, and of the ``axes`` beside those of the operation, and of
-    the ``unknowns``.
+    """``attrs`` with what every file of nsdrill carries; of results with these
+    ``lengths`` of the dimensions in memory also the names of the dimensions of the
+    file, and of the ``axes`` beside those of the operation, and of the ``unknowns``.
 
-    The conventions are its own: those of CF ask for numeric coordinates, one unit for a variable, a vertical depth and
-    a time with a date."""
+    The conventions are its own: those of CF ask for numeric coordinates, one unit for a
+    variable, a vertical depth and a time with a date."""
     return {
-        "history": "", "model": MODEL, **attrs, "Conventions": CONVENTIONS, "nsdrill_kind": kind,
-        "format_version": FORMAT_VERSION, "axes": " ".join(axis.name for axis in axes) or None,
+        "history": "",
+        "model": MODEL,
+        **attrs,
+        "Conventions": CONVENTIONS,
+        "nsdrill_kind": kind,
+        "format_version": FORMAT_VERSION,
+        "axes": " ".join(axis.name for axis in axes) or None,
         "unknowns": " ".join(one.name for one in unknowns) or None,
         "dimensions": None if lengths is None else " ".join(layout_of(lengths, attrs).order),
-    }  # fmt: skip
+    }
 
 
 def stored_attributes(attrs: Mapping[str, Any]) -> dict[str, Any]:
-    """Attributes as a file holds them: text, numbers and arrays of numbers as they are, truth values as 0 or 1, nothing
-    for None, else JSON text. Text that HDF5 does not take, a zero say, must not cost the points."""
+    """Attributes as a file holds them: text, numbers and arrays of numbers as they are,
+    truth values as 0 or 1, nothing for None, else JSON text. Text that HDF5 does not
+    take, a zero say, must not cost the points."""
     found: dict[str, Any] = {}
     for name, value in attrs.items():
         if value is None:

@@ -1,8 +1,10 @@
 """The run log ``OUT.h5.part``: where points go while a sweep runs.
 
-A header, then one slot of fixed size per point. Every slot is written with one ``pwrite`` and carries its own checksum,
-so a process killed at any moment leaves whole slots and slots that are seen to be damaged, nothing in between; those
-run again. The results file is made from the log when all points are there, so half a results file never exists.
+A header, then one slot of fixed size per point. Every slot is written with one
+``pwrite`` and carries its own checksum, so a process killed at any moment leaves whole
+slots and slots that are seen to be damaged, nothing in between; those run again. The
+results file is made from the log when all points are there, so half a results file
+never exists.
 
 The file is sparse: a point that has not run takes no space.
 """
@@ -27,20 +29,22 @@ from nsdrill.store.records import check_write, pending_records, raw, seal, slot_
 from nsdrill.store.sink import check_header
 from nsdrill.variables import PENDING
 
-_BLOCK_BYTES = 4 << 20  # read and write in pieces of this size, so that memory does not grow with the sweep
+# read and write in pieces of this size, so that memory does not grow with the sweep
+_BLOCK_BYTES = 4 << 20
 
 
 def part_path(path: str | os.PathLike[str]) -> Path:
-    """Name of the run log of the results file ``path``. Where ``path`` is a link, it is beside the file itself, so that
-    two names of one file have one log."""
+    """Name of the run log of the results file ``path``. Where ``path`` is a link, it is
+    beside the file itself, so that two names of one file have one log."""
     return Path(f"{os.path.realpath(path) if os.path.islink(path) else os.fspath(path)}.part")
 
 
 class RunLog:
     """An open run log. Make one with :meth:`create` or :meth:`open`.
 
-    It is locked while it is open, so that two processes never write the same results. One thread may use it at a time.
-    The lock goes with the object at the latest, so that no interrupt can leave it behind in a session of Python.
+    It is locked while it is open, so that two processes never write the same results.
+    One thread may use it at a time. The lock goes with the object at the latest, so
+    that no interrupt can leave it behind in a session of Python.
     """
 
     def __init__(
@@ -75,12 +79,15 @@ class RunLog:
         self._safe = int(np.count_nonzero(self._status))
 
     @classmethod
-    def create(cls, path: str | os.PathLike[str], header: dict[str, Any], n_points: int, kept: Kept) -> RunLog:
+    def create(
+        cls, path: str | os.PathLike[str], header: dict[str, Any], n_points: int, kept: Kept
+    ) -> RunLog:
         """A new, empty log at ``path``, which must not exist.
 
-        ``header`` is plain data: ``coords`` (the four axes) and ``attrs`` (the root attributes of the results), and
-        whatever else a resumed run needs. FileError if the name is taken, NsdrillError if the disk has no room for
-        the points that are to come.
+        ``header`` is plain data: ``coords`` (the four axes) and ``attrs`` (the root
+        attributes of the results), and whatever else a resumed run needs. FileError if
+        the name is taken, NsdrillError if the disk has no room for the points that are
+        to come.
         """
         path, temporary = Path(path), None
         try:
@@ -92,15 +99,19 @@ class RunLog:
         except FileExistsError as error:
             assert temporary is not None
             temporary.remove()
-            cls.open(path).close()  # refuses, with the right words, one that a process is writing, or none of ours
+            # refuses, with the right words, one that a process is writing, or none of
+            # ours
+            cls.open(path).close()
             raise FileError(
-                f"{path}: an unfinished run is already there. Go on with it by --resume, or start anew by --overwrite."
+                f"{path}: an unfinished run is already there. Go on with it by --resume, or start "
+                f"anew by --overwrite."
             ) from error
         except OSError as error:
             if temporary is not None:
                 temporary.remove()
             raise NsdrillError(
-                f"{path}: the run log could not be made: {reason(error)}. Nothing has run. Make room or choose "
+                f"{path}: the run log could not be made: {reason(error)}. Nothing has run. Make "
+                f"room or choose "
                 "another folder with -o."
             ) from error
         except BaseException:
@@ -109,8 +120,11 @@ class RunLog:
             raise
 
     @classmethod
-    def begin(cls, path: Path, header: dict[str, Any], n_points: int, kept: Kept) -> tuple[Temporary, RunLog]:
-        """A log with no points that has a temporary name still; OSError if the disk has no room for the points."""
+    def begin(
+        cls, path: Path, header: dict[str, Any], n_points: int, kept: Kept
+    ) -> tuple[Temporary, RunLog]:
+        """A log with no points that has a temporary name still; OSError if the disk has
+        no room for the points."""
         check_header(header, n_points, kept)
         points = n_points * slot_dtype(kept).itemsize
         check_room(path, points)  # before anything is made
@@ -125,7 +139,14 @@ class RunLog:
             os.ftruncate(fd, first_slot(end) + points)
             os.fsync(fd)
             return temporary, cls(
-                temporary.path, temporary.file, header, n_points, kept, first_slot(end), salt, writable=True
+                temporary.path,
+                temporary.file,
+                header,
+                n_points,
+                kept,
+                first_slot(end),
+                salt,
+                writable=True,
             )
         except BaseException:
             if temporary is not None:
@@ -134,24 +155,38 @@ class RunLog:
 
     @classmethod
     def open(cls, path: str | os.PathLike[str], *, writable: bool = True) -> RunLog:
-        """An existing log, to go on with it, or just to look (``writable=False``; then no lock is taken).
+        """An existing log, to go on with it, or just to look (``writable=False``; then
+        no lock is taken).
 
-        FileError if there is none, if it is a link, if another process is writing it, or if it is no run log of this
-        version. Damaged slots are no error: their points are pending.
+        FileError if there is none, if it is a link, if another process is writing it,
+        or if it is no run log of this version. Damaged slots are no error: their points
+        are pending.
         """
         path, file = Path(path), None
         try:
             try:
                 file = open_plain(path, "r+" if writable else "r")
             except (OSError, ValueError) as error:
-                raise FileError(f"{path}: the run log cannot be opened: {reason(error)}.") from error
+                raise FileError(
+                    f"{path}: the run log cannot be opened: {reason(error)}."
+                ) from error
             if writable:
                 lock(file, path)
             fields, offset, salt = read_header(file.fileno(), path)
             kept = Kept(**fields["kept"])
-            log = cls(path, file, fields["header"], fields["n_points"], kept, offset, salt, writable=writable)
+            log = cls(
+                path,
+                file,
+                fields["header"],
+                fields["n_points"],
+                kept,
+                offset,
+                salt,
+                writable=writable,
+            )
             if writable:
-                # A log cut short has lost slots, no more; as long as its header is whole they run again.
+                # A log cut short has lost slots, no more; as long as its header is
+                # whole they run again.
                 size = log._offset + log.n_points * log._slot.itemsize
                 os.ftruncate(file.fileno(), max(size, os.fstat(file.fileno()).st_size))
             return log
@@ -164,15 +199,18 @@ class RunLog:
 
     @staticmethod
     def remove(path: str | os.PathLike[str]) -> None:
-        """Remove the log at ``path`` without reading it, damaged or not; FileError if a process is writing it."""
+        """Remove the log at ``path`` without reading it, damaged or not; FileError if a
+        process is writing it."""
         with open_plain(path, "r+") as file:
             lock(file, Path(path))
             os.unlink(path)
 
     def write(self, indices: Any, records: Array) -> None:
-        """Put ``records`` [n] at the points ``indices`` [n]; they are safe after the next :meth:`sync`.
+        """Put ``records`` [n] at the points ``indices`` [n]; they are safe after the
+        next :meth:`sync`.
 
-        NsdrillError if the disk refuses. The other points are not touched by that, and the call may be repeated.
+        NsdrillError if the disk refuses. The other points are not touched by that, and
+        the call may be repeated.
         """
         places = check_write(indices, records, self.n_points, self.kept)
         order = np.argsort(places, kind="stable")
@@ -190,7 +228,8 @@ class RunLog:
             self._status[places[run]] = PENDING
 
     def sync(self) -> None:
-        """Return when everything written is on the disk; NsdrillError if it will not go there."""
+        """Return when everything written is on the disk; NsdrillError if it will not go
+        there."""
         try:
             if self._lost:
                 raise OSError(errno.EIO, os.strerror(errno.EIO))
@@ -198,7 +237,8 @@ class RunLog:
             if not self.there:
                 raise NsdrillError(f"{self.standing()} Nothing more is run.")
         except OSError as error:
-            # After a failed fsync the kernel forgets what it could not write, and a second fsync may claim success.
+            # After a failed fsync the kernel forgets what it could not write, and a
+            # second fsync may claim success.
             self._lost = True
             self._fail(error)
         self._safe = int(np.count_nonzero(self._status))
@@ -212,7 +252,8 @@ class RunLog:
         return np.asarray(self._status != PENDING)
 
     def read(self, start: int, stop: int) -> Array:
-        """Records [stop - start] of the points from ``start``; pending ones have status 0 and NaN features."""
+        """Records [stop - start] of the points from ``start``; pending ones have status
+        0 and NaN features."""
         if not self._stored(start, stop):
             return pending_records(stop - start, self.kept)
         slots = np.zeros(stop - start, self._slot)
@@ -232,17 +273,19 @@ class RunLog:
         return records
 
     def _stored(self, start: int, stop: int) -> bool:
-        """Whether the file has anything between these points, or a hole only: with many returns to the Poincare section
-        it takes long to read zeros."""
+        """Whether the file has anything between these points, or a hole only: with many
+        returns to the Poincare section it takes long to read zeros."""
         begin, end = (self._offset + point * self._slot.itemsize for point in (start, stop))
         try:
             return os.lseek(self._fd, begin, os.SEEK_DATA) < end
         except OSError as error:
-            return error.errno != errno.ENXIO  # nothing after the hole; or a system that does not tell
+            # nothing after the hole; or a system that does not tell
+            return error.errno != errno.ENXIO
 
     @property
     def there(self) -> bool:
-        """Whether the log is still what its name stands for: a folder can be deleted, a disk unmounted."""
+        """Whether the log is still what its name stands for: a folder can be deleted, a
+        disk unmounted."""
         try:
             return os.path.samestat(os.fstat(self._fd), os.stat(self.path))
         except (FileNotFoundError, NotADirectoryError):
@@ -258,7 +301,8 @@ class RunLog:
         if os.fstat(self._fd).st_nlink == 0:
             return f"{self.path} was deleted while the run wrote it, and its {done} are lost."
         return (
-            f"{self.path} is no longer there: its folder was moved or its disk unmounted. {done} are in that file, "
+            f"{self.path} is no longer there: its folder was moved or its disk unmounted. {done} "
+            f"are in that file, "
             "wherever it is now; when it is back, go on with the same command and --resume."
         )
 
@@ -270,7 +314,8 @@ class RunLog:
     def discard(self) -> None:
         """Remove the log; for when the results file is in place."""
         if self._fd >= 0 and self.there:
-            self.path.unlink(missing_ok=True)  # before the lock goes, so that nobody can take it up in between
+            # before the lock goes, so that nobody can take it up in between
+            self.path.unlink(missing_ok=True)
         self.close()
 
     def __enter__(self) -> Self:
@@ -292,15 +337,22 @@ class RunLog:
         if not self.there:
             text = f"{self.path}: a result could not be written: {reason(error)}. {self.standing()}"
             raise NsdrillError(text) from error
-        remedy = "Make room on that disk" if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) else "Mend that"
+        remedy = (
+            "Make room on that disk"
+            if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+            else "Mend that"
+        )
         raise NsdrillError(
-            f"{self.path}: a result could not be written: {reason(error)}. {self._safe} of {self.n_points} points are "
-            f"safe there. {remedy} and give the same command with --resume; only the missing points will run."
+            f"{self.path}: a result could not be written: {reason(error)}. {self._safe} of "
+            f"{self.n_points} points are "
+            f"safe there. {remedy} and give the same command with --resume; only the missing "
+            f"points will run."
         ) from error
 
 
 def _runs(places: Array, longest: int) -> Iterator[slice]:
-    """Slices of ascending ``places`` that are consecutive and at most ``longest`` long: each is one write."""
+    """Slices of ascending ``places`` that are consecutive and at most ``longest`` long:
+    each is one write."""
     breaks = (np.flatnonzero(np.diff(places) != 1) + 1).tolist()
     for start, stop in zip([0, *breaks], [*breaks, len(places)], strict=True):
         for begin in range(start, stop, longest):

@@ -1,10 +1,12 @@
 """The header of the run log: what the run is, and what its slots look like.
 
-Layout, little-endian: magic [16], format version u4, CRC-32 u4 of the body, its length u8, the body. Slots begin at the
-next multiple of 4096. The checksum of the body is also the salt of the slots.
+Layout, little-endian: magic [16], format version u4, CRC-32 u4 of the body, its length
+u8, the body. Slots begin at the next multiple of 4096. The checksum of the body is also
+the salt of the slots.
 
-The body is a JSON text, a line feed, and the axes as f8, of which the text has the lengths only: as text an axis of
-10^8 values takes a minute and gigabytes. Format 2 is the text alone, with the values of the axes in it; it is read.
+The body is a JSON text, a line feed, and the axes as f8, of which the text has the
+lengths only: as text an axis of 10^8 values takes a minute and gigabytes. Format 2 is
+the text alone, with the values of the axes in it; it is read.
 """
 
 from __future__ import annotations
@@ -31,8 +33,11 @@ _PREFIX = struct.Struct("<16sIIQ")
 _PAGE = 4096
 
 
-def pack_header(header: dict[str, Any], n_points: int, kept: Kept) -> tuple[list[bytes | memoryview], int]:
-    """The header of a log as pieces of bytes in order, and the salt; ``header`` is plain data and numpy values."""
+def pack_header(
+    header: dict[str, Any], n_points: int, kept: Kept
+) -> tuple[list[bytes | memoryview], int]:
+    """The header of a log as pieces of bytes in order, and the salt; ``header`` is
+    plain data and numpy values."""
     axes = {name: np.asarray(header["coords"][name], "<f8") for name in _axes(kept)}
     coords = {**header["coords"], **{name: len(values) for name, values in axes.items()}}
     fields = {
@@ -42,7 +47,10 @@ def pack_header(header: dict[str, Any], n_points: int, kept: Kept) -> tuple[list
         "fields": _fields(kept),
     }
     text = json.dumps(fields, ensure_ascii=False, default=_plain, allow_nan=False).encode()
-    body: list[bytes | memoryview] = [text + b"\n", *(raw(np.ascontiguousarray(values)) for values in axes.values())]
+    body: list[bytes | memoryview] = [
+        text + b"\n",
+        *(raw(np.ascontiguousarray(values)) for values in axes.values()),
+    ]
     salt = 0
     for piece in body:
         salt = zlib.crc32(piece, salt)
@@ -50,7 +58,8 @@ def pack_header(header: dict[str, Any], n_points: int, kept: Kept) -> tuple[list
 
 
 def _axes(kept: Kept) -> list[str]:
-    """The coordinates that are written as numbers, not as text: there may be 10^8 of them."""
+    """The coordinates that are written as numbers, not as text: there may be 10^8 of
+    them."""
     return [name for name in kept.grid if name not in ("procedure", "sample", "start")]
 
 
@@ -60,29 +69,36 @@ def first_slot(header_bytes: int) -> int:
 
 
 def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
-    """Fields, offset of the first slot and salt of the open log; FileError if it is none."""
+    """Fields, offset of the first slot and salt of the open log; FileError if it is
+    none."""
     info = os.fstat(fd)
     if not stat.S_ISREG(info.st_mode):
         raise FileError(f"{path}: not a file, so no run log.")
     prefix = os.pread(fd, _PREFIX.size, 0)
     if len(prefix) < _PREFIX.size or not prefix.startswith(MAGIC):
         raise FileError(
-            f"{path}: this is no run log of nsdrill, though it has the name of one. Move it away or choose another -o."
+            f"{path}: this is no run log of nsdrill, though it has the name of one. Move it away "
+            f"or choose another -o."
         )
     _, version, salt, length = _PREFIX.unpack(prefix)
     if version not in _READ:
         raise FileError(
-            f"{path}: run log of format {version}; this nsdrill knows formats 2 and 3. Go on with the version of "
+            f"{path}: run log of format {version}; this nsdrill knows formats 2 and 3. Go on with "
+            f"the version of "
             "nsdrill that began the run, or start anew by --overwrite."
         )
     body = _read(fd, length, _PREFIX.size) if length <= info.st_size else b""
     if len(body) != length or zlib.crc32(body) != salt:
-        raise FileError(f"{path}: the header of the run log is damaged, its points are lost. Start anew: --overwrite.")
+        raise FileError(
+            f"{path}: the header of the run log is damaged, its points are lost. "
+            f"Start anew: --overwrite."
+        )
     end = body.find(b"\n")
     fields = json.loads(body[:end] if end >= 0 else body)
     if not _known(fields):
         raise FileError(
-            f"{path}: the run log holds other variables than this nsdrill writes. Go on with the version of nsdrill "
+            f"{path}: the run log holds other variables than this nsdrill writes. Go on with the "
+            f"version of nsdrill "
             "that began the run, or start anew by --overwrite."
         )
     coords, position = fields["header"]["coords"], end + 1
@@ -93,7 +109,8 @@ def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
 
 
 def _read(fd: int, length: int, position: int) -> bytes:
-    """``length`` bytes, or fewer where the file ends; the system gives 2 GB at once at most."""
+    """``length`` bytes, or fewer where the file ends; the system gives 2 GB at once at
+    most."""
     pieces = []
     while length > 0 and (piece := os.pread(fd, length, position)):
         pieces.append(piece)
@@ -110,7 +127,8 @@ def _known(fields: dict[str, Any]) -> bool:
 
 
 def _fields(kept: Kept) -> list[list[str]]:
-    """Names and types of a record, as text: two versions with the same list can read each other's logs."""
+    """Names and types of a record, as text: two versions with the same list can read
+    each other's logs."""
     kind = record_dtype(kept)
     return [[name, str(kind[name])] for name in kind.names or ()]
 

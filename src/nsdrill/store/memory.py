@@ -1,4 +1,5 @@
-"""A run log in memory, for a Python user who runs a sweep without a file. Same protocol as the file, same tests."""
+"""A run log in memory, for a Python user who runs a sweep without a file. Same protocol
+as the file, same tests."""
 
 from __future__ import annotations
 
@@ -14,7 +15,8 @@ from nsdrill.variables import PENDING
 
 
 class MemoryLog:
-    """Points kept in one array [n_points]; memory that no point has touched yet costs nothing."""
+    """Points kept in one array [n_points]; memory that no point has touched yet costs
+    nothing."""
 
     def __init__(self, header: dict[str, Any], n_points: int, kept: Kept) -> None:
         check_header(header, n_points, kept)

@@ -1,4 +1,5 @@
-"""Reading results back: all of them, one point, or what an unfinished run has so far; and giving them new labels."""
+"""Reading results back: all of them, one point, or what an unfinished run has so far;
+and giving them new labels."""
 
 from __future__ import annotations
 
@@ -37,30 +38,35 @@ from nsdrill.variables import (
     Axis,
     Unknown,
     Variable,
-)  # fmt: skip
+)
 
 PathLike = str | os.PathLike[str]
 LATER = ("bounce_severity", "whirl_severity")  # labels that the first files did not have yet
 
 
 def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
-    """The results file ``path`` in memory, or only its variables ``names``. FileError if it cannot be read."""
+    """The results file ``path`` in memory, or only its variables ``names``. FileError
+    if it cannot be read."""
     wanted = None if names is None else set(names)
     if unknown := sorted(name for name in wanted or () if name not in BY_NAME):
         raise FileError(f"{path}: no variable is called {', '.join(unknown)}.")
     with hdf5.opened(path) as file:
         points = _Points.of(path, file)
         variables = {
-            variable.name: checked(path, variable, points.layout.to_memory(points.dataset(variable)[()]))
+            variable.name: checked(
+                path, variable, points.layout.to_memory(points.dataset(variable)[()])
+            )
             for variable in points.present
             if wanted is None or variable.name in wanted
         }
-        return Results(points.coords, variables, get_attributes(path, file), points.kept.axes, points.drawn)
+        return Results(
+            points.coords, variables, get_attributes(path, file), points.kept.axes, points.drawn
+        )
 
 
 def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
-    """What the run log ``path`` holds so far, or only its variables ``names``; also while the run goes on. Pending
-    points have status 0 and NaN."""
+    """What the run log ``path`` holds so far, or only its variables ``names``; also
+    while the run goes on. Pending points have status 0 and NaN."""
     with RunLog.open(path, writable=False) as log:
         found = collect(log, names)
     _check_axes(path, found.coords)
@@ -68,7 +74,8 @@ def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
 
 
 def collect(log: Source, names: Iterable[str] | None = None) -> Results:
-    """Everything in a log, or only the variables ``names``, in memory; the same arrays as in its results file."""
+    """Everything in a log, or only the variables ``names``, in memory; the same arrays
+    as in its results file."""
     shape = grid_shape(log.header, log.kept)
     wanted = None if names is None else set(names)
     flat = columns(log, [v.name for v in recorded(log.kept) if wanted is None or v.name in wanted])
@@ -93,17 +100,25 @@ def read_attributes(path: PathLike) -> dict[str, Any]:
 
 
 def read_point(path: PathLike, *index: int) -> dict[str, Any]:
-    """One point of a results file: its coordinates and every variable, as numpy scalars and 1-D arrays.
+    """One point of a results file: its coordinates and every variable, as numpy scalars
+    and 1-D arrays.
 
-    The indices count procedures, depths, WOBs, rotary speeds, and starts where there are several, from 0; FileError if
-    they lie outside.
+    The indices count procedures, depths, WOBs, rotary speeds, and starts where there
+    are several, from 0; FileError if they lie outside.
     """
     with hdf5.opened(path) as file:
         points = _Points.of(path, file)
         shape, grid = points.shape, points.kept.grid
-        if len(index) != len(shape) or not all(0 <= i < n for i, n in zip(index, shape, strict=True)):
-            raise FileError(f"{path}: there is no point {index}; the sweep has {' x '.join(map(str, shape))} points.")
-        point: dict[str, Any] = {name: points.coords[name][i] for name, i in zip(grid, index, strict=True)}
+        if len(index) != len(shape) or not all(
+            0 <= i < n for i, n in zip(index, shape, strict=True)
+        ):
+            raise FileError(
+                f"{path}: there is no point {index}; the sweep has "
+                f"{' x '.join(map(str, shape))} points."
+            )
+        point: dict[str, Any] = {
+            name: points.coords[name][i] for name, i in zip(grid, index, strict=True)
+        }
         for variable in points.present:
             values = points.dataset(variable)[points.layout.place(index)]
             point[variable.name] = checked(path, variable, np.asarray(values))[()]
@@ -111,7 +126,8 @@ def read_point(path: PathLike, *index: int) -> dict[str, Any]:
 
 
 def log_from_results(path: PathLike, part: PathLike) -> RunLog:
-    """Make the run log ``part`` again from the finished file ``path``, to run its failed points once more."""
+    """Make the run log ``part`` again from the finished file ``path``, to run its
+    failed points once more."""
     with hdf5.opened(path) as file:
         points = _Points.of(path, file)
         kept, layout, shape = points.kept, points.layout, points.shape
@@ -128,7 +144,9 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
                     values = layout.to_memory(dataset[layout.place(place)])
                     records[name] = values.reshape(stop - start, *values.shape[len(shape) :])
                 # What was inferred did not run, and a log holds runs only.
-                ran = np.flatnonzero((records["status"] != PENDING) & (records["status"] != INFERRED))
+                ran = np.flatnonzero(
+                    (records["status"] != PENDING) & (records["status"] != INFERRED)
+                )
                 log.write(start + ran, records[ran])
             log.sync()
             return log
@@ -139,11 +157,16 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
 
 
 def rewrite_labels(
-    path: PathLike, labels: Mapping[str, Array], history: str, attrs: Mapping[str, Any] | None = None
+    path: PathLike,
+    labels: Mapping[str, Array],
+    history: str,
+    attrs: Mapping[str, Any] | None = None,
 ) -> None:
-    """Give the results file ``path`` new ``labels``, arrays on the grid, and add the line ``history`` to its history.
+    """Give the results file ``path`` new ``labels``, arrays on the grid, and add the
+    line ``history`` to its history.
 
-    ``attrs`` replaces root attributes. A copy is edited and takes the name at the end, so a kill damages nothing.
+    ``attrs`` replaces root attributes. A copy is edited and takes the name at the end,
+    so a kill damages nothing.
     """
     with hdf5.opened(path) as file:
         points = _Points.of(path, file)
@@ -165,21 +188,30 @@ def rewrite_labels(
         with hdf5.writing(temporary, edit=True) as file:
             for name, values in labels.items():
                 file[name][...] = points.layout.to_file(np.asarray(values, file[name].dtype))
-            # HDF5 does not use the place of replaced text again, so what stays the same is left alone.
-            changed = {name: value for name, value in (attrs or {}).items() if not _same(known.get(name), value)}
-            hdf5.put_attributes(file, {**changed, "history": f"{old}\n{history}" if old else history})
+            # HDF5 does not use the place of replaced text again, so what stays the same
+            # is left alone.
+            changed = {
+                name: value
+                for name, value in (attrs or {}).items()
+                if not _same(known.get(name), value)
+            }
+            hdf5.put_attributes(
+                file, {**changed, "history": f"{old}\n{history}" if old else history}
+            )
         hdf5.seal(temporary)
 
 
 def check_file(path: PathLike) -> int:
-    """The format version of the results file ``path``; FileError unless its coordinates are as they should be."""
+    """The format version of the results file ``path``; FileError unless its coordinates
+    are as they should be."""
     with hdf5.opened(path) as file:
         _Points.of(path, file)
         return int(plain(file.attrs, "format_version"))
 
 
 def kind_of(path: PathLike) -> Literal["results", "trace", "partial", "branches"]:
-    """What the file ``path`` is; ``partial`` is the run log of an unfinished run. FileError if it is none of ours."""
+    """What the file ``path`` is; ``partial`` is the run log of an unfinished run.
+    FileError if it is none of ours."""
     try:
         if os.path.isfile(path):  # a pipe would be waited for
             with open(path, "rb") as file:
@@ -201,8 +233,8 @@ def _same(old: Any, new: Any) -> bool:
 
 @dataclass(frozen=True)
 class _Points:
-    """The points of an open results file: what it keeps of each, and where they lie in it. ``coords`` are as in
-    memory."""
+    """The points of an open results file: what it keeps of each, and where they lie in
+    it. ``coords`` are as in memory."""
 
     path: PathLike
     file: Any
@@ -216,19 +248,26 @@ class _Points:
         """Those of ``file``; FileError where its coordinates are not as they should be."""
         if file.attrs["nsdrill_kind"] != "results":
             raise FileError(
-                f"{path}: this is a {file.attrs['nsdrill_kind']} file; a results file is needed here, which nsdrill "
+                f"{path}: this is a {file.attrs['nsdrill_kind']} file; a results file is needed "
+                f"here, which nsdrill "
                 "run makes."
             )
         axes = hdf5.read_axes(path, file)
         unknowns = tuple(Unknown(**vars(axis)) for axis in hdf5.read_axes(path, file, "unknowns"))
-        grid = (*POINT, *(axis.name for axis in axes), *(name for name in ("sample", "start") if name in file))
+        grid = (
+            *POINT,
+            *(axis.name for axis in axes),
+            *(name for name in ("sample", "start") if name in file),
+        )
         own = (*(name for name in ("peak", "crossing") if name in file), "state")
         found = {name: hdf5.read_coordinate(path, file, name) for name in (*grid, *own)}
         old = plain(file.attrs, "format_version") == 1
         lists = (*grid, *own) if old else own  # in version 1 all are dimensions
         for name in lists:
             if not found[name].ndim:
-                raise FileError(f"{path}: the coordinate {name} is no list of values. {hdf5.EDITED}")
+                raise FileError(
+                    f"{path}: the coordinate {name} is no list of values. {hdf5.EDITED}"
+                )
         coords = {name: np.atleast_1d(values) for name, values in found.items()}
         model = model_in(get_attributes(path, file))
         check_coordinates(path, coords, model)
@@ -236,19 +275,23 @@ class _Points:
         for one, values in drawn.items():
             if values.shape != coords.get("sample", np.empty(())).shape:
                 raise FileError(
-                    f"{path}: {one.name} has {values.size} values, and not one of each sample. {hdf5.EDITED}"
+                    f"{path}: {one.name} has {values.size} values, and not one of each sample. "
+                    f"{hdf5.EDITED}"
                 )
         kept = kept_of(coords, axes, file, model.name, unknowns)
         order = kept.grid
         if not old:
-            # The scales of a dataset would tell, too, but the library can crash on what a file says of them.
+            # The scales of a dataset would tell, too, but the library can crash on what
+            # a file says of them.
             named = text_of(path, file, "dimensions").split()
             order = tuple(name for name in named if name in found and found[name].ndim)
             varying = [name for name in kept.grid if found[name].ndim]
             if sorted(order) != sorted(varying):
                 raise FileError(
-                    f"{path}: the attribute dimensions is {' '.join(named) or 'empty'}; it should name "
-                    f"{', '.join(varying) or 'nothing'}, in the order of the variables. {hdf5.EDITED}"
+                    f"{path}: the attribute dimensions is {' '.join(named) or 'empty'}; it should "
+                    f"name "
+                    f"{', '.join(varying) or 'nothing'}, in the order of the variables. "
+                    f"{hdf5.EDITED}"
                 )
         return cls(path, file, coords, kept, Layout(kept.grid, order), drawn)
 
@@ -259,8 +302,8 @@ class _Points:
 
     @property
     def present(self) -> tuple[Variable, ...]:
-        """The variables that the file should have, whatever its age: what a file that nobody has edited lacks, the
-        version that made it did not know."""
+        """The variables that the file should have, whatever its age: what a file that
+        nobody has edited lacks, the version that made it did not know."""
         whole = recorded(self.kept)
         lacking = {v.name for v in whole if v.name not in self.file and v.name not in LATER}
         known = not lacking or not hdf5.is_sealed(self.path)
@@ -281,8 +324,8 @@ def kept_of(
     model: str,
     unknowns: Iterable[Unknown] = (),
 ) -> Kept:
-    """What results of the model of this name with these ``coords``, further ``axes`` and ``names`` of variables keep of
-    each point, with which ``unknowns``."""
+    """What results of the model of this name with these ``coords``, further ``axes``
+    and ``names`` of variables keep of each point, with which ``unknowns``."""
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
     states = tuple(coords["state"].tolist())
     told = described(model)
@@ -304,22 +347,34 @@ def kept_of(
     )
 
 
-def check_coordinates(where: PathLike, coords: Mapping[str, Array], model: Description, *, whole: bool = True) -> None:
-    """FileError unless the coordinates, as in memory, are such as nsdrill writes of this model, or, if not ``whole``,
-    parts of such; ``where`` they are is said."""
+def check_coordinates(
+    where: PathLike, coords: Mapping[str, Array], model: Description, *, whole: bool = True
+) -> None:
+    """FileError unless the coordinates, as in memory, are such as nsdrill writes of
+    this model, or, if not ``whole``, parts of such; ``where`` they are is said."""
     procedures = coords["procedure"].tolist()
-    if not procedures or len(set(procedures)) < len(procedures) or not set(procedures) <= set(PROCEDURES):
+    if (
+        not procedures
+        or len(set(procedures)) < len(procedures)
+        or not set(procedures) <= set(PROCEDURES)
+    ):
         found = ", ".join(map(str, coords["procedure"]))
-        raise FileError(f"{where}: the procedures are {found}; they should be of {', '.join(PROCEDURES)}.")
+        raise FileError(
+            f"{where}: the procedures are {found}; they should be of {', '.join(PROCEDURES)}."
+        )
     if not model.may_have(tuple(coords["state"].tolist())):
         found = ", ".join(map(str, coords["state"]))
-        raise FileError(f"{where}: the states are {found}; they should be {', '.join(model.state_sets[0])}.")
+        raise FileError(
+            f"{where}: the states are {found}; they should be {', '.join(model.state_sets[0])}."
+        )
     if not whole:
         return
     _check_axes(where, coords)
     for name in COUNTED:
         values = coords.get(name)
-        if values is not None and (not len(values) or not np.array_equal(values, np.arange(len(values)))):
+        if values is not None and (
+            not len(values) or not np.array_equal(values, np.arange(len(values)))
+        ):
             raise FileError(f"{where}: the coordinate {name} does not count from 0. {hdf5.EDITED}")
 
 

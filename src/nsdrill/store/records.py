@@ -1,7 +1,8 @@
 """The record of one point: the numbers that a run leaves behind, as one fixed-size row.
 
-A *record* holds every variable of one point. A *slot* is a record as it lies in the run log, with its own index and a
-checksum in front, so that a half-written or misplaced one is noticed and never believed.
+A *record* holds every variable of one point. A *slot* is a record as it lies in the run
+log, with its own index and a checksum in front, so that a half-written or misplaced one
+is noticed and never believed.
 """
 
 from __future__ import annotations
@@ -22,21 +23,28 @@ def recorded(kept: Kept) -> tuple[Variable, ...]:
 
 
 def record_dtype(kept: Kept) -> np.dtype[Any]:
-    """Type of the record of one point, little-endian, with one field per variable that is kept.
+    """Type of the record of one point, little-endian, with one field per variable that
+    is kept.
 
-    Fields with a dimension of their own have its length: peak fields (peaks,), state fields (states,) in the order of
-    ``kept.states``. Units are those of the model's description.
+    Fields with a dimension of their own have its length: peak fields (peaks,), state
+    fields (states,) in the order of ``kept.states``. Units are those of the model's
+    description.
     """
     if kept.peaks < 0 or kept.returns < 0:
-        raise ValueError(f"the numbers of peaks and returns are {kept.peaks} and {kept.returns}; neither is negative")
+        raise ValueError(
+            f"the numbers of peaks and returns are {kept.peaks} and {kept.returns}; "
+            f"neither is negative"
+        )
     fields = [
-        (v.name, f"<{v.dtype}", tuple(kept.length(name) for name in v.dims[len(POINT) :])) for v in recorded(kept)
+        (v.name, f"<{v.dtype}", tuple(kept.length(name) for name in v.dims[len(POINT) :]))
+        for v in recorded(kept)
     ]
     return np.dtype(fields)
 
 
 def pending_records(count: int, kept: Kept) -> Array:
-    """``count`` records of points that have not run: status 0, labels and counts 0, every real number NaN."""
+    """``count`` records of points that have not run: status 0, labels and counts 0,
+    every real number NaN."""
     records = np.zeros(count, record_dtype(kept))
     for variable in recorded(kept):
         if variable.dtype.startswith("f"):
@@ -50,8 +58,11 @@ def slot_dtype(kept: Kept) -> np.dtype[Any]:
 
 
 def seal(indices: Array, records: Array, salt: int) -> Array:
-    """Slots [n] for ``records`` [n] of the points ``indices`` [n]. ``salt`` ties them to one log."""
-    slots = np.zeros(len(records), np.dtype([("crc", "<u4"), ("index", "<u8"), ("record", records.dtype)]))
+    """Slots [n] for ``records`` [n] of the points ``indices`` [n]. ``salt`` ties them
+    to one log."""
+    slots = np.zeros(
+        len(records), np.dtype([("crc", "<u4"), ("index", "<u8"), ("record", records.dtype)])
+    )
     slots["index"] = indices
     slots["record"] = records
     slots["crc"] = _checksums(slots, salt)
@@ -59,9 +70,11 @@ def seal(indices: Array, records: Array, salt: int) -> Array:
 
 
 def sound(slots: Array, start: int, salt: int) -> Array:
-    """Which of ``slots`` [n] hold a whole record of the points ``start``, ``start + 1``, ... : bool [n].
+    """Which of ``slots`` [n] hold a whole record of the points ``start``,
+    ``start + 1``, ... : bool [n].
 
-    Slots never written are all zero, hence pending; the checksum is computed for the others alone.
+    Slots never written are all zero, hence pending; the checksum is computed for the
+    others alone.
     """
     good = slots["record"]["status"] != PENDING
     good &= slots["index"] == np.arange(start, start + len(slots), dtype=np.uint64)
@@ -71,18 +84,24 @@ def sound(slots: Array, start: int, salt: int) -> Array:
 
 
 def check_write(indices: Any, records: Array, n_points: int, kept: Kept) -> Array:
-    """``indices`` as an int64 array, if they and ``records`` may be written; ValueError where the caller is wrong."""
+    """``indices`` as an int64 array, if they and ``records`` may be written; ValueError
+    where the caller is wrong."""
     places = np.atleast_1d(np.asarray(indices))
     if places.ndim != 1 or (places.size and not np.issubdtype(places.dtype, np.integer)):
         raise ValueError("indices must be a 1-D array of integers")
     if records.dtype != record_dtype(kept) or records.shape != places.shape:
         raise ValueError(
-            f"records must have shape {places.shape} and the type record_dtype({kept}); found shape {records.shape}"
+            f"records must have shape {places.shape} and the type record_dtype({kept}); found "
+            f"shape {records.shape}"
         )
     if places.size and (places.min() < 0 or places.max() >= n_points):
-        raise ValueError(f"indices must lie in 0 .. {n_points - 1}; found {places.min()} .. {places.max()}")
+        raise ValueError(
+            f"indices must lie in 0 .. {n_points - 1}; found {places.min()} .. {places.max()}"
+        )
     if np.any(records["status"] == PENDING):
-        raise ValueError("a record with status 0 (pending) is no result; clear() takes a result back")
+        raise ValueError(
+            "a record with status 0 (pending) is no result; clear() takes a result back"
+        )
     return places.astype(np.int64)
 
 
@@ -92,8 +111,11 @@ def raw(array: Array) -> memoryview:
 
 
 def _checksums(slots: Array, salt: int) -> Array:
-    """CRC-32 of every slot but its checksum field: uint32 [n]. zlib has no vector form, so one call each (1 us)."""
+    """CRC-32 of every slot but its checksum field: uint32 [n]. zlib has no vector form,
+    so one call each (1 us)."""
     data = raw(np.ascontiguousarray(slots))
     size = slots.dtype.itemsize
     ends = range(size, len(slots) * size + 1, size)
-    return np.fromiter((zlib.crc32(data[end - size + 4 : end], salt) for end in ends), np.uint32, len(slots))
+    return np.fromiter(
+        (zlib.crc32(data[end - size + 4 : end], salt) for end in ends), np.uint32, len(slots)
+    )

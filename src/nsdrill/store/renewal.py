@@ -16,13 +16,20 @@ from nsdrill.variables import PENDING
 
 
 def renew(
-    log: RunLog, attrs: Mapping[str, Any], again: Array, change: Callable[[Array], None] = lambda records: None
+    log: RunLog,
+    attrs: Mapping[str, Any],
+    again: Array,
+    change: Callable[[Array], None] = lambda records: None,
 ) -> RunLog:
-    """Replace ``log``, in one step, by one with the root attributes ``attrs`` in which the points ``again`` (bool
-    [n_points]) are pending, and the records of the others what ``change`` makes of them. Gives the new one and closes
-    ``log``; NsdrillError, with ``log`` as it was, if the disk refuses. A kill leaves the old log or the new one."""
+    """Replace ``log``, in one step, by one with the root attributes ``attrs`` in which
+    the points ``again`` (bool [n_points]) are pending, and the records of the others
+    what ``change`` makes of them. Gives the new one and closes ``log``; NsdrillError,
+    with ``log`` as it was, if the disk refuses. A kill leaves the old log or the new
+    one."""
     try:
-        temporary, new = RunLog.begin(log.path, {**log.header, "attrs": dict(attrs)}, log.n_points, log.kept)
+        temporary, new = RunLog.begin(
+            log.path, {**log.header, "attrs": dict(attrs)}, log.n_points, log.kept
+        )
         try:
             step = points_in_block(log.kept)
             for start in range(0, log.n_points, step):
@@ -42,5 +49,6 @@ def renew(
             raise
     except OSError as error:
         raise NsdrillError(
-            f"{log.path}: could not be made anew: {reason(error)}. Nothing was changed. Make room first."
+            f"{log.path}: could not be made anew: {reason(error)}. Nothing was changed. Make room "
+            f"first."
         ) from error

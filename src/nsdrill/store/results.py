@@ -13,7 +13,13 @@ from nsdrill.data import Array
 from nsdrill.files import replacing
 from nsdrill.models.kept import Kept
 from nsdrill.store import hdf5
-from nsdrill.store.layout import coordinate_attributes, coordinate_names, layout_of, root_attributes, told_coordinate
+from nsdrill.store.layout import (
+    coordinate_attributes,
+    coordinate_names,
+    layout_of,
+    root_attributes,
+    told_coordinate,
+)
 from nsdrill.store.records import record_dtype, recorded
 from nsdrill.store.sink import Source, grid_shape
 from nsdrill.variables import POINT, Unknown
@@ -22,20 +28,29 @@ _BLOCK_BYTES = 4 << 20
 _BLOCK_POINTS = 4096
 
 
-def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str, Any] | None = None) -> None:
+def write_results(
+    path: str | os.PathLike[str], log: Source, attrs: Mapping[str, Any] | None = None
+) -> None:
     """Write the results file ``path`` from ``log``; pending points are marked as such.
 
-    ``attrs`` are added to the root attributes of the log's header. ``path`` is replaced in one step at the end;
-    NsdrillError if that fails, with ``path`` and ``log`` as they were.
+    ``attrs`` are added to the root attributes of the log's header. ``path`` is replaced
+    in one step at the end; NsdrillError if that fails, with ``path`` and ``log`` as
+    they were.
     """
     standing = getattr(log, "standing", lambda: "The points are still in memory.")
     kept, coords = log.kept, coordinates(log)
     lengths = {name: len(coords[name]) for name in kept.grid}
-    root = root_attributes("results", {**log.header["attrs"], **(attrs or {})}, kept.axes, lengths, kept.unknowns)
+    root = root_attributes(
+        "results", {**log.header["attrs"], **(attrs or {})}, kept.axes, lengths, kept.unknowns
+    )
     layout = layout_of(lengths, root)
     shape = grid_shape(log.header, kept)
     block = block_shape(shape, points_in_block(kept))
-    variables, kind, axes = recorded(kept), record_dtype(kept), {axis.name: axis for axis in kept.axes}
+    variables, kind, axes = (
+        recorded(kept),
+        record_dtype(kept),
+        {axis.name: axis for axis in kept.axes},
+    )
     scalars = [name for name in layout.grid if name not in layout.order]
     with replacing(path, standing) as temporary:
         with hdf5.writing(temporary) as file:
@@ -45,10 +60,14 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
                 values = values[0] if name in scalars else values
                 hdf5.add_coordinate(file, name, values, coordinate_attributes(name, axes.get(name)))
             for unknown, samples in drawn(log).items():
-                hdf5.add_samples(file, unknown.name, samples, coordinate_attributes(unknown.name, unknown))
+                hdf5.add_samples(
+                    file, unknown.name, samples, coordinate_attributes(unknown.name, unknown)
+                )
             beside = [*scalars, *(unknown.name for unknown in kept.unknowns)]
             datasets = [
-                hdf5.add_variable(file, v, layout.dims(v), layout.place(block) + kind[v.name].shape, beside)
+                hdf5.add_variable(
+                    file, v, layout.dims(v), layout.place(block) + kind[v.name].shape, beside
+                )
                 for v in variables
             ]
             for place, start, stop in blocks(shape, block):
@@ -62,7 +81,10 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
 
 def coordinates(log: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
     """The coordinates of these results in the order of the dimensions in memory."""
-    coords = {name: np.asarray(log.header["coords"][name]) for name in (*POINT, *(a.name for a in log.kept.axes))}
+    coords = {
+        name: np.asarray(log.header["coords"][name])
+        for name in (*POINT, *(a.name for a in log.kept.axes))
+    }
     for name in ("sample", "start", "peak", "crossing"):
         if log.kept.length(name):
             coords[name] = np.arange(log.kept.length(name), dtype="<i4")
@@ -71,7 +93,9 @@ def coordinates(log: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
 
 def drawn(log: Source) -> dict[Unknown, Array]:
     """The samples of the uncertain numbers of these results."""
-    return {one: np.asarray(log.header["coords"][one.name], dtype=float) for one in log.kept.unknowns}
+    return {
+        one: np.asarray(log.header["coords"][one.name], dtype=float) for one in log.kept.unknowns
+    }
 
 
 def points_in_block(kept: Kept) -> int:
@@ -79,9 +103,12 @@ def points_in_block(kept: Kept) -> int:
     return max(1, min(_BLOCK_POINTS, _BLOCK_BYTES // record_dtype(kept).itemsize))
 
 
-def columns(log: Source, names: Iterable[str], start: int = 0, stop: int | None = None) -> dict[str, Array]:
-    """The variables ``names`` of the points from ``start``, one row a point. Of the records only some are in memory at
-    a time: with many returns to the Poincare section one has 640 kB."""
+def columns(
+    log: Source, names: Iterable[str], start: int = 0, stop: int | None = None
+) -> dict[str, Array]:
+    """The variables ``names`` of the points from ``start``, one row a point. Of the
+    records only some are in memory at a time: with many returns to the Poincare section
+    one has 640 kB."""
     stop = log.n_points if stop is None else stop
     kind = record_dtype(log.kept)
     found = {name: np.empty((stop - start, *kind[name].shape), kind[name].base) for name in names}
@@ -94,10 +121,12 @@ def columns(log: Source, names: Iterable[str], start: int = 0, stop: int | None 
 
 
 def block_shape(shape: tuple[int, ...], points: int) -> tuple[int, ...]:
-    """Shape of blocks of about ``points`` points that are contiguous in C order: 1 ... 1, part of one axis, whole axes.
+    """Shape of blocks of about ``points`` points that are contiguous in C order: 1 ...
+    1, part of one axis, whole axes.
 
-    Such a block is a range of point numbers and, taken as the chunk shape, one chunk of the file, so each chunk is
-    compressed once. The part divides its axis evenly, so little of the last chunk is padding.
+    Such a block is a range of point numbers and, taken as the chunk shape, one chunk of
+    the file, so each chunk is compressed once. The part divides its axis evenly, so
+    little of the last chunk is padding.
     """
     block = [1] * len(shape)
     for axis in reversed(range(len(shape))):
@@ -109,12 +138,17 @@ def block_shape(shape: tuple[int, ...], points: int) -> tuple[int, ...]:
     return tuple(block)
 
 
-def blocks(shape: tuple[int, ...], block: tuple[int, ...]) -> Iterator[tuple[tuple[slice, ...], int, int]]:
-    """All blocks in order: the slices of the grid, and the range of point numbers that they are."""
+def blocks(
+    shape: tuple[int, ...], block: tuple[int, ...]
+) -> Iterator[tuple[tuple[slice, ...], int, int]]:
+    """All blocks in order: the slices of the grid, and the range of point numbers that
+    they are."""
     counts = [math.ceil(n / b) for n, b in zip(shape, block, strict=True)]
     start = 0
     for number in np.ndindex(*counts):
-        place = tuple(slice(i * b, min((i + 1) * b, n)) for i, b, n in zip(number, block, shape, strict=True))
+        place = tuple(
+            slice(i * b, min((i + 1) * b, n)) for i, b, n in zip(number, block, shape, strict=True)
+        )
         stop = start + math.prod(s.stop - s.start for s in place)
         yield place, start, stop
         start = stop

@@ -1,6 +1,7 @@
 """What a sweep needs of the place where its points go, whether a file or memory.
 
-Points are numbered in C order over the procedures and the axes, and over the starts of each where there are several.
+Points are numbered in C order over the procedures and the axes, and over the starts of
+each where there are several.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ class Source(Protocol):
 
     @property
     def header(self) -> dict[str, Any]:
-        """``coords``: the axes as lists, SI; ``attrs``: the root attributes of the results file."""
+        """``coords``: the axes as lists, SI; ``attrs``: the root attributes of the
+        results file."""
 
     @property
     def n_points(self) -> int:
@@ -35,7 +37,8 @@ class Sink(Source, Protocol):
     """Something that points can be written to, in any order."""
 
     def write(self, indices: Any, records: Array) -> None:
-        """Put ``records`` [n] at the points ``indices`` [n]. What was there before is replaced."""
+        """Put ``records`` [n] at the points ``indices`` [n]. What was there before is
+        replaced."""
 
     def clear(self, indices: Any) -> None:
         """Make the points ``indices`` [n] pending again, to run them once more."""
@@ -61,7 +64,8 @@ class Sink(Source, Protocol):
 
 
 def grid_shape(header: dict[str, Any], kept: Kept) -> tuple[int, ...]:
-    """(procedures, values of each axis) of a header, and the number of starts where there are several."""
+    """(procedures, values of each axis) of a header, and the number of starts where
+    there are several."""
     return tuple(len(header["coords"][name]) for name in kept.grid)
 
 
@@ -70,6 +74,10 @@ def check_header(header: dict[str, Any], n_points: int, kept: Kept) -> None:
     missing = [name for name in kept.grid if name not in header.get("coords", {})]
     if missing or "attrs" not in header:
         wanted = ", ".join(kept.grid)
-        raise ValueError(f"a header needs 'attrs' and 'coords' with {wanted}; missing: {missing or 'attrs'}")
+        raise ValueError(
+            f"a header needs 'attrs' and 'coords' with {wanted}; missing: {missing or 'attrs'}"
+        )
     if n_points < 1 or math.prod(grid_shape(header, kept)) != n_points:
-        raise ValueError(f"the axes span {math.prod(grid_shape(header, kept))} points, not {n_points}")
+        raise ValueError(
+            f"the axes span {math.prod(grid_shape(header, kept))} points, not {n_points}"
+        )

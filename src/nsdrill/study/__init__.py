@@ -1,6 +1,7 @@
 """The study: what a user asks for, read from YAML, validated, in SI.
 
-Imported lazily, so that ``import nsdrill.study.study`` brings neither pydantic nor ruamel.yaml with it.
+Imported lazily, so that ``import nsdrill.study.study`` brings neither pydantic nor
+ruamel.yaml with it.
 """
 
 from __future__ import annotations

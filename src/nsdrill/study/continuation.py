@@ -1,4 +1,5 @@
-"""The section ``continue`` of a study: what is followed by continuation, from where to where, from which seeds."""
+"""The section ``continue`` of a study: what is followed by continuation, from where to
+where, from which seeds."""
 
 from __future__ import annotations
 
@@ -28,8 +29,8 @@ LONGEST_NAME = 4096
 
 @dataclass(frozen=True)
 class Curves:
-    """Curves of special points in two numbers: ``over`` the second one, from ``low`` to ``high`` in SI, ``of`` which
-    borders, with at most so many ``points`` each."""
+    """Curves of special points in two numbers: ``over`` the second one, from ``low`` to
+    ``high`` in SI, ``of`` which borders, with at most so many ``points`` each."""
 
     over: str
     low: float
@@ -40,10 +41,11 @@ class Curves:
 
 @dataclass(frozen=True)
 class Continuation:
-    """What is continued: the number ``along``, by its key, from ``low`` to ``high`` in SI; ``seeds`` from the results
-    file of this name, or motions that settle at these values of a number, by its key; the ``motions`` that are
-    followed, the ``lobes`` that are tried as periods; whether to ``switch`` at doublings and branch points; ``points``
-    of a branch at most; ``curves`` in a second number, if any."""
+    """What is continued: the number ``along``, by its key, from ``low`` to ``high`` in
+    SI; ``seeds`` from the results file of this name, or motions that settle at these
+    values of a number, by its key; the ``motions`` that are followed, the ``lobes``
+    that are tried as periods; whether to ``switch`` at doublings and branch points;
+    ``points`` of a branch at most; ``curves`` in a second number, if any."""
 
     along: str
     low: float
@@ -57,26 +59,38 @@ class Continuation:
 
 
 def continuation_of(resolved: Mapping[str, Any]) -> Continuation | None:
-    """The continuation in a resolved study, None where it has none. KeyError, TypeError or ValueError for what is no
-    resolved section."""
+    """The continuation in a resolved study, None where it has none. KeyError, TypeError
+    or ValueError for what is no resolved section."""
     found = resolved.get(SECTION)
     if found is None:
         return None
     curves = found["curves"]
     made = curves and Curves(
-        str(curves["over"]), float(curves["from"]), float(curves["to"]), tuple(curves["of"]), int(curves["points"])
+        str(curves["over"]),
+        float(curves["from"]),
+        float(curves["to"]),
+        tuple(curves["of"]),
+        int(curves["points"]),
     )
     seeds = found["seeds"]
     if not isinstance(seeds, str):
         seeds = {str(key): [float(value) for value in values] for key, values in seeds.items()}
     return Continuation(
-        str(found["along"]), float(found["from"]), float(found["to"]), seeds, tuple(map(str, found["motions"])),
-        tuple(map(int, found["lobes"])), bool(found["switch"]), int(found["points"]), made,
-    )  # fmt: skip
+        str(found["along"]),
+        float(found["from"]),
+        float(found["to"]),
+        seeds,
+        tuple(map(str, found["motions"])),
+        tuple(map(int, found["lobes"])),
+        bool(found["switch"]),
+        int(found["points"]),
+        made,
+    )
 
 
 def take_continuation(document: Document, keys: Keys) -> tuple[dict[str, Any] | None, list[Fault]]:
-    """The section ``continue`` of the document as plain data in SI, defaults filled in, and its faults."""
+    """The section ``continue`` of the document as plain data in SI, defaults filled in,
+    and its faults."""
     if not isinstance(document.data, dict) or SECTION not in document.data:
         return None, []
     return _Reader(document, keys).read()
@@ -87,7 +101,15 @@ class _Reader:
         self.document, self.keys = document, keys
         self.faults: list[Fault] = []
 
-    def fault(self, path: KeyPath, found: str, allowed: str, hint: str | None = None, *, of_key: bool = False) -> None:
+    def fault(
+        self,
+        path: KeyPath,
+        found: str,
+        allowed: str,
+        hint: str | None = None,
+        *,
+        of_key: bool = False,
+    ) -> None:
         place = self.document.place(path, of_key=of_key)
         if place.override:
             found = f"{found} ({place.override})"
@@ -101,7 +123,9 @@ class _Reader:
         for name in data:
             if name not in known:
                 hint = did_you_mean(str(name), known)
-                self.fault((*path, str(name)), "an unknown key", ", ".join(known), hint, of_key=True)
+                self.fault(
+                    (*path, str(name)), "an unknown key", ", ".join(known), hint, of_key=True
+                )
         return {name: value for name, value in data.items() if name in known}
 
     def value(self, path: KeyPath, leaf: Leaf, raw: Any) -> Any:
@@ -113,12 +137,19 @@ class _Reader:
 
     def axis(self, path: KeyPath, raw: Any) -> Leaf | None:
         """The number of the study with the key ``raw``."""
-        axes = {name: leaf for name, leaf in self.keys.axes.items() if not name.startswith("initial.")}
+        axes = {
+            name: leaf for name, leaf in self.keys.axes.items() if not name.startswith("initial.")
+        }
         name = raw.removeprefix("operation.") if isinstance(raw, str) else raw
         if not isinstance(name, str) or name not in axes:
             hint = did_you_mean(raw, axes) if isinstance(raw, str) else None
             example = self.keys.model.example_axis[0]
-            self.fault(path, shown(raw), f"depth, wob, rotary_speed or another number by its key, as {example}", hint)
+            self.fault(
+                path,
+                shown(raw),
+                f"depth, wob, rotary_speed or another number by its key, as {example}",
+                hint,
+            )
             return None
         if is_apart(self.keys.model.name, name):
             what = "a choice" if words_of(name) else "a whole number that is compiled in"
@@ -127,7 +158,9 @@ class _Reader:
             return None
         return axes[name]
 
-    def ends(self, path: KeyPath, data: Mapping[str, Any], leaf: Leaf) -> tuple[float, float] | None:
+    def ends(
+        self, path: KeyPath, data: Mapping[str, Any], leaf: Leaf
+    ) -> tuple[float, float] | None:
         """The ends of the range, ascending."""
         found = []
         for name in ("from", "to"):
@@ -161,11 +194,14 @@ class _Reader:
         if not listed:
             self.fault(path, "an empty list", "the periods to try, in lobes, as [1, 2, 3]")
         read = [
-            self.value((*path, place) if isinstance(raw, list) else path, leaf, one) for place, one in enumerate(listed)
+            self.value((*path, place) if isinstance(raw, list) else path, leaf, one)
+            for place, one in enumerate(listed)
         ]
         return sorted({one for one in read if one is not None})
 
-    def seeds(self, path: KeyPath, raw: Any, along: str, leaf: Leaf, ends: tuple[float, float]) -> Any:
+    def seeds(
+        self, path: KeyPath, raw: Any, along: str, leaf: Leaf, ends: tuple[float, float]
+    ) -> Any:
         if isinstance(raw, str):
             if not raw.strip() or "\0" in raw or len(raw) > LONGEST_NAME:
                 self.fault(path, shown(raw), "the name of a results file")
@@ -173,13 +209,21 @@ class _Reader:
         if raw is None:
             low, high = ends
             return {along: [low + (high - low) * (k + 0.5) / SEEDS for k in range(SEEDS)]}
-        allowed = f"the name of a results file, or values at which a motion settles, as {{{along}: [VALUE, VALUE]}}"
+        allowed = (
+            f"the name of a results file, or values at which a motion settles, as {{{along}: "
+            f"[VALUE, VALUE]}}"
+        )
         if not isinstance(raw, dict) or len(raw) != 1:
             self.fault(path, shown(raw), allowed)
             return {}
         ((key, values),) = raw.items()
         if key != along:
-            self.fault((*path, str(key)), "another number than that which is continued", allowed, of_key=True)
+            self.fault(
+                (*path, str(key)),
+                "another number than that which is continued",
+                allowed,
+                of_key=True,
+            )
             return {}
         listed = values if isinstance(values, list) else [values]
         made = []
@@ -200,7 +244,11 @@ class _Reader:
         if data is None:
             return None, self.faults
         if "along" not in data:
-            self.fault(path, "no along", "along: the number that is continued, as rotary_speed; from and to")
+            self.fault(
+                path,
+                "no along",
+                "along: the number that is continued, as rotary_speed; from and to",
+            )
             return None, self.faults
         leaf = self.axis((*path, "along"), data["along"])
         if leaf is None:
@@ -239,7 +287,9 @@ class _Reader:
             return None
         over = leaf.key.removeprefix("operation.")
         if over == along:
-            self.fault((*path, "over"), f"{over}, which is continued already", "another number than along")
+            self.fault(
+                (*path, "over"), f"{over}, which is continued already", "another number than along"
+            )
             return None
         ends = self.ends(path, data, leaf)
         if ends is None:
@@ -249,5 +299,7 @@ class _Reader:
             "from": ends[0],
             "to": ends[1],
             "of": self.words((*path, "of"), data.get("of", list(BORDERS)), BORDERS),
-            "points": self.value((*path, "points"), CURVE_POINTS, data.get("points", CURVE_POINTS.default)),
+            "points": self.value(
+                (*path, "points"), CURVE_POINTS, data.get("points", CURVE_POINTS.default)
+            ),
         }

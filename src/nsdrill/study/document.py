@@ -1,7 +1,8 @@
 """YAML text to plain data that remembers where everything stood.
 
-The events of the parser are read directly: scalars by the core schema of YAML 1.2 (``no`` and ``1_000`` are text,
-``1e4`` is a number), and with bounds on size, depth and aliases, because a study may come from anywhere.
+The events of the parser are read directly: scalars by the core schema of YAML 1.2
+(``no`` and ``1_000`` are text, ``1e4`` is a number), and with bounds on size, depth and
+aliases, because a study may come from anywhere.
 """
 
 from __future__ import annotations
@@ -35,7 +36,8 @@ class Place:
 
 @dataclass
 class Document:
-    """Plain data (dict, list, str, int, float, bool, None) with the places of values and of keys by path."""
+    """Plain data (dict, list, str, int, float, bool, None) with the places of values
+    and of keys by path."""
 
     data: Any
     values: dict[KeyPath, Place] = field(default_factory=dict)
@@ -43,7 +45,8 @@ class Document:
     faults: list[Fault] = field(default_factory=list)
 
     def place(self, path: KeyPath, of_key: bool = False) -> Place:
-        """The place of a value (or of its key); of the nearest thing around it where it is not in the file."""
+        """The place of a value (or of its key); of the nearest thing around it where it
+        is not in the file."""
         first = self.keys if of_key else self.values
         if path in first:
             return first[path]
@@ -70,8 +73,9 @@ def dotted(path: KeyPath) -> str:
 
 
 def odd_character(text: str, allowed: str = "") -> str | None:
-    """The first control character or lone surrogate in ``text``, as words: no file format and no terminal takes all of
-    them. None where there is none but ``allowed`` ones."""
+    """The first control character or lone surrogate in ``text``, as words: no file
+    format and no terminal takes all of them. None where there is none but ``allowed``
+    ones."""
     for place, char in enumerate(text, start=1):
         if unicodedata.category(char) in ("Cc", "Cs") and char not in allowed:
             return f"the character {printable(char)} (place {place} of the text)"
@@ -87,7 +91,9 @@ def read_text(path: Path) -> str:
             pipe = stat.S_ISFIFO(os.fstat(file.fileno()).st_mode)
             raw = file.read(LARGEST_FILE + 1)
     except FileNotFoundError:
-        raise FileError(f"{path}: there is no such file. `nsdrill new -o {path}` writes one to start from.") from None
+        raise FileError(
+            f"{path}: there is no such file. `nsdrill new -o {path}` writes one to start from."
+        ) from None
     except IsADirectoryError:
         raise FileError(f"{path}: is a folder; a study is a YAML file.") from None
     except OSError as error:
@@ -100,37 +106,47 @@ def read_text(path: Path) -> str:
 
 
 def text_of(raw: bytes, path: str | Path) -> str:
-    """The text of a study in the bytes ``raw`` of ``path``; :class:`FileError` where they are not those of one."""
+    """The text of a study in the bytes ``raw`` of ``path``; :class:`FileError` where
+    they are not those of one."""
     if len(raw) > LARGEST_FILE:
-        raise FileError(f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is.")
+        raise FileError(
+            f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is."
+        )
     if raw.startswith(b"\x89HDF\r\n\x1a\n"):
-        raise FileError(f"{path}: is an HDF5 file (results or a trace?), not a study; a study is a YAML file.")
+        raise FileError(
+            f"{path}: is an HDF5 file (results or a trace?), not a study; a study is a YAML file."
+        )
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
         byte = raw[error.start]
         raise FileError(
-            f"{path}, line {line}: found the byte 0x{byte:02x}, which is not UTF-8; allowed: text in UTF-8. "
+            f"{path}, line {line}: found the byte 0x{byte:02x}, which is not UTF-8; allowed: text "
+            f"in UTF-8. "
             "Save the file with that encoding."
         ) from None
 
 
 def _open_at_once(path: str, flags: int) -> int:
-    """Open a pipe without waiting for a writer, who may never come; what a writer has to say is waited for."""
+    """Open a pipe without waiting for a writer, who may never come; what a writer has
+    to say is waited for."""
     fd = os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
     os.set_blocking(fd, True)
     return fd
 
 
 def parse(text: str, source: str) -> Document:
-    """The document in ``text``. :class:`StudyError` where it is not one plain YAML document; doubled keys and the like
-    are left in ``faults``, to be told with the others."""
+    """The document in ``text``. :class:`StudyError` where it is not one plain YAML
+    document; doubled keys and the like are left in ``faults``, to be told with the
+    others."""
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 
     if len(text) > LARGEST_FILE:
-        raise FileError(f"{source}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is.")
+        raise FileError(
+            f"{source}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is."
+        )
     builder = _Builder(source)
     try:
         for event in YAML(typ="safe", pure=True).parse(text.removeprefix("\ufeff")):
@@ -143,9 +159,20 @@ def parse(text: str, source: str) -> Document:
     except YAMLError as error:  # the reader: characters that YAML forbids
         line = text.count("\n", 0, getattr(error, "position", None) or 0) + 1
         raise _not_yaml(source, str(error).splitlines()[0], line) from None
-    except (RecursionError, ValueError, AttributeError, IndexError, KeyError, TypeError, AssertionError) as error:
-        # ruamel.yaml's own slips on broken input, found by fuzzing: they too are the file's fault
-        raise _not_yaml(source, f"text that the YAML parser cannot take ({type(error).__name__})", None) from None
+    except (
+        RecursionError,
+        ValueError,
+        AttributeError,
+        IndexError,
+        KeyError,
+        TypeError,
+        AssertionError,
+    ) as error:
+        # ruamel.yaml's own slips on broken input, found by fuzzing: they too are the
+        # file's fault
+        raise _not_yaml(
+            source, f"text that the YAML parser cannot take ({type(error).__name__})", None
+        ) from None
     return builder.document
 
 
@@ -159,7 +186,8 @@ def _not_yaml(source: str, found: str, line: int | None, hint: str | None = None
 
 @dataclass
 class _Open:
-    """A collection being built; ``path`` is where it stands, ``key`` the key that waits for its value."""
+    """A collection being built; ``path`` is where it stands, ``key`` the key that waits
+    for its value."""
 
     data: Any
     path: KeyPath
@@ -200,7 +228,9 @@ class _Builder:
                 self.anchors[done.anchor] = (done.data, self.count - done.start + 1)
         elif kind == "AliasEvent":
             if event.anchor not in self.anchors or self._wants_key():
-                raise self._fault(event, f"the alias *{event.anchor}"[:60], "an alias of an earlier anchor")
+                raise self._fault(
+                    event, f"the alias *{event.anchor}"[:60], "an alias of an earlier anchor"
+                )
             self._value(event, *self.anchors[event.anchor])
 
     def _open(self, event: Any, data: Any) -> None:
@@ -213,19 +243,27 @@ class _Builder:
         self.stack.append(_Open(data, path, self.count, event.anchor))
 
     def _wants_key(self) -> bool:
-        return bool(self.stack) and isinstance(self.stack[-1].data, dict) and self.stack[-1].key is None
+        return (
+            bool(self.stack)
+            and isinstance(self.stack[-1].data, dict)
+            and self.stack[-1].key is None
+        )
 
     def _key(self, event: Any) -> None:
         name = str(event.value)
         if odd := odd_character(name):
-            raise self._fault(event, f"{odd} in the name {quoted(name)}", "names in letters that can be printed")
+            raise self._fault(
+                event, f"{odd} in the name {quoted(name)}", "names in letters that can be printed"
+            )
         top = self.stack[-1]
         path = (*top.path, name)
         if name in top.data and len(self.document.faults) < 100:
             first = self.document.keys[path].line
             found = f"the key a second time (first in line {first})"
             place = _place(event)
-            self.document.faults.append(Fault(dotted(path), found, "each key once", place.line, place.column))
+            self.document.faults.append(
+                Fault(dotted(path), found, "each key once", place.line, place.column)
+            )
         top.key = name
         self.document.keys[path] = _place(event)
 
@@ -233,7 +271,9 @@ class _Builder:
         """Puts a value where it belongs and gives back its path."""
         self.count += size
         if self.count > _MOST_VALUES:
-            raise self._fault(event, f"more than {_MOST_VALUES} values (aliases counted)", "a smaller study")
+            raise self._fault(
+                event, f"more than {_MOST_VALUES} values (aliases counted)", "a smaller study"
+            )
         path: KeyPath = ()
         if not self.stack:
             self.document.data = value
@@ -246,7 +286,8 @@ class _Builder:
             assert top.key is not None
             path = (*top.path, top.key)
             top.data[top.key], top.key = value, None
-        empty = value is None and path in self.document.keys  # the parser places it where the next thing begins
+        # the parser places it where the next thing begins
+        empty = value is None and path in self.document.keys
         self.document.values[path] = self.document.keys[path] if empty else _place(event)
         if anchor and event.anchor and type(event).__name__ == "ScalarEvent":
             self.anchors[event.anchor] = (value, 1)
@@ -277,7 +318,8 @@ _SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 
 
 def _plain(text: str) -> str | int | float | bool | None:
-    """A scalar without quotes by the core schema of YAML 1.2, except that an endless number stays text."""
+    """A scalar without quotes by the core schema of YAML 1.2, except that an endless
+    number stays text."""
     if _NULL.fullmatch(text):
         return None
     if _TRUE.fullmatch(text) or _FALSE.fullmatch(text):

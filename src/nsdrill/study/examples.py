@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 _INSTALLED = Path(__file__).parents[1] / "examples"
-_CHECKOUT = Path(__file__).parents[3] / "configs"  # in place of them, where the package is not installed
+# in place of them, where the package is not installed
+_CHECKOUT = Path(__file__).parents[3] / "configs"
 
 
 def examples() -> dict[str, Path]:
@@ -17,5 +18,7 @@ def examples() -> dict[str, Path]:
 def title_of(path: Path) -> str:
     """The title that a study's file begins with, or its name."""
     lines = path.read_text(encoding="utf-8").splitlines()
-    found = next((line.partition(":")[2].strip() for line in lines if line.startswith("title:")), "")
+    found = next(
+        (line.partition(":")[2].strip() for line in lines if line.startswith("title:")), ""
+    )
     return found.strip("\"'") or path.stem

@@ -1,4 +1,5 @@
-"""Every key of the study file: its default, units, range and source, taken from the dataclasses that the run uses.
+"""Every key of the study file: its default, units, range and source, taken from the
+dataclasses that the run uses.
 
 Also how one value is read. Nothing here knows YAML, pydantic or line numbers.
 """
@@ -34,12 +35,12 @@ SLICE = "initial.slice"  # its values are ranges of states, as the axes of the s
 
 @dataclass(frozen=True)
 class Leaf:
-    """One key that takes a value. ``kind`` is quantity (with ``units``), number, whole, choice (of ``choices``), switch
-    (true or false), list (of up to ``most`` values of the leaf ``each``) or table (of up to ``most`` records with the
-    leaves ``parts``).
+    """One key that takes a value. ``kind`` is quantity (with ``units``), number, whole,
+    choice (of ``choices``), switch (true or false), list (of up to ``most`` values of
+    the leaf ``each``) or table (of up to ``most`` records with the leaves ``parts``).
 
-    The range runs from ``low`` to ``high``, in SI; ``usual`` says what is met in the field. One of the ``words`` may
-    stand in place of a quantity or number.
+    The range runs from ``low`` to ``high``, in SI; ``usual`` says what is met in the
+    field. One of the ``words`` may stand in place of a quantity or number.
     """
 
     key: str
@@ -61,7 +62,13 @@ class Leaf:
     @property
     def each(self) -> Leaf:
         """The leaf of one value of a list."""
-        return replace(self, kind="number" if self.units in BARE else "quantity", nullable=False, most=0, default=0.0)
+        return replace(
+            self,
+            kind="number" if self.units in BARE else "quantity",
+            nullable=False,
+            most=0,
+            default=0.0,
+        )
 
     @property
     def default_text(self) -> str:
@@ -69,7 +76,8 @@ class Leaf:
         return self.text(self.default)
 
     def text(self, value: Any) -> str:
-        """A value of this key as YAML text that :meth:`read` turns into the very same value."""
+        """A value of this key as YAML text that :meth:`read` turns into the very same
+        value."""
         if value is None:
             return "null"
         if self.kind == "switch":
@@ -82,7 +90,11 @@ class Leaf:
             return value
         if self.kind == "quantity":
             return si.exact_text(value, self.units)
-        return f"{value:g}" if isinstance(value, float) and float(f"{value:g}") == value else str(value)
+        return (
+            f"{value:g}"
+            if isinstance(value, float) and float(f"{value:g}") == value
+            else str(value)
+        )
 
     def _record_text(self, record: Any) -> str:
         """A record of a table, without the values that are the defaults."""
@@ -101,7 +113,10 @@ class Leaf:
             names = ", ".join(part.key.rpartition(".")[2] for part in self.parts)
             return f"a list of one to {self.most} mappings with the keys {names}"
         if self.kind == "list":
-            return f"a list of one to {self.most} of {self.each.allowed()}{', or null' if self.nullable else ''}"
+            return (
+                f"a list of one to {self.most} of "
+                f"{self.each.allowed()}{', or null' if self.nullable else ''}"
+            )
         if self.words:
             return f"{', '.join(self.words)} or {replace(self, words=()).allowed()}"
         if self.kind == "choice":
@@ -112,20 +127,31 @@ class Leaf:
             )
         if self.kind == "switch":
             return "true or false"
-        what = {"quantity": si.allowed_units(self.units), "number": "a number", "whole": "a whole number"}[self.kind]
+        what = {
+            "quantity": si.allowed_units(self.units),
+            "number": "a number",
+            "whole": "a whole number",
+        }[self.kind]
         if self.kind == "number" and self.units:
             what = f"a number in {self.units}"
         return f"{what}{', or null' if self.nullable else ''}, {self.range()}"
 
     def read(self, raw: Any) -> Any:
-        """The value of YAML scalar ``raw``; :class:`QuantityError` says what is wrong with it."""
+        """The value of YAML scalar ``raw``; :class:`QuantityError` says what is wrong
+        with it."""
         if raw is None and self.nullable:
             return None
         if self.kind == "choice":
             return self._choice(raw)
         if self.kind in ("list", "table"):
             if not isinstance(raw, list) or not 1 <= len(raw) <= self.most:
-                empty = "an empty list" if raw == [] else f"{len(raw)} of them" if isinstance(raw, list) else shown(raw)
+                empty = (
+                    "an empty list"
+                    if raw == []
+                    else f"{len(raw)} of them"
+                    if isinstance(raw, list)
+                    else shown(raw)
+                )
                 raise QuantityError(empty, self.allowed())
             return raw if self.kind == "table" else [self.each.read(one) for one in raw]
         if isinstance(raw, str) and raw in self.words:
@@ -167,7 +193,8 @@ class Leaf:
         return range_text(self.low, self.high, self.bound)
 
     def bound(self, value: float) -> str:
-        """The end of a range, of a quantity in that of its usual units in which it is the shortest to write."""
+        """The end of a range, of a quantity in that of its usual units in which it is
+        the shortest to write."""
         if self.kind != "quantity" or value == 0.0:
             return bound_text(value)
         numbers = {unit: bound_text(si.from_si(value, unit)) for unit in USUAL[self.units]}
@@ -182,7 +209,9 @@ class Leaf:
 MODEL_LEAF = Leaf("model", "choice", MODEL, choices=NAMES, meaning=MEANINGS["model"])
 
 
-def leaves(cls: type, prefix: str, meanings: Mapping[str, str], model: Description) -> Iterator[Leaf]:
+def leaves(
+    cls: type, prefix: str, meanings: Mapping[str, str], model: Description
+) -> Iterator[Leaf]:
     """The leaves of a dataclass tree, in the order of the file."""
     hints = typing.get_type_hints(cls)
     for item in in_file_order(cls):
@@ -205,13 +234,16 @@ def in_file_order(cls: type) -> list[Field[Any]]:
 def leaf(key: str, item: Field[Any], hint: Any, meaning: str, model: Description) -> Leaf:
     """One leaf from the dataclass field ``item`` with the type ``hint``."""
     meta = {"meaning": meaning, **item.metadata}
-    if key in model.units_by:  # those of the first choice; the validation knows what the choice asks for
+    # those of the first choice; the validation knows what the choice asks for
+    if key in model.units_by:
         meta["units"] = next(iter(model.units_by[key][1].values()))
     assert item.default is not MISSING, f"{key} has no default"
     if "record" in meta:
         kind = meta.pop("record")
         hints = typing.get_type_hints(kind)
-        parts = tuple(leaf(f"{key}.{of.name}", of, hints[of.name], "", model) for of in fields(kind))
+        parts = tuple(
+            leaf(f"{key}.{of.name}", of, hints[of.name], "", model) for of in fields(kind)
+        )
         return Leaf(key, "table", item.default, parts=parts, **meta)
     if typing.get_origin(hint) is Literal:
         return Leaf(key, "choice", item.default, choices=typing.get_args(hint), **meta)
@@ -230,11 +262,12 @@ def leaf(key: str, item: Field[Any], hint: Any, meaning: str, model: Description
 class Keys:
     """The keys of a study of one ``model``, by their dotted names.
 
-    ``sections`` are dataclasses, in file order; ``sweep`` is not among them. ``leaves`` are the keys that take a value,
-    the model's name first. ``axes`` are the numbers and choices that a sweep may vary, by the names that they have
-    there: those of the operation by short ones, the others by their dotted keys; numbers are of the sections
-    ``physical``. ``meanings``
-    says what each key is, sections and groups among them.
+    ``sections`` are dataclasses, in file order; ``sweep`` is not among them. ``leaves``
+    are the keys that take a value, the model's name first. ``axes`` are the numbers and
+    choices that a sweep may vary, by the names that they have there: those of the
+    operation by short ones, the others by their dotted keys; numbers are of the
+    sections ``physical``. ``meanings`` says what each key is, sections and groups among
+    them.
     """
 
     model: Description
@@ -254,10 +287,12 @@ class Keys:
         return [leaf for key, leaf in self.leaves.items() if key.startswith(f"{section}.")]
 
     def leaf(self, key: str, resolved: Mapping[str, Any]) -> Leaf:
-        """The leaf of ``key``, whose units may depend on a choice of the ``resolved`` study."""
+        """The leaf of ``key``, whose units may depend on a choice of the ``resolved``
+        study."""
         found = self.leaves[key]
         return self._in_its_units(
-            replace(found, parts=tuple(self._in_its_units(part, resolved) for part in found.parts)), resolved
+            replace(found, parts=tuple(self._in_its_units(part, resolved) for part in found.parts)),
+            resolved,
         )
 
     def _in_its_units(self, found: Leaf, resolved: Mapping[str, Any]) -> Leaf:
@@ -275,39 +310,64 @@ def keys_of(model: str = MODEL) -> Keys:
     """The keys of the studies of the model of this name."""
     found = described(model)
     sections = {
-        **found.sections, "operation": found.operation, "initial": found.initial, "simulation": Simulation,
-        "classify": Thresholds, "record": Record,
-    }  # fmt: skip
+        **found.sections,
+        "operation": found.operation,
+        "initial": found.initial,
+        "simulation": Simulation,
+        "classify": Thresholds,
+        "record": Record,
+    }
     told = {**MEANINGS, **found.meanings}
     every = {"model": MODEL_LEAF}
-    every |= {one.key: one for section, cls in sections.items() for one in leaves(cls, section, told, found)}
-    numbers = {key.partition(".")[0] for key, one in every.items() if one.kind in ("quantity", "number")}
+    every |= {
+        one.key: one
+        for section, cls in sections.items()
+        for one in leaves(cls, section, told, found)
+    }
+    numbers = {
+        key.partition(".")[0] for key, one in every.items() if one.kind in ("quantity", "number")
+    }
     physical = tuple(name for name in (*found.sections, "operation", "initial") if name in numbers)
     axes = {
         key.removeprefix("operation."): replace(one, nullable=False, words=())
         for key, one in every.items()
-        if (one.kind in ("quantity", "number") and key.partition(".")[0] in physical and key != "initial.spread")
+        if (
+            one.kind in ("quantity", "number")
+            and key.partition(".")[0] in physical
+            and key != "initial.spread"
+        )
         or key in found.compiled
         or key in choices_of(model)
     }
     axes = dict(sorted(axes.items(), key=lambda item: "." in item[0]))
-    groups = {".".join(parts[:end]) for key in every for parts in [key.split(".")] for end in range(1, len(parts))}
+    groups = {
+        ".".join(parts[:end])
+        for key in every
+        for parts in [key.split(".")]
+        for end in range(1, len(parts))
+    }
     there = {"title", *every, *groups, SLICE}
-    meanings = {key: words for key, words in told.items() if key in there or key.partition(".")[0] in AROUND}
+    meanings = {
+        key: words for key, words in told.items() if key in there or key.partition(".")[0] in AROUND
+    }
     meanings |= {key: one.meaning for key, one in every.items() if key not in meanings}
     meanings |= {part.key: part.meaning for one in every.values() for part in one.parts}
     return Keys(found, sections, every, axes, physical, meanings)
 
 
-SAMPLE_LEAF = Leaf(SAMPLE, "whole", 0, low=0, high=10**6, meaning="Number of a sample of the uncertain numbers")
+SAMPLE_LEAF = Leaf(
+    SAMPLE, "whole", 0, low=0, high=10**6, meaning="Number of a sample of the uncertain numbers"
+)
 
 
 @lru_cache
 def axes_of_all() -> dict[str, Leaf]:
-    """The axes of the studies of all models; a key means the same in every model that has it."""
+    """The axes of the studies of all models; a key means the same in every model that
+    has it."""
     found = {name: leaf for model in reversed(NAMES) for name, leaf in keys_of(model).axes.items()}
     return {
-        name: replace(leaf, choices=words_of(name)) if leaf.kind == "choice" else leaf for name, leaf in found.items()
+        name: replace(leaf, choices=words_of(name)) if leaf.kind == "choice" else leaf
+        for name, leaf in found.items()
     }
 
 

@@ -1,4 +1,5 @@
-"""From YAML to a :class:`Study`: parse, override, validate each value, relate them, fill in the defaults, build."""
+"""From YAML to a :class:`Study`: parse, override, validate each value, relate them,
+fill in the defaults, build."""
 
 from __future__ import annotations
 
@@ -36,8 +37,8 @@ _MOST_FAULTS = 100  # told of one file; nobody reads more
 def load_study(source: str | Path, overrides: Sequence[str] = ()) -> Study:
     """The study in the file ``source``, with ``key=value`` overrides applied.
 
-    :class:`FileError` where the file cannot be read as text, :class:`StudyError` with all its faults where it is not a
-    valid study.
+    :class:`FileError` where the file cannot be read as text, :class:`StudyError` with
+    all its faults where it is not a valid study.
     """
     path = Path(source)
     return parse_study(read_text(path), str(path), overrides)
@@ -47,11 +48,15 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
     """The study in YAML ``text``; ``name`` stands for the file in messages."""
     document = parse(text, name)
     if (document.data is None or document.data == {}) and not overrides and not document.faults:
-        raise StudyError(name, [Fault("", "an empty document", "a study, as nsdrill new writes one", 1, 1)])
+        raise StudyError(
+            name, [Fault("", "an empty document", "a study, as nsdrill new writes one", 1, 1)]
+        )
     document.data = {} if document.data is None else document.data
     if not isinstance(document.data, dict):
         found = f"{shown(document.data)} as the whole document"
-        raise StudyError(name, [Fault("", found, f"a mapping with the keys {_listed('', keys_of())}", 1, 1)])
+        raise StudyError(
+            name, [Fault("", found, f"a mapping with the keys {_listed('', keys_of())}", 1, 1)]
+        )
     setting.apply(document, overrides)
     keys = _keys(document)
     given, faults, faulty = _validate(document, keys)
@@ -67,7 +72,8 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
 
 
 def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thresholds:
-    """``thresholds`` with ``classify.key=value`` overrides, for labels on a finished file.
+    """``thresholds`` with ``classify.key=value`` overrides, for labels on a finished
+    file.
 
     ``classify.stuck_below`` enters the run itself and is refused.
     """
@@ -81,8 +87,13 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
             faults.append(Fault(section, found, "keys of classify, on a finished file"))
     classify = document.data.get("classify")
     if isinstance(classify, dict) and "stuck_below" in classify:
-        found, hint = "a change on a finished file", "It enters the run itself, and needs a new one."
-        faults.append(Fault("classify.stuck_below", found, "the other keys of classify", suggestion=hint))
+        found, hint = (
+            "a change on a finished file",
+            "It enters the run itself, and needs a new one.",
+        )
+        faults.append(
+            Fault("classify.stuck_below", found, "the other keys of classify", suggestion=hint)
+        )
     partial = Document({"classify": classify}, document.values, document.keys)
     keys = keys_of()  # the thresholds are those of every model
     given, more, faulty = _validate(partial, keys)
@@ -95,13 +106,17 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
 
 
 def _keys(document: Document) -> Keys:
-    """The keys of the study's model, of the default one where it names none that there is."""
+    """The keys of the study's model, of the default one where it names none that there
+    is."""
     named = document.data.get("model")
-    return keys_of(named if isinstance(named, str) and named in MODEL_LEAF.choices else MODEL_LEAF.default)
+    return keys_of(
+        named if isinstance(named, str) and named in MODEL_LEAF.choices else MODEL_LEAF.default
+    )
 
 
 def _validate(document: Document, keys: Keys) -> tuple[dict[str, Any], list[Fault], set[str]]:
-    """The values given, in SI; the faults; and the keys at fault, which are left out of the values."""
+    """The values given, in SI; the faults; and the keys at fault, which are left out of
+    the values."""
     from pydantic import ValidationError
 
     data = document.data
@@ -111,7 +126,9 @@ def _validate(document: Document, keys: Keys) -> tuple[dict[str, Any], list[Faul
         details = error.errors(include_url=False)
     faults = [_fault(document, _path(detail["loc"]), detail, keys) for detail in details]
     faulty = {fault.key for fault in faults}
-    while True:  # more than once where taking one value out shows another in a new light, a law and its stiffness
+    # more than once where taking one value out shows another in a new light, a law and
+    # its stiffness
+    while True:
         paths = [_whole(_path(detail["loc"])) for detail in details]
         faulty |= {dotted(path) for path in paths}
         data = _without(data, paths)
@@ -124,8 +141,8 @@ def _validate(document: Document, keys: Keys) -> tuple[dict[str, Any], list[Faul
 
 
 def _validated(data: Any, keys: Keys) -> dict[str, Any]:
-    """The values given, as pydantic reads them. A choice that decides the units of another key is told to the axes of
-    the sweep as well."""
+    """The values given, as pydantic reads them. A choice that decides the units of
+    another key is told to the axes of the sweep as well."""
     from nsdrill.study.schema import study_model
 
     chosen = {}
@@ -146,19 +163,22 @@ def _unknowns(section: Any, keys: Keys) -> frozenset[str]:
     """The numbers that the section ``uncertain`` names, as unknowns or in its table."""
     section = section if isinstance(section, dict) else {}
     table = section.get("table")
-    return frozenset(keys.axes).intersection((*section, *(table if isinstance(table, dict) else ())))
+    return frozenset(keys.axes).intersection(
+        (*section, *(table if isinstance(table, dict) else ()))
+    )
 
 
 def _path(loc: tuple[str | int, ...]) -> KeyPath:
-    """pydantic's place without the name of the form that an axis or an operating value takes."""
+    """pydantic's place without the name of the form that an axis or an operating value
+    takes."""
     if len(loc) > 2 and (loc[0] == "sweep" or (loc[0] == "operation" and loc[1] in AXES)):
         return (*loc[:2], *loc[3:])
     return loc
 
 
 def _whole(path: KeyPath) -> KeyPath:
-    """The path of the range, ramp or list that ``path`` lies in, as one without one of its values is none or another;
-    else itself."""
+    """The path of the range, ramp or list that ``path`` lies in, as one without one of
+    its values is none or another; else itself."""
     if path[0] in ("sweep", "operation"):
         return path[:2]
     if path[0] == "uncertain":
@@ -175,7 +195,9 @@ def _without(data: Any, paths: list[KeyPath]) -> Any:
         return {}
     cut = {path[0] for path in paths if len(path) == 1}
     return {
-        name: _without(value, deeper) if (deeper := [p[1:] for p in paths if len(p) > 1 and p[0] == name]) else value
+        name: _without(value, deeper)
+        if (deeper := [p[1:] for p in paths if len(p) > 1 and p[0] == name])
+        else value
         for name, value in data.items()
         if name not in cut
     }
@@ -192,7 +214,11 @@ def _fault(document: Document, path: KeyPath, detail: Any, keys: Keys) -> Fault:
         if path in [("operation", axis) for axis in AXES] and isinstance(detail["input"], list):
             allowed += f"; a ramp, for nsdrill simulate, is {EXAMPLE}"
     elif kind == "extra_forbidden":
-        found, allowed, suggestion = "an unknown key", _listed(dotted(path[:-1]), keys), _nearest(path, keys)
+        found, allowed, suggestion = (
+            "an unknown key",
+            _listed(dotted(path[:-1]), keys),
+            _nearest(path, keys),
+        )
         if path[0] == "sweep" and len(path) == 2:
             found, allowed, suggestion = _no_axis(str(path[1]), keys)
         elif path[0] == "uncertain" and len(path) == 2 + (path[1] == "table"):
@@ -224,7 +250,11 @@ def _children(prefix: str, keys: Keys) -> list[str]:
         return list(keys.slices)
     prefix = re.sub(r"\[\d+\]", "", prefix)  # of a record of a list
     start = f"{prefix}." if prefix else ""
-    return [key[len(start) :] for key in keys.meanings if key.startswith(start) and "." not in key[len(start) :]]
+    return [
+        key[len(start) :]
+        for key in keys.meanings
+        if key.startswith(start) and "." not in key[len(start) :]
+    ]
 
 
 def _listed(prefix: str, keys: Keys) -> str:
@@ -232,7 +262,8 @@ def _listed(prefix: str, keys: Keys) -> str:
 
 
 def _nearest(path: KeyPath, keys: Keys) -> str | None:
-    """The key that may have been meant: a sibling with nearly this name, else one of this name elsewhere."""
+    """The key that may have been meant: a sibling with nearly this name, else one of
+    this name elsewhere."""
     parent, name = dotted(path[:-1]), str(path[-1])
     start = f"{parent}." if parent else ""
     near = did_you_mean(name, _children(parent, keys))
@@ -245,8 +276,8 @@ def _nearest(path: KeyPath, keys: Keys) -> str | None:
 def _no_axis(
     name: str, keys: Keys, others: Sequence[str] = ("procedure", "along", "refine")
 ) -> tuple[str, str, str | None]:
-    """What is wrong with a key that is no axis of the sweep, or no unknown: what was found, what is allowed beside the
-    ``others``, what may be meant."""
+    """What is wrong with a key that is no axis of the sweep, or no unknown: what was
+    found, what is allowed beside the ``others``, what may be meant."""
     leaf = keys.leaves.get(name)
     allowed = (
         f"{', '.join(AXES)} or another number of {', '.join(keys.physical)} by its key, as "
@@ -258,7 +289,11 @@ def _no_axis(
         found = "which is a choice" if words_of(name) else "which is compiled in"
         return f"{name}, {found}", allowed, f"Sweep it: sweep.{name} with procedure: same."
     if numbers := [key for key, (choice, _) in keys.model.units_by.items() if choice == name]:
-        return f"a choice on which the units of {' and '.join(numbers)} depend", allowed, "Run a study for each word."
+        return (
+            f"a choice on which the units of {' and '.join(numbers)} depend",
+            allowed,
+            "Run a study for each word.",
+        )
     if leaf is None:
         return "an unknown key", allowed, did_you_mean(name, others) or _near_axis(name, keys)
     what = (
@@ -270,14 +305,17 @@ def _no_axis(
 
 
 def _near_axis(name: str, keys: Keys) -> str | None:
-    """The axis that may have been meant: one of nearly this key, or whose key ends like it."""
+    """The axis that may have been meant: one of nearly this key, or whose key ends like
+    it."""
     axes = keys.axes
     last = name.rpartition(".")[2]
     ends = [key for key in axes if key.rpartition(".")[2] == last and key != name]
     return did_you_mean(name, axes) or (f"Did you mean {' or '.join(ends[:3])}?" if ends else None)
 
 
-def _resolve(document: Document, given: dict[str, Any], keys: Keys) -> tuple[dict[str, Any], list[Fault]]:
+def _resolve(
+    document: Document, given: dict[str, Any], keys: Keys
+) -> tuple[dict[str, Any], list[Fault]]:
     """The complete study as plain data, defaults filled in, axes ascending."""
     ramps, faults = take_ramps(document, given.get("operation", {}))
     resolved: dict[str, Any] = {"title": given.get("title", ""), "model": keys.model.name}
@@ -295,7 +333,8 @@ def _resolve(document: Document, given: dict[str, Any], keys: Keys) -> tuple[dic
     made: dict[str, Any] = {}
     axes = keys.axes
     written = document.data.get("sweep")
-    for axis in written if isinstance(written, dict) else ():  # its order is that of the dimensions of a file
+    # its order is that of the dimensions of a file
+    for axis in written if isinstance(written, dict) else ():
         if axis in axes and axis in sweep:
             value, fault = _ascending(document, ("sweep", axis), sweep[axis])
             if fault is None:
@@ -313,8 +352,15 @@ def _resolve(document: Document, given: dict[str, Any], keys: Keys) -> tuple[dic
             found: Any = resolved
             for part in choice.split("."):
                 found = found[part]
-            allowed = f"it with {of}: {word.default}; else run a study for each value, with --set {key}=..."
-            faults.append(Fault(f"sweep.{key}", f"an axis with {of}: {found}", allowed, place.line, place.column))
+            allowed = (
+                f"it with {of}: {word.default}; else run a study for each value, with --set "
+                f"{key}=..."
+            )
+            faults.append(
+                Fault(
+                    f"sweep.{key}", f"an axis with {of}: {found}", allowed, place.line, place.column
+                )
+            )
     uncertain, more = take_uncertain(document, given.get("uncertain", {}), made, keys)
     faults += more
     if uncertain is not None:
@@ -332,7 +378,12 @@ def _resolve(document: Document, given: dict[str, Any], keys: Keys) -> tuple[dic
         along = None  # nothing is carried
     elif along is None and len(made) == 1 and not faults:
         along = next(iter(made))
-    resolved["sweep"] = {**made, "procedure": procedure, "along": along, "refine": sweep.get("refine", 0)}
+    resolved["sweep"] = {
+        **made,
+        "procedure": procedure,
+        "along": along,
+        "refine": sweep.get("refine", 0),
+    }
     continued, more = take_continuation(document, keys)
     faults += more
     if continued is not None:
@@ -349,19 +400,26 @@ def _plain(value: Any) -> Any:
 
 def _merged(defaults: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
     return {
-        name: _merged(value, given.get(name, {})) if value and isinstance(value, dict) else given.get(name, value)
+        name: _merged(value, given.get(name, {}))
+        if value and isinstance(value, dict)
+        else given.get(name, value)
         for name, value in defaults.items()
     }
 
 
 def _ascending(document: Document, path: KeyPath, value: Any) -> tuple[Any, Fault | None]:
-    """An axis in ascending order: a list, or {from, to, points} as that, however many points it has."""
+    """An axis in ascending order: a list, or {from, to, points} as that, however many
+    points it has."""
     place = document.place(path)
     key = dotted(path)
     if isinstance(value, dict):
         low, high = sorted((value["from"], value["to"]))
-        if low == high or (high - low) / (value["points"] - 1) <= 4 * math.ulp(max(abs(low), abs(high))):
-            return None, Fault(key, "values that are the same", "from and to that differ", place.line, place.column)
+        if low == high or (high - low) / (value["points"] - 1) <= 4 * math.ulp(
+            max(abs(low), abs(high))
+        ):
+            return None, Fault(
+                key, "values that are the same", "from and to that differ", place.line, place.column
+            )
         if value.get("spacing") != "log":
             return {"from": low, "to": high, "points": value["points"]}, None
         if low <= 0.0:
@@ -381,7 +439,9 @@ def _ascending(document: Document, path: KeyPath, value: Any) -> tuple[Any, Faul
             place = document.place((*path, at))
             raw = document.data["sweep"][path[-1]][at]
             found = f"{shown(raw)}, which is there a second time"
-            return None, Fault(dotted((*path, at)), found, "each value once", place.line, place.column)
+            return None, Fault(
+                dotted((*path, at)), found, "each value once", place.line, place.column
+            )
     return values, None
 
 

@@ -1,4 +1,5 @@
-"""Studies and overrides given as Python mappings, written as the YAML that says the same."""
+"""Studies and overrides given as Python mappings, written as the YAML that says the
+same."""
 
 from __future__ import annotations
 
@@ -15,8 +16,9 @@ _DEEPEST = 20  # levels; a study has five
 
 
 def yaml_text(mapping: Mapping[Any, Any], name: str) -> str:
-    """The study ``mapping`` as YAML; its keys may be nested or dotted, as ``well.friction.static``, or both. StudyError
-    about the study ``name`` where a key is given twice or a value is none that a study has."""
+    """The study ``mapping`` as YAML; its keys may be nested or dotted, as
+    ``well.friction.static``, or both. StudyError about the study ``name`` where a key
+    is given twice or a value is none that a study has."""
     faults: list[Fault] = []
     nested: dict[str, Any] = {}
     try:
@@ -35,7 +37,9 @@ def override_texts(changes: Mapping[Any, Any], name: str) -> list[str]:
     for key, value in changes.items():
         plain = _plain(value, (str(key),), faults)
         if not isinstance(key, str) or not key.strip() or "=" in key:
-            faults.append(Fault("", f"{key!r} as a key", "dotted keys, as in {'operation.wob': '30 kN'}"))
+            faults.append(
+                Fault("", f"{key!r} as a key", "dotted keys, as in {'operation.wob': '30 kN'}")
+            )
         elif not faults:
             texts.append(f"{key}={_value_text(plain)}")
     if faults:
@@ -48,14 +52,24 @@ def _value_text(value: Any) -> str:
     return _dumped({"v": value}, lines=False).removeprefix("{v: ").removesuffix("}\n")
 
 
-def _take(mapping: Mapping[Any, Any], above: tuple[str, ...], into: dict[str, Any], faults: list[Fault]) -> None:
+def _take(
+    mapping: Mapping[Any, Any], above: tuple[str, ...], into: dict[str, Any], faults: list[Fault]
+) -> None:
     for key, value in mapping.items():
         if not isinstance(key, str) or not all(key.split(".")):
-            faults.append(Fault(dotted(above), f"{key!r} as a key", "names, nested or dotted, as 'operation.wob'"))
+            faults.append(
+                Fault(
+                    dotted(above),
+                    f"{key!r} as a key",
+                    "names, nested or dotted, as 'operation.wob'",
+                )
+            )
             continue
         path = tuple(map(str, path_of(".".join((*above, key)))))
         if len(path) > _DEEPEST:
-            faults.append(Fault(dotted(path), f"more than {_DEEPEST} levels", "the five levels of a study"))
+            faults.append(
+                Fault(dotted(path), f"more than {_DEEPEST} levels", "the five levels of a study")
+            )
             continue
         if isinstance(value, Mapping) and value:
             _take(value, path, into, faults)
@@ -64,7 +78,9 @@ def _take(mapping: Mapping[Any, Any], above: tuple[str, ...], into: dict[str, An
         for part in path[:-1]:
             inside = inside.setdefault(part, {}) if isinstance(inside, dict) else None
         if not isinstance(inside, dict) or path[-1] in inside:
-            faults.append(Fault(dotted(path), "the key a second time", "each key once, nested or dotted"))
+            faults.append(
+                Fault(dotted(path), "the key a second time", "each key once, nested or dotted")
+            )
             continue
         inside[path[-1]] = _plain(value, path, faults)
 
@@ -89,7 +105,8 @@ def _dumped(nested: dict[str, Any], *, lines: bool = True) -> str:
     from ruamel.yaml import YAML
 
     yaml = YAML()
-    yaml.default_flow_style = None if lines else True  # None: the innermost lists and mappings on lines of their own
+    # None: the innermost lists and mappings on lines of their own
+    yaml.default_flow_style = None if lines else True
     yaml.width = 120 if lines else 1_000_000
     out = StringIO()
     yaml.dump(nested, out)

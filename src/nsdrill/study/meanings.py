@@ -1,4 +1,5 @@
-"""What each key of the study file means, in one line. The template, the JSON Schema and the documentation read this.
+"""What each key of the study file means, in one line. The template, the JSON Schema and
+the documentation read this.
 
 A test holds the names equal to those of the dataclasses.
 """
@@ -26,7 +27,8 @@ MEANINGS: dict[str, str] = {
     "drillstring.lateral_softening": "Loads at the bit that soften the collar in bending",
     "drillstring.axial_damping": "Axial damping",
     "drillstring.torsional_damping": "Torsional damping",
-    "drillstring.eccentric_weight": "Whether the weight of the eccentric steel turns the string in an inclined hole",
+    "drillstring.eccentric_weight": "Whether the weight of the eccentric steel turns the string "
+    "in an inclined hole",
     "mud": "The drilling fluid",
     "mud.density": "Density",
     "mud.added_mass": "Added-mass coefficient",
@@ -45,7 +47,8 @@ MEANINGS: dict[str, str] = {
     "well.axial_friction": "Whether friction at wall and stabilisers acts along the axis too",
     "stabilizer": "The stabilisers at the ends of the span",
     "stabilizer.clearance": "Radial clearance; null: hinges without room and without friction",
-    "stabilizer.friction": "Friction between stabilisers and wall, against slip speed; where they have a clearance",
+    "stabilizer.friction": "Friction between stabilisers and wall, against slip speed; where they "
+    "have a clearance",
     "stabilizer.friction.static": "Coefficient at rest",
     "stabilizer.friction.dynamic": "Coefficient at high speed",
     "stabilizer.friction.smoothing": "Steepness of the sign change at zero speed",
@@ -54,7 +57,8 @@ MEANINGS: dict[str, str] = {
     "bit.lobes": "Lobes a turn: 3 for a roller cone, 1 for a PDC bit",
     "bit.surface_amplitude": "Amplitude of the lobed surface",
     "bit.rock_stiffness": "Contact stiffness of the rock",
-    "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] sqrt(Omega[rad/s]) + c2",
+    "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] "
+    "sqrt(Omega[rad/s]) + c2",
     "bit.cutting.zeta": "Factor of the cutting torque",
     "bit.cutting.c1": "Slope of the ROP law, in SI units",
     "bit.cutting.c2": "Offset of the ROP law, in m/s",
@@ -82,22 +86,27 @@ MEANINGS: dict[str, str] = {
     "drive.speed_gain": "Gain on the bit speed (G_w); kind pi",
     "drive.shaft_damping": "Damping along the string between drive and bit; all kinds but ideal",
     "drive.matching": "Speed gain in impedances of the pipe; kind soft_torque",
-    "drive.frequency": "Frequency that the controller is tuned to, null for that of the string; kind soft_torque",
+    "drive.frequency": "Frequency that the controller is tuned to, null for that of the string; "
+    "kind soft_torque",
     "drive.compensated_inertia": "Inertia that the controller takes off; kind soft_torque",
     "drive.a": "How much softer than a stiff drive; kind z_torque",
     "drive.high_pass": "Time constant of the filter on the torque; kind z_torque",
     "drive.inductance": "Inductance of the armature (L); kind dc_motor",
     "drive.resistance": "Resistance of the armature (R); kind dc_motor",
-    "drive.torque_constant": "Torque over current, voltage over speed at the motor (K_m); kind dc_motor",
-    "drive.gains": "K_I, K_1, K_2, K_3, K_4 of the motor's voltage; kind dc_motor; null: constant voltage",
+    "drive.torque_constant": "Torque over current, voltage over speed at the motor (K_m); kind "
+    "dc_motor",
+    "drive.gains": "K_I, K_1, K_2, K_3, K_4 of the motor's voltage; kind dc_motor; null: constant "
+    "voltage",
     "drive.gear": "Turns of the motor for one of the table (n); kind dc_motor",
     "drive.table_inertia": "Inertia of the rotary table or its like; kind dc_motor",
     "drive.motor_inertia": "Inertia at the motor's shaft; kind dc_motor",
-    "drive.on_at": "Time at which nsdrill simulate switches the drive on, ideal until then; null: the start",
+    "drive.on_at": "Time at which nsdrill simulate switches the drive on, ideal until then; null: "
+    "the start",
     "drive.torque_limit": "Greatest torque of the motor, whose least is 0 then; null: no limits",
     "drive.state_weight": "Weight of the squared states; kind lqr",
     "drive.torque_weight": "Weight of the squared torque; kind lqr",
-    "operation": "The operating point: values that a sweep replaces, or {ramp: [[0 s, VALUE], [60 s, VALUE]]}",
+    "operation": "The operating point: values that a sweep replaces, or {ramp: [[0 s, VALUE], [60 "
+    "s, VALUE]]}",
     "operation.depth": "Measured depth",
     "operation.wob": "Weight on bit",
     "operation.rotary_speed": "Speed of the top drive",
@@ -113,25 +122,33 @@ MEANINGS: dict[str, str] = {
     "initial.lag": "Angle of the drive ahead of the set point; not of an ideal drive",
     "initial.drive_speed": "Speed of the drive, null for the set speed; not of an ideal drive",
     "initial.drive_angle": "Angle of the top drive",
-    "initial.ensemble": "Start every operating point from so many drawn states; 0 or 1: from the one given here",
+    "initial.ensemble": "Start every operating point from so many drawn states; 0 or 1: from the "
+    "one given here",
     "initial.seed": "Another number draws other states",
-    "initial.spread": "Scatter of the drawn states; 1: all that may happen, near 0: about steady drilling",
-    "initial.slice": "Start every operating point from all pairs of values of two states, each {from, to, points}",
+    "initial.spread": "Scatter of the drawn states; 1: all that may happen, near 0: about steady "
+    "drilling",
+    "initial.slice": "Start every operating point from all pairs of values of two states, each "
+    "{from, to, points}",
     "sweep": "What is varied",
     "sweep.depth": "Depths",
     "sweep.wob": "Weights on bit",
     "sweep.rotary_speed": "Speeds of the top drive",
-    "sweep.procedure": "Start each point from the same state, or carry the state up, down, or both ways",
+    "sweep.procedure": "Start each point from the same state, or carry the state up, down, or "
+    "both ways",
     "sweep.along": "The axis along which the state is carried; needed where several are swept",
-    "sweep.refine": "How often the spacing of axes {from, to, points} is halved where the responses differ",
+    "sweep.refine": "How often the spacing of axes {from, to, points} is halved where the "
+    "responses differ",
     "continue": "What is followed by continuation, stable or not: for nsdrill continue",
     "continue.along": "The number that is continued: rotary_speed or any other by its key",
     "continue.from": "One end of its range",
     "continue.to": "The other end",
-    "continue.seeds": "A results file whose settled points are followed, or values at which a motion settles first",
-    "continue.motions": "What is followed: periodic (steady drilling, bounces), rolling, stick_slip",
+    "continue.seeds": "A results file whose settled points are followed, or values at which a "
+    "motion settles first",
+    "continue.motions": "What is followed: periodic (steady drilling, bounces), rolling, "
+    "stick_slip",
     "continue.lobes": "The periods that are tried, in lobes, the shortest first",
-    "continue.switch": "Whether branches that spring from doublings, branch points and Hopf points are followed too",
+    "continue.switch": "Whether branches that spring from doublings, branch points and Hopf "
+    "points are followed too",
     "continue.points": "How many points a branch has at most",
     "continue.curves": "Curves of special points in a second number",
     "continue.curves.over": "The second number",
@@ -139,57 +156,73 @@ MEANINGS: dict[str, str] = {
     "continue.curves.to": "The other end",
     "continue.curves.of": "Which points are followed: lift_off, wall, fold, doubling, torus, hopf",
     "continue.curves.points": "How many points a curve has at most",
-    "uncertain": "Numbers that are not known, each with its distribution, by key; every point is run with many samples",
-    "uncertain.samples": "How many samples are drawn; every operating point is run with the same ones",
+    "uncertain": "Numbers that are not known, each with its distribution, by key; every point is "
+    "run with many samples",
+    "uncertain.samples": "How many samples are drawn; every operating point is run with the same "
+    "ones",
     "uncertain.seed": "Another number draws other samples",
-    "uncertain.design": "saltelli: samples x (unknowns + 2), from which Sobol indices follow without assumptions",
+    "uncertain.design": "saltelli: samples x (unknowns + 2), from which Sobol indices follow "
+    "without assumptions",
     "uncertain.correlations": "Rank correlations of pairs of unknowns, [[KEY, KEY, 0.5], ...]",
-    "uncertain.table": "Joint samples in place of distributions, {KEY: [value, ...], ...}; each row is a sample",
+    "uncertain.table": "Joint samples in place of distributions, {KEY: [value, ...], ...}; each "
+    "row is a sample",
     "simulation": "How each point is integrated",
     "simulation.transient": "Time before the motion is observed",
     "simulation.observe": "Time observed",
     "simulation.rtol": "Relative tolerance of a step",
     "simulation.max_steps": "Steps after which a run is given up",
-    "simulation.verify": "Check every point with a smaller tolerance and a longer run; takes some 4 times as long",
+    "simulation.verify": "Check every point with a smaller tolerance and a longer run; takes some "
+    "4 times as long",
     "simulation.pair": "Pair of the explicit method; dormand_prince is the RK45 of SciPy",
     "simulation.method": "Integration of friction; implicit for steep friction",
     "classify": "From where a response counts as critical",
     "classify.bit_bounce": "Bit-bounce; the bounds of its severity must ascend",
-    "classify.bit_bounce.lift_off_fraction": "Fraction of time off the rock above which it is bit-bounce",
-    "classify.bit_bounce.light_fraction": "Severity: light above this fraction of time off the rock",
+    "classify.bit_bounce.lift_off_fraction": "Fraction of time off the rock above which it is "
+    "bit-bounce",
+    "classify.bit_bounce.light_fraction": "Severity: light above this fraction of time off the "
+    "rock",
     "classify.bit_bounce.moderate_fraction": "Severity: moderate above this",
     "classify.bit_bounce.strong_fraction": "Severity: strong above this",
     "classify.bit_bounce.severe_fraction": "Severity: severe above this",
     "classify.stick_slip": "Stick-slip; the bounds of its severity must ascend",
-    "classify.stick_slip.stick_slip_index": "Index (max - min) / (2 mean) of bit speed above which it is stick-slip",
+    "classify.stick_slip.stick_slip_index": "Index (max - min) / (2 mean) of bit speed above "
+    "which it is stick-slip",
     "classify.stick_slip.oscillation_index": "Severity: torsional oscillation from here",
     "classify.stick_slip.medium_index": "Severity: medium from here",
     "classify.stick_slip.stall_index": "Severity: onset of full stall from here",
     "classify.stick_slip.severe_index": "Severity: severe from here",
     "classify.whirl": "Whirl; the bounds of its severity must ascend",
     "classify.whirl.wall_contact_fraction": "Fraction of time on the wall above which it is whirl",
-    "classify.whirl.rolling_tolerance": "Distance of the rolling ratio from one within which it is backward rolling",
+    "classify.whirl.rolling_tolerance": "Distance of the rolling ratio from one within which it "
+    "is backward rolling",
     "classify.whirl.rolling_contact": "Least fraction of time on the wall for backward rolling",
-    "classify.whirl.direction": "Size of the whirl ratio below which the direction is called irregular",
+    "classify.whirl.direction": "Size of the whirl ratio below which the direction is called "
+    "irregular",
     "classify.whirl.light_acceleration": "Severity: light above this r.m.s. lateral acceleration",
     "classify.whirl.moderate_acceleration": "Severity: moderate above this",
     "classify.whirl.strong_acceleration": "Severity: strong above this",
     "classify.whirl.severe_acceleration": "Severity: severe above this",
     "classify.settled": "Settled motion",
-    "classify.settled.tolerance": "Largest difference between the halves of the observed window, over the range",
+    "classify.settled.tolerance": "Largest difference between the halves of the observed window, "
+    "over the range",
     "classify.trust": "Trust, where points were checked",
-    "classify.trust.tolerance": "Largest difference of the features between a run and its checks, in natural sizes",
+    "classify.trust.tolerance": "Largest difference of the features between a run and its checks, "
+    "in natural sizes",
     "classify.motion": "Kind of motion, from the returns to the Poincare section",
-    "classify.motion.absolute": "Two returns are the same within this, in natural sizes of the states",
+    "classify.motion.absolute": "Two returns are the same within this, in natural sizes of the "
+    "states",
     "classify.motion.relative": "and this, in parts of the range of the returns",
     "classify.motion.longest_period": "Longest period looked for, in returns",
     "classify.motion.exponent": "Lyapunov exponent, less two errors, above which it is chaotic",
-    "classify.motion.exponent_error": "Two errors of the exponent up to which zero within them is quasi-periodic",
+    "classify.motion.exponent_error": "Two errors of the exponent up to which zero within them is "
+    "quasi-periodic",
     "classify.motion.chaotic_above": "Without an exponent: 0-1 test above which it is chaotic",
     "classify.motion.regular_below": "Without an exponent: 0-1 test below which it is regular",
     "classify.attractors": "Attractors, where every operating point has several starts",
-    "classify.attractors.tolerance": "Distance of scaled features within which two starts are on the same attractor",
-    "classify.attractors.matching": "Distance within which attractors of neighbouring operating points have one number",
+    "classify.attractors.tolerance": "Distance of scaled features within which two starts are on "
+    "the same attractor",
+    "classify.attractors.matching": "Distance within which attractors of neighbouring operating "
+    "points have one number",
     "classify.stuck_below": "Bit speed below which the bit counts as stuck",
     "record": "What is kept of each point beside the features",
     "record.peaks": "Last local maxima kept of bit position, bit speed and radius",

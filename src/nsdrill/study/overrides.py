@@ -1,4 +1,5 @@
-"""``--set key=value``: puts values into a document before it is validated, so that they meet the same checks."""
+"""``--set key=value``: puts values into a document before it is validated, so that they
+meet the same checks."""
 
 from __future__ import annotations
 
@@ -11,14 +12,17 @@ from nsdrill.study.keys import AROUND, axes_of_all, shown
 
 
 def apply(document: Document, overrides: Sequence[str]) -> None:
-    """Applies each ``key=value``, the value as YAML, in order; what cannot be applied becomes a fault."""
+    """Applies each ``key=value``, the value as YAML, in order; what cannot be applied
+    becomes a fault."""
     if document.data is None:
         document.data = {}
     for text in overrides:
         key, equals, value = text.partition("=")
         path = path_of(key.strip())
         if not equals or not all(path) or odd_character(key):
-            document.faults.append(Fault("", f"--set {text[:80]}", "--set key=value, as in --set operation.wob=30kN"))
+            document.faults.append(
+                Fault("", f"--set {text[:80]}", "--set key=value, as in --set operation.wob=30kN")
+            )
             continue
         label = f"--set {text[:80]}"
         try:
@@ -32,7 +36,8 @@ def apply(document: Document, overrides: Sequence[str]) -> None:
 
 
 def path_of(key: str) -> KeyPath:
-    """The place of a dotted key; an axis of the sweep, or an unknown, is one part, however many dots it has."""
+    """The place of a dotted key; an axis of the sweep, or an unknown, is one part,
+    however many dots it has."""
     first, *rest = key.split(".")
     before: KeyPath = (first,)
     if first == "uncertain" and rest[:1] == ["table"]:
@@ -56,7 +61,9 @@ def _put(document: Document, path: KeyPath, value: Any, place: Place) -> None:
         inside = inside[part]
     if not isinstance(inside, dict):
         found = f"{shown(inside)}, which has no keys to set ({place.override})"
-        document.faults.append(Fault(dotted(path[:-1]), found, "a mapping, or --set of the whole value"))
+        document.faults.append(
+            Fault(dotted(path[:-1]), found, "a mapping, or --set of the whole value")
+        )
         return
     for places in (document.values, document.keys):
         for old in [known for known in places if known[: len(path)] == path]:

@@ -1,4 +1,5 @@
-"""Operating values that follow time, ``{ramp: [[time, value], ...]}``: what their knots must satisfy together."""
+"""Operating values that follow time, ``{ramp: [[time, value], ...]}``: what their knots
+must satisfy together."""
 
 from __future__ import annotations
 
@@ -34,9 +35,11 @@ def knots(raw: Any) -> Any:
     return raw
 
 
-def take_ramps(document: Document, operation: dict[str, Any]) -> tuple[dict[str, Knots], list[Fault]]:
-    """The ramps of the validated section ``operation`` as [times, values], each replaced there by its value at time
-    zero; and the faults of their knots."""
+def take_ramps(
+    document: Document, operation: dict[str, Any]
+) -> tuple[dict[str, Knots], list[Fault]]:
+    """The ramps of the validated section ``operation`` as [times, values], each
+    replaced there by its value at time zero; and the faults of their knots."""
     ramps: dict[str, Knots] = {}
     faults: list[Fault] = []
     for name in AXES:
@@ -58,13 +61,22 @@ def _fault(document: Document, name: str, found: list[tuple[float, float]]) -> F
     path: KeyPath = ("operation", name, "ramp")
     if len(found) < 2:
         words = "one knot" if found else "an empty list"
-        return _at(document, path, words, "two knots or more; a value that does not change stands without a ramp")
+        return _at(
+            document,
+            path,
+            words,
+            "two knots or more; a value that does not change stands without a ramp",
+        )
     for i, (time, _) in enumerate(found):
         if i == 0 and time != 0.0:
-            return _at(document, (*path, 0, 0), _raw(document, name, 0), "0 s, where the run begins")
+            return _at(
+                document, (*path, 0, 0), _raw(document, name, 0), "0 s, where the run begins"
+            )
         if i > 0 and time < found[i - 1][0] + LEAST_LEG:
             before = _raw(document, name, i - 1)
-            allowed = f"times that ascend, at least {1e3 * LEAST_LEG:g} ms after the one before, {before}"
+            allowed = (
+                f"times that ascend, at least {1e3 * LEAST_LEG:g} ms after the one before, {before}"
+            )
             return _at(document, (*path, i, 0), _raw(document, name, i), allowed)
     return None
 

@@ -1,4 +1,5 @@
-"""What several values of a study must satisfy together. Each fault names the key that the user wrote."""
+"""What several values of a study must satisfy together. Each fault names the key that
+the user wrote."""
 
 from __future__ import annotations
 
@@ -31,7 +32,12 @@ _ORDERS = tuple(
     for section, names in {
         "stick_slip": ("oscillation_index", "medium_index", "stall_index", "severe_index"),
         "bit_bounce": ("light_fraction", "moderate_fraction", "strong_fraction", "severe_fraction"),
-        "whirl": ("light_acceleration", "moderate_acceleration", "strong_acceleration", "severe_acceleration"),
+        "whirl": (
+            "light_acceleration",
+            "moderate_acceleration",
+            "strong_acceleration",
+            "severe_acceleration",
+        ),
     }.items()
     for lower, upper in pairwise(names)
 )
@@ -39,14 +45,16 @@ _ORDERS = tuple(
 
 @dataclass(frozen=True)
 class Unread(Fault):
-    """A value or an axis that nothing reads; along an axis over words it is a fault where no word reads it."""
+    """A value or an axis that nothing reads; along an axis over words it is a fault
+    where no word reads it."""
 
 
 class Checker:
-    """Checks the relations of one study of a ``model``: ``resolved`` is complete, ``leaves`` are its keys, ``faulty``
-    holds those already known to be wrong (their values are stand-ins, so nothing is said about them). A model has more
-    relations of its own, which ask the public functions here. An uncertain number, with its samples in ``drawn``, is to
-    them an axis with these values."""
+    """Checks the relations of one study of a ``model``: ``resolved`` is complete,
+    ``leaves`` are its keys, ``faulty`` holds those already known to be wrong (their
+    values are stand-ins, so nothing is said about them). A model has more relations of
+    its own, which ask the public functions here. An uncertain number, with its samples
+    in ``drawn``, is to them an axis with these values."""
 
     def __init__(
         self,
@@ -72,8 +80,8 @@ class Checker:
         yield from self._sweep()
 
     def _of_model(self) -> Iterator[Fault]:
-        """Those that the model tells. Where words are an axis they hold for every word; but what one word does not read
-        another may."""
+        """Those that the model tells. Where words are an axis they hold for every word;
+        but what one word does not read another may."""
         if self.model.relations is None:
             return
         strings = list(self._with_words())
@@ -86,7 +94,8 @@ class Checker:
                 yield one
 
     def _with_words(self) -> Iterator[Checker]:
-        """This study with one word of each axis over words, each with each; itself where there is no such axis."""
+        """This study with one word of each axis over words, each with each; itself
+        where there is no such axis."""
         sweep = self.resolved["sweep"]
         axes = {key: sweep[key] for key in sweep if words_of(key) and self.sound(f"sweep.{key}")}
         if not axes:
@@ -109,23 +118,27 @@ class Checker:
             yield one
 
     def order(self, section: str = "") -> Iterator[Fault]:
-        """Pairs of values of which one must be the smaller; only those of ``section`` where it is given."""
+        """Pairs of values of which one must be the smaller; only those of ``section``
+        where it is given."""
         for one in (*_ORDERS, *self.model.orders):
             lower, upper = one.lower, one.upper
             if not lower.startswith(section) or not self.sound(lower, upper):
                 continue
             if upper == "operation.depth" and self._ramp_of_depth():
                 continue  # every knot of it is looked at
-            # The values of their own sections, but for a default that an axis replaces; then the axes' ends.
+            # The values of their own sections, but for a default that an axis replaces;
+            # then the axes' ends.
             if not any(self.axis(key) and not self.given(key) for key in (lower, upper)):
                 yield from self._in_order(one, swept=False)
             if (self.axis(lower) or self.axis(upper)) and self.axis(upper) != "depth":
                 yield from self._in_order(one, swept=True)
 
     def _in_order(self, one: Order, swept: bool) -> Iterator[Fault]:
-        """Whether the lower is less than the upper; with ``swept`` at all values of their axes."""
+        """Whether the lower is less than the upper; with ``swept`` at all values of
+        their axes."""
         lower, upper, equal, factor = one.lower, one.upper, one.equal, one.factor
-        if swept and lower in self.drawn and upper in self.drawn:  # they go together, sample by sample
+        # they go together, sample by sample
+        if swept and lower in self.drawn and upper in self.drawn:
             room = factor * self.drawn[upper] - self.drawn[lower]
             if np.all(room >= 0.0 if equal else room > 0.0):
                 return
@@ -137,7 +150,11 @@ class Checker:
         mine = self.axis if swept else self.given
         if not mine(first) and mine(second):
             first, second = second, first
-        words = ("at most" if equal else "below") if first == lower else ("at least" if equal else "above")
+        words = (
+            ("at most" if equal else "below")
+            if first == lower
+            else ("at least" if equal else "above")
+        )
         if factor != 1.0:
             words += f" {factor if first == lower else 1 / factor:.4g} times"
         ends = {lower: 1, upper: 0} if swept else {lower: None, upper: None}
@@ -151,21 +168,27 @@ class Checker:
         )
 
     def axis(self, key: str) -> str | None:
-        """The axis of the sweep that varies ``key``, or the unknown that it is, if it is one of them."""
+        """The axis of the sweep that varies ``key``, or the unknown that it is, if it
+        is one of them."""
         name = key.removeprefix("operation.")
         if name in self.drawn:
             return name
-        return name if name in self.resolved.get("sweep", {}) and self.sound(f"sweep.{name}") else None
+        return (
+            name if name in self.resolved.get("sweep", {}) and self.sound(f"sweep.{name}") else None
+        )
 
     def ends(self, key: str) -> tuple[float, float]:
-        """The least and the greatest value of ``key``, which are one where it is not swept."""
+        """The least and the greatest value of ``key``, which are one where it is not
+        swept."""
         axis = self.axis(key)
         if axis is None:
             return self.value(key), self.value(key)
         if axis in self.drawn:
             return float(self.drawn[axis].min()), float(self.drawn[axis].max())
         values = self.resolved["sweep"][axis]
-        return (values["from"], values["to"]) if isinstance(values, dict) else (values[0], values[-1])
+        return (
+            (values["from"], values["to"]) if isinstance(values, dict) else (values[0], values[-1])
+        )
 
     def _depths(self) -> Iterator[Fault]:
         """Swept depths, and those of a ramp, are greater than what the model asks for."""
@@ -179,14 +202,20 @@ class Checker:
             return
         axis = self.resolved["sweep"].get("depth")
         yield from self._greater(
-            one, [(("operation", "depth", "ramp", i, 1), value) for i, value in enumerate(self._ramp_of_depth())]
+            one,
+            [
+                (("operation", "depth", "ramp", i, 1), value)
+                for i, value in enumerate(self._ramp_of_depth())
+            ],
         )
         if axis is None or not self.sound("sweep.depth", one.lower):
             return
         raw = self.raw(("sweep", "depth"))
         if isinstance(axis, dict):
             name = min(("from", "to"), key=lambda end: axis[end])
-            places: list[tuple[KeyPath, float]] = [(("sweep", "depth", self._end(raw, name, axis)), axis["from"])]
+            places: list[tuple[KeyPath, float]] = [
+                (("sweep", "depth", self._end(raw, name, axis)), axis["from"])
+            ]
         elif isinstance(raw, list):
             places = [(("sweep", "depth", index), value) for index, value in self._list_order(raw)]
         else:
@@ -207,7 +236,8 @@ class Checker:
             yield self.fault(dotted(path), shown(self.raw(path)), allowed, path)
 
     def _end(self, raw: Any, name: str, axis: dict[str, Any]) -> str:
-        """The key under which the user wrote the smaller end: from and to may stand the other way round."""
+        """The key under which the user wrote the smaller end: from and to may stand the
+        other way round."""
         leaf = self.leaves["operation.depth"]
         return name if leaf.read(raw[name]) == axis[name] else "to"
 
@@ -216,19 +246,31 @@ class Checker:
         return [(index, leaf.read(item)) for index, item in enumerate(raw)]
 
     def _starts(self) -> Iterator[Fault]:
-        """An ensemble or a slice, not both, without carried state, and nothing given that it would not use."""
+        """An ensemble or a slice, not both, without carried state, and nothing given
+        that it would not use."""
         plane, count = self.value(SLICE), self.value("initial.ensemble")
         if self.drawn and (plane or count > 1):
-            found = "with uncertain numbers, whose samples are then several runs of every operating point too"
-            names = list(plane) if plane else [n for n in self.model.all_states if f"initial.{n}" in self.leaves]
+            found = (
+                "with uncertain numbers, whose samples are then several runs of every operating "
+                "point too"
+            )
+            names = (
+                list(plane)
+                if plane
+                else [n for n in self.model.all_states if f"initial.{n}" in self.leaves]
+            )
             allowed = (
-                f"several starts or samples, not both. A state of the start may itself be uncertain "
-                f"(uncertain.initial.{names[0]}: each sample then has a start of its own, and a probability is one "
+                f"several starts or samples, not both. A state of the start may itself be "
+                f"uncertain "
+                f"(uncertain.initial.{names[0]}: each sample then has a start of its own, and a "
+                f"probability is one "
                 f"over both) or swept (sweep.initial.{names[0]}: every sample from every start)"
             )
             yield self.fault(SLICE if plane else "initial.ensemble", found, allowed)
             return
-        if any(bad.startswith((SLICE, "initial.ensemble")) for bad in self.faulty) or (not plane and count < 2):
+        if any(bad.startswith((SLICE, "initial.ensemble")) for bad in self.faulty) or (
+            not plane and count < 2
+        ):
             return
         key = SLICE if plane else "initial.ensemble"
         if plane and count > 1:
@@ -242,20 +284,34 @@ class Checker:
             yield self.fault(key, found, f"at most {bound_text(MOST_STARTS)}")
         procedure = self.resolved["sweep"]["procedure"]
         if procedure != "same" and self.sound("sweep.procedure"):
-            found = f"starts of their own at every point, with sweep.procedure: {procedure}, which carries the state on"
+            found = (
+                f"starts of their own at every point, with sweep.procedure: {procedure}, which "
+                f"carries the state on"
+            )
             yield self.fault(key, found, "with sweep.procedure: same")
         states = self.model.sliced or self.model.all_states
         drawn = plane if plane else [name for name in states if f"initial.{name}" in self.leaves]
         for name in drawn:
             leaf = self.leaves[f"initial.{name}"]
-            if self.given(leaf.key) and self.sound(leaf.key) and self.value(leaf.key) != leaf.default:
-                what = "which initial.slice varies" if plane else "with an ensemble, which draws all states"
+            if (
+                self.given(leaf.key)
+                and self.sound(leaf.key)
+                and self.value(leaf.key) != leaf.default
+            ):
+                what = (
+                    "which initial.slice varies"
+                    if plane
+                    else "with an ensemble, which draws all states"
+                )
                 yield self.fault(leaf.key, f"{self.text(leaf.key)}, {what}", "left out")
 
     def _returns(self) -> Iterator[Fault]:
         """Returns to a section only of a model that has one."""
         if not self.model.section and self.sound("record") and self.value("record.poincare") > 0:
-            found = f"{self.text('record.poincare')}, with the model {self.model.name}, which has no Poincare section"
+            found = (
+                f"{self.text('record.poincare')}, with the model {self.model.name}, which has no "
+                f"Poincare section"
+            )
             yield self.fault("record.poincare", found, "0")
 
     def _sweep(self) -> Iterator[Fault]:
@@ -266,60 +322,103 @@ class Checker:
             return
         if not swept and sweep["procedure"] != "same":
             allowed = f"at least one axis to sweep: {', '.join(AXES)} or another number by its key"
-            yield self.fault("sweep", f"no axis along which the state is carried {sweep['procedure']}", allowed)
+            yield self.fault(
+                "sweep", f"no axis along which the state is carried {sweep['procedure']}", allowed
+            )
         if not swept and not sweep["refine"] and sweep["along"] is None and not self.drawn:
             return
         for axis in swept:
             if axis.startswith("initial.") and self._starts_of_a_point() > 1:
                 yield self.fault(
-                    f"sweep.{axis}", "an axis over the start", "no several starts beside it", ("sweep", axis)
+                    f"sweep.{axis}",
+                    "an axis over the start",
+                    "no several starts beside it",
+                    ("sweep", axis),
                 )
         for axis in (axis for axis in swept if is_apart(self.model.name, axis)):
             if words_of(axis):
                 if sweep["procedure"] != "same" and self.sound("sweep.procedure"):
                     found = (
-                        f"an axis over the words of {axis}, with sweep.procedure: {sweep['procedure']}, which carries"
+                        f"an axis over the words of {axis}, with sweep.procedure: "
+                        f"{sweep['procedure']}, which carries"
                     )
-                    yield self.fault(f"sweep.{axis}", f"{found} the state on", "with sweep.procedure: same",
-                                     ("sweep", axis))  # fmt: skip
+                    yield self.fault(
+                        f"sweep.{axis}",
+                        f"{found} the state on",
+                        "with sweep.procedure: same",
+                        ("sweep", axis),
+                    )
                 continue
             values = axis_values(sweep[axis], sweep["refine"] if axis in refined_axes(sweep) else 0)
             if odd := [value for value in values.tolist() if value != int(value)]:
                 found = f"the value {odd[0]:g}"
-                yield self.fault(f"sweep.{axis}", found, "whole numbers, as [1, 3, 5]", ("sweep", axis))
+                yield self.fault(
+                    f"sweep.{axis}", found, "whole numbers, as [1, 3, 5]", ("sweep", axis)
+                )
             elif sweep["procedure"] != "same" and self.sound("sweep.procedure"):
-                found = f"an axis over {axis}, which is compiled in, with sweep.procedure: {sweep['procedure']}"
-                yield self.fault(f"sweep.{axis}", found, "with sweep.procedure: same", ("sweep", axis))
+                found = (
+                    f"an axis over {axis}, which is compiled in, with sweep.procedure: "
+                    f"{sweep['procedure']}"
+                )
+                yield self.fault(
+                    f"sweep.{axis}", found, "with sweep.procedure: same", ("sweep", axis)
+                )
         refined, starts = refined_axes(sweep), self._starts_of_a_point()
-        total = math.prod(size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept) * starts
+        total = (
+            math.prod(
+                size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept
+            )
+            * starts
+        )
         total *= len(next(iter(self.drawn.values()))) if self.drawn else 1
         if total > MOST_POINTS:
-            of = "over all axes" + (" and starts" if starts > 1 else "") + (" and samples" if self.drawn else "")
+            of = (
+                "over all axes"
+                + (" and starts" if starts > 1 else "")
+                + (" and samples" if self.drawn else "")
+            )
             of += ", refined" if refined else ""
-            yield self.fault("sweep", f"{total:.3g} points {of}", f"at most {bound_text(MOST_POINTS)}")
+            yield self.fault(
+                "sweep", f"{total:.3g} points {of}", f"at most {bound_text(MOST_POINTS)}"
+            )
         if sweep["refine"] and starts > 1:
-            allowed = "0 with several starts of each operating point, whose responses may all differ"
+            allowed = (
+                "0 with several starts of each operating point, whose responses may all differ"
+            )
             yield self.fault("sweep.refine", str(sweep["refine"]), allowed)
         if sweep["refine"] and not refined:
             allowed = "0, or an axis {from, to, points}"
             if sweep["along"] is not None:
-                allowed += f" beside {sweep['along']}, along which the state is carried point by point"
+                allowed += (
+                    f" beside {sweep['along']}, along which the state is carried point by point"
+                )
             yield self.fault("sweep.refine", f"{sweep['refine']}, with no axis to refine", allowed)
         along = sweep["along"]
         if along is not None and along not in swept:
-            yield self.fault("sweep.along", f"{along}, which is not swept", f"a swept axis: {' or '.join(swept)}")
+            yield self.fault(
+                "sweep.along", f"{along}, which is not swept", f"a swept axis: {' or '.join(swept)}"
+            )
         elif along is None and sweep["procedure"] != "same" and len(swept) > 1:
             found = f"none, with procedure {sweep['procedure']} and {len(swept)} axes"
-            yield self.fault("sweep.along", found, f"the axis along which the state is carried: {' or '.join(swept)}")
+            yield self.fault(
+                "sweep.along",
+                found,
+                f"the axis along which the state is carried: {' or '.join(swept)}",
+            )
 
     def _starts_of_a_point(self) -> int:
         plane = self.value(SLICE)
         if not self.sound("initial"):
             return 1
-        return math.prod(size(axis) for axis in plane.values()) if plane else max(1, self.value("initial.ensemble"))
+        return (
+            math.prod(size(axis) for axis in plane.values())
+            if plane
+            else max(1, self.value("initial.ensemble"))
+        )
 
     def fault(self, key: str, found: str, allowed: str, path: KeyPath | None = None) -> Fault:
-        """A fault at the place of ``key``; what a relation says of an axis, of an unknown where it is one."""
+        """A fault at the place of ``key``; what a relation says of an axis, of an
+        unknown where it is one."""
         if path is not None and path[0] == "sweep" and path[-1] in self.drawn:
             table = path[-1] in self.resolved["uncertain"]["table"]
             path = ("uncertain", "table", path[-1]) if table else ("uncertain", path[-1])
@@ -332,22 +431,31 @@ class Checker:
         return Fault(key, found, allowed, place.line, place.column)
 
     def unread(self, key: str, why: str, allowed: str) -> Iterator[Fault]:
-        """A fault where ``key``, which nothing reads, is an axis or has another value than its default; ``why`` says
-        what it is that does not read it."""
+        """A fault where ``key``, which nothing reads, is an axis or has another value
+        than its default; ``why`` says what it is that does not read it."""
         if self.axis(key):
-            yield self.idle(self.fault(f"sweep.{key}", f"an axis over {key}, {why}", allowed, ("sweep", key)))
+            yield self.idle(
+                self.fault(f"sweep.{key}", f"an axis over {key}, {why}", allowed, ("sweep", key))
+            )
         elif self.value(key) != self.leaves[key].default:
             yield self.idle(self.fault(key, f"{self.text(key)}, {why}", allowed))
 
     def idle(self, fault: Fault) -> Fault:
         """``fault`` as one that says of a value or an axis that nothing reads it."""
         if self.words:
-            allowed = f"a value that one of the words of {' and '.join(f'sweep.{key}' for key in self.words)} reads"
+            allowed = (
+                f"a value that one of the words of "
+                f"{' and '.join(f'sweep.{key}' for key in self.words)} reads"
+            )
             return Unread(**{**vars(fault), "allowed": allowed})
         return Unread(**vars(fault))
 
     def sound(self, *keys: str) -> bool:
-        return not any(key == bad or key.startswith((f"{bad}.", f"{bad}[")) for key in keys for bad in self.faulty)
+        return not any(
+            key == bad or key.startswith((f"{bad}.", f"{bad}["))
+            for key in keys
+            for bad in self.faulty
+        )
 
     def given(self, key: str) -> bool:
         return self.document.has(tuple(key.split(".")))
@@ -365,10 +473,15 @@ class Checker:
         return value
 
     def text(self, key: str, end: int | None = None) -> str:
-        """The value of ``key`` in words; of a swept one, if ``end`` is 0 or 1, the least or the greatest."""
+        """The value of ``key`` in words; of a swept one, if ``end`` is 0 or 1, the
+        least or the greatest."""
         if end is not None and (axis := self.axis(key)):
             leaf = self.leaves[key]
-            text = leaf.text(self.ends(key)[end]) if leaf.units in USUAL else f"{self.ends(key)[end]:g}"
+            text = (
+                leaf.text(self.ends(key)[end])
+                if leaf.units in USUAL
+                else f"{self.ends(key)[end]:g}"
+            )
             of = f"the samples of {axis}" if axis in self.drawn else f"sweep.{axis}"
             return f"{text} at {'the greatest' if end else 'the least'} of {of}"
         if key in self.words:

@@ -1,6 +1,8 @@
-"""The pydantic models of the study file, built from the dataclasses: their keys, units, ranges and defaults.
+"""The pydantic models of the study file, built from the dataclasses: their keys, units,
+ranges and defaults.
 
-They check one value at a time; what relates several values is in ``relations.py``. Values come out in SI.
+They check one value at a time; what relates several values is in ``relations.py``.
+Values come out in SI.
 """
 
 from __future__ import annotations
@@ -42,19 +44,25 @@ LONGEST_TITLE = 500  # characters
 
 POINTS = Leaf("points", "whole", 2, low=2, high=10**8)
 PROCEDURE = Leaf(
-    "sweep.procedure", "choice", "same", choices=typing.get_args(Procedure), meaning=MEANINGS["sweep.procedure"]
+    "sweep.procedure",
+    "choice",
+    "same",
+    choices=typing.get_args(Procedure),
+    meaning=MEANINGS["sweep.procedure"],
 )
 REFINE = Leaf("sweep.refine", "whole", 0, low=0, high=6, meaning=MEANINGS["sweep.refine"])
 SPACING = Leaf("spacing", "choice", "linear", choices=("linear", "log"))
 
-SHORT = {"type": ["string", "number"]}  # a value in the JSON Schema of an unknown, whose key tells the rest elsewhere
+# a value in the JSON Schema of an unknown, whose key tells the rest elsewhere
+SHORT = {"type": ["string", "number"]}
 DISTRIBUTION = {
     "type": "object",
     "additionalProperties": False,
     "minProperties": 1,
     "maxProperties": 1,
     "properties": {
-        kind: {"type": "object" if kind in NAMED else "array", "description": form} for kind, form in EXAMPLES.items()
+        kind: {"type": "object" if kind in NAMED else "array", "description": form}
+        for kind, form in EXAMPLES.items()
     },
 }
 
@@ -65,12 +73,16 @@ _STRICT = ConfigDict(extra="forbid", populate_by_name=False, defer_build=True)
 def study_model(
     axes: frozenset[str] | None = None, model: str = MODEL, unknowns: frozenset[str] | None = None
 ) -> type[BaseModel]:
-    """The pydantic model of a whole study file of the model of this name; with ``axes`` and ``unknowns`` of one that
-    has no others in its sections sweep and uncertain, which is made several times as fast."""
+    """The pydantic model of a whole study file of the model of this name; with ``axes``
+    and ``unknowns`` of one that has no others in its sections sweep and uncertain,
+    which is made several times as fast."""
     keys = keys_of(model)
     text = WithJsonSchema({"type": "string", "maxLength": LONGEST_TITLE})
     sections: dict[str, Any] = {
-        "title": (Annotated[Any, PlainValidator(_title), text], Field(default="", description=MEANINGS["title"]))
+        "title": (
+            Annotated[Any, PlainValidator(_title), text],
+            Field(default="", description=MEANINGS["title"]),
+        )
     }
     sections["model"] = _leaf(MODEL_LEAF, keys)
     for name, cls in keys.sections.items():
@@ -100,10 +112,17 @@ def json_of(found: Leaf) -> dict[str, Any]:
     if found.kind == "switch":
         return {"type": "boolean"}
     if found.kind == "list":
-        many: dict[str, Any] = {"type": "array", "items": json_of(found.each), "minItems": 1, "maxItems": found.most}
+        many: dict[str, Any] = {
+            "type": "array",
+            "items": json_of(found.each),
+            "minItems": 1,
+            "maxItems": found.most,
+        }
         return {"anyOf": [many, {"type": "null"}]} if found.nullable else many
     if found.words:
-        return {"anyOf": [{"enum": list(found.words)}, json_of(replace(found, words=(), default=None))]}
+        return {
+            "anyOf": [{"enum": list(found.words)}, json_of(replace(found, words=(), default=None))]
+        }
     if found.kind == "quantity":
         usual = USUAL.get(found.units, USUAL["N/m"])
         example = found.text(found.default if found.default is not None else 1.0)
@@ -124,17 +143,26 @@ def description(found: Leaf) -> str:
     if found.units and found.kind != "table":
         parts.append(f"In {found.units}")
     if found.kind in ("quantity", "number", "whole"):
-        parts.append(f"Range: {found.range()}" + (f" (in the field: {found.usual})" if found.usual else ""))
+        parts.append(
+            f"Range: {found.range()}" + (f" (in the field: {found.usual})" if found.usual else "")
+        )
     parts.append(f"Default {found.default_text}")
     if found.source:
-        parts.append(f"Source: {found.source}" + (f" (confidence: {found.confidence})" if found.confidence else ""))
+        parts.append(
+            f"Source: {found.source}"
+            + (f" (confidence: {found.confidence})" if found.confidence else "")
+        )
     return ". ".join(parts) + "."
 
 
 def _continue_schema(keys: Keys) -> dict[str, Any]:
     """The JSON Schema of the section ``continue``."""
     number = {"anyOf": [{"type": "string", "pattern": QUANTITY}, {"type": "number"}]}
-    axes = [name for name in keys.axes if not name.startswith("initial.") and not is_apart(keys.model.name, name)]
+    axes = [
+        name
+        for name in keys.axes
+        if not name.startswith("initial.") and not is_apart(keys.model.name, name)
+    ]
 
     def several(one: dict[str, Any]) -> dict[str, Any]:
         return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}]}
@@ -143,37 +171,55 @@ def _continue_schema(keys: Keys) -> dict[str, Any]:
         return {**schema, "description": f"{MEANINGS[f'continue.{name}']}."}
 
     curves: dict[str, dict[str, Any]] = {
-        "over": {"enum": axes}, "from": number, "to": number, "of": several({"enum": list(BORDERS)}),
+        "over": {"enum": axes},
+        "from": number,
+        "to": number,
+        "of": several({"enum": list(BORDERS)}),
         "points": json_of(CURVE_POINTS),
-    }  # fmt: skip
+    }
     members: dict[str, dict[str, Any]] = {
-        "along": {"enum": axes}, "from": number, "to": number,
-        "seeds": {"anyOf": [{"type": "string"}, {"type": "null"}, {"type": "object", "maxProperties": 1}]},
-        "motions": several({"enum": list(MOTIONS)}), "lobes": several({"type": "integer", "minimum": 1}),
-        "switch": {"type": "boolean", "default": True}, "points": json_of(POINTS_OF_BRANCH),
+        "along": {"enum": axes},
+        "from": number,
+        "to": number,
+        "seeds": {
+            "anyOf": [{"type": "string"}, {"type": "null"}, {"type": "object", "maxProperties": 1}]
+        },
+        "motions": several({"enum": list(MOTIONS)}),
+        "lobes": several({"type": "integer", "minimum": 1}),
+        "switch": {"type": "boolean", "default": True},
+        "points": json_of(POINTS_OF_BRANCH),
         "curves": {
             "anyOf": [
                 {"type": "null"},
                 {
-                    "type": "object", "additionalProperties": False, "required": ["over", "from", "to"],
-                    "properties": {name: described(f"curves.{name}", one) for name, one in curves.items()},
+                    "type": "object",
+                    "additionalProperties": False,
+                    "required": ["over", "from", "to"],
+                    "properties": {
+                        name: described(f"curves.{name}", one) for name, one in curves.items()
+                    },
                 },
             ]
         },
-    }  # fmt: skip
+    }
     return {
         "anyOf": [
             {"type": "null"},
             {
-                "type": "object", "additionalProperties": False, "required": ["along", "from", "to"],
+                "type": "object",
+                "additionalProperties": False,
+                "required": ["along", "from", "to"],
                 "properties": {name: described(name, one) for name, one in members.items()},
             },
         ]
-    }  # fmt: skip
+    }
 
 
-def _section(prefix: str, cls: type, keys: Keys, off: Mapping[str, Any] | None = None) -> tuple[Any, Any]:
-    """The field of a section: an empty one (null) is one with all its defaults, or with the values ``off``."""
+def _section(
+    prefix: str, cls: type, keys: Keys, off: Mapping[str, Any] | None = None
+) -> tuple[Any, Any]:
+    """The field of a section: an empty one (null) is one with all its defaults, or with
+    the values ``off``."""
     hints = typing.get_type_hints(cls)
     members: dict[str, Any] = {}
     for item in fields(cls):
@@ -202,7 +248,9 @@ def _table(found: Leaf, keys: Keys) -> tuple[Any, Any]:
     members: dict[str, Any] = {}
     for part in found.parts:
         members[part.key.rpartition(".")[2]] = _leaf(part, keys)
-    record = create_model("".join(word.title() for word in found.key.split(".")), __config__=_STRICT, **members)
+    record = create_model(
+        "".join(word.title() for word in found.key.split(".")), __config__=_STRICT, **members
+    )
     many = Annotated[list[record], BeforeValidator(found.read)]  # type: ignore[valid-type]
     extra: dict[str, Any] = {"default": found.default_text}
     return many, Field(default=None, description=description(found), json_schema_extra=extra)
@@ -217,12 +265,18 @@ def _leaf(found: Leaf, keys: Keys | None = None) -> tuple[Any, Any]:
         def validator(raw: Any, info: ValidationInfo) -> float | None:
             if raw is None and found.nullable:
                 return None
-            word = info.data.get(choice.rpartition(".")[2]) if beside else (info.context or {}).get(choice)
+            word = (
+                info.data.get(choice.rpartition(".")[2])
+                if beside
+                else (info.context or {}).get(choice)
+            )
             return _in_units_of(found, raw, word, choice, units)
 
     extra = {"default": _json_default(found)}
     annotated = Annotated[Any, PlainValidator(validator), WithJsonSchema(json_of(found))]
-    return annotated, Field(default=found.default, description=description(found), json_schema_extra=extra)
+    return annotated, Field(
+        default=found.default, description=description(found), json_schema_extra=extra
+    )
 
 
 def _operating(found: Leaf) -> tuple[Any, Any]:
@@ -241,19 +295,28 @@ def _operating(found: Leaf) -> tuple[Any, Any]:
         Discriminator(_value_or_mapping),
     ]
     extra = {"default": _json_default(found)}
-    return annotated, Field(default=found.default, description=description(found), json_schema_extra=extra)
+    return annotated, Field(
+        default=found.default, description=description(found), json_schema_extra=extra
+    )
 
 
 def _json_default(found: Leaf) -> Any:
     """As it would stand in the file: quantities as text."""
     if found.kind in ("list", "table"):
         return None if found.default is None else found.default_text
-    return found.default_text if found.kind == "quantity" and found.default is not None else found.default
+    return (
+        found.default_text
+        if found.kind == "quantity" and found.default is not None
+        else found.default
+    )
 
 
-def _in_units_of(found: Leaf, raw: Any, word: str | None, choice: str, units: Mapping[str, str]) -> float:
-    """The value in the units that the ``word`` at the key ``choice`` asks for, a stiffness in those of its contact law;
-    in any of them, where the choice itself is at fault."""
+def _in_units_of(
+    found: Leaf, raw: Any, word: str | None, choice: str, units: Mapping[str, str]
+) -> float:
+    """The value in the units that the ``word`` at the key ``choice`` asks for, a
+    stiffness in those of its contact law; in any of them, where the choice itself is at
+    fault."""
     right = units[word or next(iter(units))]
     wrong = next(other for other in units.values() if other != right)
     try:
@@ -285,11 +348,14 @@ def _sweep_model(axes: frozenset[str] | None, keys: Keys) -> type[BaseModel]:
 def along(keys: Keys) -> Leaf:
     """The key that names the axis along which the state is carried."""
     meaning = keys.meanings["sweep.along"]
-    return Leaf("sweep.along", "choice", None, choices=tuple(keys.axes), nullable=True, meaning=meaning)
+    return Leaf(
+        "sweep.along", "choice", None, choices=tuple(keys.axes), nullable=True, meaning=meaning
+    )
 
 
 def _axis(name: str, value: Leaf, keys: Keys) -> tuple[Any, Any]:
-    """An axis: {from, to, points}, a list of quantities, or one quantity; of words a list of these."""
+    """An axis: {from, to, points}, a list of quantities, or one quantity; of words a
+    list of these."""
     one = _number(value, keys)
     meaning = MEANINGS.get(f"sweep.{name}") or f"{value.meaning} ({name})"
     if value.kind in ("choice", "switch"):
@@ -297,10 +363,16 @@ def _axis(name: str, value: Leaf, keys: Keys) -> tuple[Any, Any]:
             Annotated[list[one], Tag("list")] | Annotated[one, Tag("value")],  # type: ignore[valid-type]
             Discriminator(_form_of_words),
         ]
-        return words, Field(default=None, alias=name, description=f"{meaning}: a list of words, with procedure: same.")
+        return words, Field(
+            default=None,
+            alias=name,
+            description=f"{meaning}: a list of words, with procedure: same.",
+        )
     span = _range(name.replace(".", "_"), one, spacing=True)
     annotated = Annotated[
-        Annotated[span, Tag("range")] | Annotated[list[one], Tag("list")] | Annotated[one, Tag("value")],  # type: ignore[valid-type]
+        Annotated[span, Tag("range")]  # type: ignore[valid-type]
+        | Annotated[list[one], Tag("list")]  # type: ignore[valid-type]
+        | Annotated[one, Tag("value")],  # type: ignore[valid-type]
         Discriminator(_form),
     ]
     units = f", in {value.units}" if value.units else ""
@@ -309,7 +381,8 @@ def _axis(name: str, value: Leaf, keys: Keys) -> tuple[Any, Any]:
 
 
 def _number(value: Leaf, keys: Keys, schema: dict[str, Any] | None = None) -> Any:
-    """The type of one value of an axis or an unknown, in the JSON Schema as that of the leaf or as ``schema``."""
+    """The type of one value of an axis or an unknown, in the JSON Schema as that of the
+    leaf or as ``schema``."""
     validator: Callable[..., Any] = value.read
     if value.key in keys.model.units_by:
         choice, words = keys.model.units_by[value.key]
@@ -321,14 +394,19 @@ def _number(value: Leaf, keys: Keys, schema: dict[str, Any] | None = None) -> An
 
 
 def _uncertain_model(unknowns: frozenset[str] | None, keys: Keys) -> type[BaseModel]:
-    """The section of the unknowns: their distributions by key, a joint table of samples, and how they are drawn."""
+    """The section of the unknowns: their distributions by key, a joint table of
+    samples, and how they are drawn."""
     members: dict[str, Any] = {}
     columns: dict[str, Any] = {}
     for name, value in keys.axes.items():
         if (unknowns is None or name in unknowns) and not is_apart(keys.model.name, name):
             place, one = name.replace(".", "_"), _number(value, keys, SHORT)
             units = f", in {value.units}" if value.units else ""
-            told = Field(default=None, alias=name, description=f"{value.meaning} ({name}){units}: its distribution.")
+            told = Field(
+                default=None,
+                alias=name,
+                description=f"{value.meaning} ({name}){units}: its distribution.",
+            )
             made = _distribution_model(place, value, one, keys)
             members[place] = (Annotated[made, WithJsonSchema(DISTRIBUTION)], told)
             column: Any = list[one]  # type: ignore[valid-type]
@@ -337,7 +415,9 @@ def _uncertain_model(unknowns: frozenset[str] | None, keys: Keys) -> type[BaseMo
     told = Field(default=None, description=MEANINGS["uncertain.table"])
     members["table"] = (Annotated[table, BeforeValidator(_empty)], told)
     pairs = list[Annotated[Any, PlainValidator(correlation)]]
-    text = WithJsonSchema({"type": "array", "items": {"type": "array", "minItems": 3, "maxItems": 3}})
+    text = WithJsonSchema(
+        {"type": "array", "items": {"type": "array", "minItems": 3, "maxItems": 3}}
+    )
     told = Field(default=None, description=MEANINGS["uncertain.correlations"])
     members["correlations"] = (Annotated[pairs, text], told)
     for found in (SAMPLES, SEED, DESIGN):
@@ -352,8 +432,13 @@ def _distribution_model(place: str, value: Leaf, one: Any, keys: Keys) -> type[B
     kinds: dict[str, Any] = {}
     for kind, form in EXAMPLES.items():
         if kind in NAMED:
-            given: dict[str, Any] = {name: (numbers[name], Field(description=name)) for name in NAMED[kind]}
-            given |= {end: (one, Field(default=None, description=f"Cut off {CUT_WORDS[end]} this")) for end in CUT}
+            given: dict[str, Any] = {
+                name: (numbers[name], Field(description=name)) for name in NAMED[kind]
+            }
+            given |= {
+                end: (one, Field(default=None, description=f"Cut off {CUT_WORDS[end]} this"))
+                for end in CUT
+            }
             made: Any = create_model(f"{kind.capitalize()}_{place}", __config__=_STRICT, **given)
         else:
             made = list[one]
@@ -366,16 +451,23 @@ def _value_or_mapping(raw: Any) -> str:
 
 
 def _range(name: str, one: Any, spacing: bool = False) -> type[BaseModel]:
-    """{from, to, points}, the ends of the type ``one``; with ``spacing`` where it may be chosen."""
+    """{from, to, points}, the ends of the type ``one``; with ``spacing`` where it may
+    be chosen."""
     whole = Annotated[Any, PlainValidator(POINTS.read), WithJsonSchema(json_of(POINTS))]
     ends: dict[str, Any] = {
         "from_": (one, Field(alias="from", description="One end")),
         "to": (one, Field(description="The other end")),
-        "points": (whole, Field(description="Number of equally spaced values, both ends among them")),
+        "points": (
+            whole,
+            Field(description="Number of equally spaced values, both ends among them"),
+        ),
     }
     if spacing:
         kind = Annotated[Any, PlainValidator(SPACING.read), WithJsonSchema(json_of(SPACING))]
-        ends["spacing"] = (kind, Field(default="linear", description="linear, or log for equal ratios"))
+        ends["spacing"] = (
+            kind,
+            Field(default="linear", description="linear, or log for equal ratios"),
+        )
     return create_model(f"Range_{name}", __config__=_STRICT, **ends)
 
 
@@ -387,7 +479,10 @@ def _slice_model(keys: Keys) -> tuple[Any, Any]:
         if name != key and name in keys.slices:
             number = replace(found, nullable=False)
             one = Annotated[Any, PlainValidator(number.read), WithJsonSchema(json_of(number))]
-            members[name] = (_range(f"initial_{name}", one), Field(default=None, description=found.meaning))
+            members[name] = (
+                _range(f"initial_{name}", one),
+                Field(default=None, description=found.meaning),
+            )
     model = create_model("Slice", __config__=_STRICT, **members)
     annotated = Annotated[model, BeforeValidator(_empty)]  # type: ignore[valid-type]
     return annotated, Field(default=None, description=keys.meanings[SLICE])

@@ -1,4 +1,5 @@
-"""The study that ``nsdrill new`` writes: every key with its default, its unit and its meaning."""
+"""The study that ``nsdrill new`` writes: every key with its default, its unit and its
+meaning."""
 
 from __future__ import annotations
 
@@ -40,7 +41,8 @@ sweep:                                      # {sweep}; without it one operating 
 
 
 def template_text(model: str = MODEL) -> str:
-    """The text of a complete, commented study of the model of this name that loads as it stands."""
+    """The text of a complete, commented study of the model of this name that loads as
+    it stands."""
     keys = keys_of(model)
     parts = [_HEAD, line("", "title", "Depth sweep, same initial state", MEANINGS["title"])]
     parts.append(line("", "model", model, _comment(MODEL_LEAF)))
@@ -50,16 +52,21 @@ def template_text(model: str = MODEL) -> str:
             told |= {key: MEANINGS[f"uncertain.{key}"] for key in ("samples", "seed")}
             told["uncertain"] = MEANINGS["uncertain"].partition(";")[0]
             axis, low, high = keys.model.example_axis
-            parts.append(_SWEEP.format(sweep=MEANINGS["sweep"], axis=axis, low=low, high=high, **told))
+            parts.append(
+                _SWEEP.format(sweep=MEANINGS["sweep"], axis=axis, low=low, high=high, **told)
+            )
         parts.append("\n".join(section(keys, name, lambda leaf: leaf.default_text)))
         if name == "initial":
             parts[-1] += f"\n  # {MEANINGS[SLICE]}:\n  # slice: {keys.model.example_slice}"
-    parts.append(f"# continue: {{along: rotary_speed, from: 2 rad/s, to: 8 rad/s}}  # {MEANINGS['continue']}")
+    parts.append(
+        f"# continue: {{along: rotary_speed, from: 2 rad/s, to: 8 rad/s}}  # {MEANINGS['continue']}"
+    )
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
 
 def section(keys: Keys, prefix: str, text: Callable[[Leaf], str | None]) -> Iterator[str]:
-    """The lines of one section: every key whose ``text`` is not None, with its meaning beside it."""
+    """The lines of one section: every key whose ``text`` is not None, with its meaning
+    beside it."""
     yield line("", prefix, "", keys.meanings[prefix])
     told = {prefix}
     for leaf in keys.of(prefix):
@@ -75,7 +82,8 @@ def section(keys: Keys, prefix: str, text: Callable[[Leaf], str | None]) -> Iter
 
 
 def _comment(leaf: Leaf) -> str:
-    """Meaning and unit or choices of one key; sources are in the schema and in the documentation."""
+    """Meaning and unit or choices of one key; sources are in the schema and in the
+    documentation."""
     units = "" if not leaf.units else f" [{leaf.units}]"
     choices = f": {' | '.join(leaf.choices)}" if leaf.choices else ""
     return f"{leaf.meaning}{choices}{units}"

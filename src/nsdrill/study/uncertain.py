@@ -1,4 +1,5 @@
-"""The section ``uncertain`` of a study: what its values must satisfy together, and its samples."""
+"""The section ``uncertain`` of a study: what its values must satisfy together, and its
+samples."""
 
 from __future__ import annotations
 
@@ -23,38 +24,58 @@ from nsdrill.sampling import (
     distribution,
     draw,
     part_below,
-)  # fmt: skip
+)
 from nsdrill.study.document import Document, KeyPath, dotted
 from nsdrill.study.keys import Keys, Leaf, shown
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.units import QuantityError
 
-SAMPLES = Leaf("uncertain.samples", "whole", 256, low=2, high=MOST_SAMPLES, meaning=MEANINGS["uncertain.samples"])
+SAMPLES = Leaf(
+    "uncertain.samples",
+    "whole",
+    256,
+    low=2,
+    high=MOST_SAMPLES,
+    meaning=MEANINGS["uncertain.samples"],
+)
 SEED = Leaf("uncertain.seed", "whole", 1, low=0, high=10**15, meaning=MEANINGS["uncertain.seed"])
-DESIGN = Leaf("uncertain.design", "choice", "sobol", choices=DESIGNS, meaning=MEANINGS["uncertain.design"])
+DESIGN = Leaf(
+    "uncertain.design", "choice", "sobol", choices=DESIGNS, meaning=MEANINGS["uncertain.design"]
+)
 FACTOR = Leaf("factor", "number", 2.0, low=1.001, high=1e3)
 CUT_WORDS = {"low": "below", "high": "above"}
 HOW = ("samples", "seed", "design", "correlations", "table")  # all keys but those of unknowns
-OUTSIDE = 1e-3  # the part of a distribution that may lie outside the range of its key; nothing is drawn there
+# the part of a distribution that may lie outside the range of its key; nothing is drawn
+# there
+OUTSIDE = 1e-3
 RANK = Leaf("correlation", "number", 0.0, low=-0.999, high=0.999)
 EXAMPLES = {
-    "uniform": "[low, high]", "normal": "{mean: .., deviation: ..}", "lognormal": "{median: .., factor: ..}",
-    "triangular": "[low, mode, high]", "values": "[value, ...]",
-}  # fmt: skip
+    "uniform": "[low, high]",
+    "normal": "{mean: .., deviation: ..}",
+    "lognormal": "{median: .., factor: ..}",
+    "triangular": "[low, mode, high]",
+    "values": "[value, ...]",
+}
 
 
 def correlation(raw: Any) -> tuple[str, str, float]:
     """One entry of the correlations; :class:`QuantityError` where it is none."""
-    if not isinstance(raw, list) or len(raw) != 3 or not all(isinstance(key, str) for key in raw[:2]):
-        raise QuantityError(shown(raw), "two keys of unknowns and their rank correlation: [KEY, KEY, 0.5]")
+    if (
+        not isinstance(raw, list)
+        or len(raw) != 3
+        or not all(isinstance(key, str) for key in raw[:2])
+    ):
+        raise QuantityError(
+            shown(raw), "two keys of unknowns and their rank correlation: [KEY, KEY, 0.5]"
+        )
     return raw[0], raw[1], float(RANK.read(raw[2]))
 
 
-def take_uncertain(document: Document, given: dict[str, Any], swept: dict[str, Any], keys: Keys) -> tuple[
-    dict[str, Any] | None, list[Fault]
-]:  # fmt: skip
-    """The resolved section from the validated one, None where no number is uncertain; and its faults. ``swept`` are the
-    axes of the sweep."""
+def take_uncertain(
+    document: Document, given: dict[str, Any], swept: dict[str, Any], keys: Keys
+) -> tuple[dict[str, Any] | None, list[Fault]]:
+    """The resolved section from the validated one, None where no number is uncertain;
+    and its faults. ``swept`` are the axes of the sweep."""
     told = [key for key in given if key not in HOW]
     columns = given.get("table") or {}
     faults = list(_faults(document, given, swept, keys))
@@ -84,7 +105,10 @@ def _within(numbers: dict[str, Any], leaf: Leaf) -> dict[str, Any]:
         ends["low"] = leaf.low
     if ends["high"] is None and made.sf(leaf.high) > 0.0:
         ends["high"] = leaf.high
-    return {kind: {name: value[name] for name in NAMED[kind]} | {k: v for k, v in ends.items() if v is not None}}
+    return {
+        kind: {name: value[name] for name in NAMED[kind]}
+        | {k: v for k, v in ends.items() if v is not None}
+    }
 
 
 def uncertain_of(section: dict[str, Any]) -> Uncertain:
@@ -100,22 +124,31 @@ def uncertain_of(section: dict[str, Any]) -> Uncertain:
 
 
 def draws(section: dict[str, Any], keys: Keys) -> dict[str, Array]:
-    """The samples of a resolved section by key, in the order of the axes. ValueError where a value is none of its
-    key."""
+    """The samples of a resolved section by key, in the order of the axes. ValueError
+    where a value is none of its key."""
     unknown = uncertain_of(section)
     if not unknown.keys:
         raise ValueError("uncertain: found no unknown")
-    if strange := [key for key in unknown.keys if key not in keys.axes or is_apart(keys.model.name, key)]:
+    if strange := [
+        key for key in unknown.keys if key not in keys.axes or is_apart(keys.model.name, key)
+    ]:
         raise ValueError(f"uncertain: found {', '.join(strange)}, which are no numbers to sample")
     drawn = draw(unknown)
     for key, values in drawn.items():
         leaf = keys.axes[key]
-        if values.shape != (unknown.runs,) or not np.all((values >= leaf.low) & (values <= leaf.high)):
-            raise ValueError(f"uncertain.{key}: found samples beyond {leaf.range()}, or not {unknown.runs} of them")
+        if values.shape != (unknown.runs,) or not np.all(
+            (values >= leaf.low) & (values <= leaf.high)
+        ):
+            raise ValueError(
+                f"uncertain.{key}: found samples beyond {leaf.range()}, or not "
+                f"{unknown.runs} of them"
+            )
     return {key: drawn[key] for key in keys.axes if key in drawn}
 
 
-def _faults(document: Document, given: dict[str, Any], swept: dict[str, Any], keys: Keys) -> Iterator[Fault]:
+def _faults(
+    document: Document, given: dict[str, Any], swept: dict[str, Any], keys: Keys
+) -> Iterator[Fault]:
     told = [key for key in given if key not in HOW]
     columns = given.get("table") or {}
     if not told and not columns:
@@ -124,20 +157,40 @@ def _faults(document: Document, given: dict[str, Any], swept: dict[str, Any], ke
             yield _at(document, ("uncertain",), "no unknown", f"one by its key, {_example(keys)}")
         return
     if len(told) + len(columns) > MOST_UNKNOWNS:
-        yield _at(document, ("uncertain",), f"{len(told) + len(columns)} unknowns", f"at most {MOST_UNKNOWNS}")
+        yield _at(
+            document,
+            ("uncertain",),
+            f"{len(told) + len(columns)} unknowns",
+            f"at most {MOST_UNKNOWNS}",
+        )
     for key in told:
         yield from _of_one(document, key, given[key], keys.axes[key])
     for key in (*told, *columns):
         path = ("uncertain", key) if key in told else ("uncertain", "table", key)
         if key in swept:
-            yield _at(document, path, f"{key}, which the sweep varies", "a key that is swept or uncertain, not both")
+            yield _at(
+                document,
+                path,
+                f"{key}, which the sweep varies",
+                "a key that is swept or uncertain, not both",
+            )
         elif key in told and key in columns:
-            yield _at(document, ("uncertain", "table", key), f"{key} a second time", "a distribution, or a column")
+            yield _at(
+                document,
+                ("uncertain", "table", key),
+                f"{key} a second time",
+                "a distribution, or a column",
+            )
     yield from _of_table(document, given, columns)
     yield from _of_correlations(document, given, told, columns)
     if given.get("design") == "saltelli" and (columns or given.get("correlations")):
         why = "a table" if columns else "correlations"
-        yield _at(document, ("uncertain", "design"), f"saltelli with {why}", "saltelli of independent unknowns; sobol")
+        yield _at(
+            document,
+            ("uncertain", "design"),
+            f"saltelli with {why}",
+            "saltelli of independent unknowns; sobol",
+        )
 
 
 def _of_one(document: Document, key: str, numbers: dict[str, Any], leaf: Leaf) -> Iterator[Fault]:
@@ -146,7 +199,12 @@ def _of_one(document: Document, key: str, numbers: dict[str, Any], leaf: Leaf) -
     given = {kind: value for kind, value in numbers.items() if value is not None}
     if len(given) != 1:
         found = f"{' and '.join(given)}" if given else "no distribution"
-        yield _at(document, path, found, f"one of {', '.join(f'{kind}: {EXAMPLES[kind]}' for kind in KINDS)}")
+        yield _at(
+            document,
+            path,
+            found,
+            f"one of {', '.join(f'{kind}: {EXAMPLES[kind]}' for kind in KINDS)}",
+        )
         return
     ((kind, value),) = given.items()
     path = (*path, kind)
@@ -163,8 +221,11 @@ def _of_one(document: Document, key: str, numbers: dict[str, Any], leaf: Leaf) -
         yield from _of_named(document, path, given, leaf)
 
 
-def _of_named(document: Document, path: KeyPath, numbers: dict[str, Any], leaf: Leaf) -> Iterator[Fault]:
-    """The faults of a normal or lognormal distribution: it lies within the range of its key, or is cut off there."""
+def _of_named(
+    document: Document, path: KeyPath, numbers: dict[str, Any], leaf: Leaf
+) -> Iterator[Fault]:
+    """The faults of a normal or lognormal distribution: it lies within the range of its
+    key, or is cut off there."""
     ((kind, value),) = numbers.items()
     middle, spread = NAMED[kind]
     if value[spread] <= 0.0:
@@ -179,18 +240,30 @@ def _of_named(document: Document, path: KeyPath, numbers: dict[str, Any], leaf: 
         yield _at(document, (*path, "high"), "an end at or below low", "low below high")
         return
     if above - below < 1e-6:
-        yield _at(document, path, "ends that leave nothing of the distribution", "ends near its middle")
+        yield _at(
+            document, path, "ends that leave nothing of the distribution", "ends near its middle"
+        )
         return
     made, inside = distribution(numbers), above - below
-    parts = {"low": max(0.0, float(made.cdf(leaf.low)) - below), "high": max(0.0, above - float(made.cdf(leaf.high)))}
+    parts = {
+        "low": max(0.0, float(made.cdf(leaf.low)) - below),
+        "high": max(0.0, above - float(made.cdf(leaf.high))),
+    }
     for end, part in parts.items():
         if part / inside > OUTSIDE:
-            found = f"a distribution of which {100 * part / inside:.2g} % lie {CUT_WORDS[end]} the range of {leaf.key}"
+            found = (
+                f"a distribution of which {100 * part / inside:.2g} % lie {CUT_WORDS[end]} the "
+                f"range of {leaf.key}"
+            )
             hint = f"Cut it off with {end}: {leaf.text(leaf.low if end == 'low' else leaf.high)}."
-            yield _at(document, path, found, f"{leaf.range()} for all but {100 * OUTSIDE:g} %", hint)
+            yield _at(
+                document, path, found, f"{leaf.range()} for all but {100 * OUTSIDE:g} %", hint
+            )
 
 
-def _of_table(document: Document, given: dict[str, Any], columns: dict[str, Any]) -> Iterator[Fault]:
+def _of_table(
+    document: Document, given: dict[str, Any], columns: dict[str, Any]
+) -> Iterator[Fault]:
     lengths = {key: len(column) for key, column in columns.items()}
     if not lengths:
         return
@@ -200,7 +273,9 @@ def _of_table(document: Document, given: dict[str, Any], columns: dict[str, Any]
             allowed = f"as many values as of {first}, {length}: each row is a sample"
             yield _at(document, ("uncertain", "table", key), f"{count} values", allowed)
     if not 2 <= length <= MOST_SAMPLES:
-        yield _at(document, ("uncertain", "table", first), f"{length} values", f"2 to {MOST_SAMPLES}")
+        yield _at(
+            document, ("uncertain", "table", first), f"{length} values", f"2 to {MOST_SAMPLES}"
+        )
     if given.get("samples") not in (None, length):
         found = f"{given['samples']} beside a table of {length} rows"
         yield _at(document, ("uncertain", "samples"), found, "left out: every row is a sample")
@@ -215,15 +290,27 @@ def _of_correlations(
         path = ("uncertain", "correlations", number)
         if strange := [key for key in (one, two) if key not in told]:
             why = ", which the table gives" if strange[0] in columns else ""
-            yield _at(document, path, f"{strange[0]}{why}", f"keys with a distribution: {', '.join(told)}")
+            yield _at(
+                document, path, f"{strange[0]}{why}", f"keys with a distribution: {', '.join(told)}"
+            )
             return
         if one == two or frozenset((one, two)) in seen:
-            yield _at(document, path, f"{one} and {two}{' a second time' if one != two else ''}", "each pair once")
+            yield _at(
+                document,
+                path,
+                f"{one} and {two}{' a second time' if one != two else ''}",
+                "each pair once",
+            )
             return
         seen.add(frozenset((one, two)))
     if found and float(np.linalg.eigvalsh(correlation_matrix(told, found))[0]) < 1e-6:
         allowed = "correlations that can hold together (a positive definite matrix)"
-        yield _at(document, ("uncertain", "correlations"), "correlations that contradict each other", allowed)
+        yield _at(
+            document,
+            ("uncertain", "correlations"),
+            "correlations that contradict each other",
+            allowed,
+        )
 
 
 def _example(keys: Keys) -> str:
@@ -231,7 +318,9 @@ def _example(keys: Keys) -> str:
     return f"{key}: {{uniform: [{low}, {high}]}}"
 
 
-def _at(document: Document, path: KeyPath, found: str, allowed: str, hint: str | None = None) -> Fault:
+def _at(
+    document: Document, path: KeyPath, found: str, allowed: str, hint: str | None = None
+) -> Fault:
     place = document.place(path)
     if place.override:
         found = f"{found} ({place.override})"

@@ -1,4 +1,5 @@
-"""A resolved study as people write one: values with their units, and all of it as YAML that reads back the same."""
+"""A resolved study as people write one: values with their units, and all of it as YAML
+that reads back the same."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ MOST_TOLD = 6  # keys in a message
 
 
 def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
-    """The study ``resolved`` as YAML with every key, below the comments ``head``; read again it has the same digest."""
+    """The study ``resolved`` as YAML with every key, below the comments ``head``; read
+    again it has the same digest."""
     comments = "".join(f"# {_one_line(words)}\n" for words in head)
     parts = [comments + line("", "title", _title(resolved), MEANINGS["title"])]
     keys = _keys(resolved)
@@ -31,7 +33,12 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
                     [
                         line("", "sweep", "", MEANINGS["sweep"]),
                         *(
-                            line("  ", key, value_text(resolved, f"sweep.{key}") or "", _meaning(keys, key))
+                            line(
+                                "  ",
+                                key,
+                                value_text(resolved, f"sweep.{key}") or "",
+                                _meaning(keys, key),
+                            )
                             for key in _sweep_keys(resolved)
                         ),
                     ]
@@ -42,7 +49,9 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
         parts.append("\n".join(section(keys, name, lambda leaf: _needed(resolved, leaf))))
         if name == "initial" and (plane := resolved["initial"].get("slice")):
             ranges = [
-                f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}" for state in keys.slices if state in plane
+                f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}"
+                for state in keys.slices
+                if state in plane
             ]
             parts[-1] += "\n" + "\n".join([line("  ", "slice", "", MEANINGS[SLICE]), *ranges])
     if resolved.get(CONTINUE):
@@ -50,7 +59,9 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
 
-def _continued(keys: Keys, found: dict[str, Any], prefix: str = CONTINUE, indent: str = "") -> Iterator[str]:
+def _continued(
+    keys: Keys, found: dict[str, Any], prefix: str = CONTINUE, indent: str = ""
+) -> Iterator[str]:
     """The lines of the section ``continue``, or of its curves."""
     yield line(indent, prefix.rpartition(".")[2], "", MEANINGS[prefix])
     leaf = keys.axes[found["over" if "over" in found else "along"]]
@@ -61,7 +72,9 @@ def _continued(keys: Keys, found: dict[str, Any], prefix: str = CONTINUE, indent
             continue
         text = leaf.text(value) if name in ("from", "to") else _plain_text(value)
         if isinstance(value, dict):
-            text = ", ".join(f"{axis}: [{', '.join(map(leaf.text, values))}]" for axis, values in value.items())
+            text = ", ".join(
+                f"{axis}: [{', '.join(map(leaf.text, values))}]" for axis, values in value.items()
+            )
             text = f"{{{text}}}"
         yield line(indent + "  ", name, text, meaning)
 
@@ -74,33 +87,47 @@ def _plain_text(value: Any) -> str:
 
 def name_like(value: Any) -> bool:
     """Whether a value is a plain word in YAML."""
-    return isinstance(value, str) and value.replace("_", "").replace(".", "").isalpha() and value.isascii()
+    return (
+        isinstance(value, str)
+        and value.replace("_", "").replace(".", "").isalpha()
+        and value.isascii()
+    )
 
 
 def changes(a: dict[str, Any], b: dict[str, Any]) -> list[tuple[str, str | None, str | None]]:
-    """(key, value in ``a``, value in ``b``) where two resolved studies differ, the values as :func:`value_text`."""
+    """(key, value in ``a``, value in ``b``) where two resolved studies differ, the
+    values as :func:`value_text`."""
     keys = dict.fromkeys(_key_of(entry) for entry, _, _ in differences(a, b))
     return [(key, value_text(a, key), value_text(b, key)) for key in keys]
 
 
 def told_changes(a: dict[str, Any], b: dict[str, Any], keys: Sequence[str] | None = None) -> str:
-    """The ``keys`` in which two resolved studies differ, all but the title if None, as a part of a message:
-    ``bit.friction.static: 0.5 there, 0.6 here; ...``."""
+    """The ``keys`` in which two resolved studies differ, all but the title if None, as
+    a part of a message: ``bit.friction.static: 0.5 there, 0.6 here; ...``."""
     if keys is None:
         keys = [key for key, _, _ in changes(a, b) if key != "title"]
-    told = [f"{key}: {value_text(a, key) or 'nothing'} there, {value_text(b, key) or 'nothing'} here" for key in keys]
-    return "; ".join(told[:MOST_TOLD]) + (f" and {len(told) - MOST_TOLD} more" if len(told) > MOST_TOLD else "")
+    told = [
+        f"{key}: {value_text(a, key) or 'nothing'} there, {value_text(b, key) or 'nothing'} here"
+        for key in keys
+    ]
+    return "; ".join(told[:MOST_TOLD]) + (
+        f" and {len(told) - MOST_TOLD} more" if len(told) > MOST_TOLD else ""
+    )
 
 
 def value_text(resolved: dict[str, Any], key: str) -> str | None:
-    """The value of ``key`` as it may stand in a study file, None where the study has no such key."""
+    """The value of ``key`` as it may stand in a study file, None where the study has no
+    such key."""
     name, keys = key.rpartition(".")[2], _keys(resolved)
     if key == "title":
         return _title(resolved)
     if key.startswith("operation.") and name in resolved.get("ramps", {}):
         knots = zip(*resolved["ramps"][name], strict=True)
         leaf = keys.leaf(key, resolved)
-        return f"{{ramp: [{', '.join(f'[{TIME.text(time)}, {leaf.text(value)}]' for time, value in knots)}]}}"
+        return (
+            f"{{ramp: "
+            f"[{', '.join(f'[{TIME.text(time)}, {leaf.text(value)}]' for time, value in knots)}]}}"
+        )
     if key.startswith("uncertain."):
         return _of_unknowns(keys, resolved, key.removeprefix("uncertain."))
     value: Any = resolved
@@ -118,7 +145,10 @@ def value_text(resolved: dict[str, Any], key: str) -> str | None:
         leaf = keys.leaf(varied, resolved)
         if isinstance(value, dict):
             spacing = f", spacing: {value['spacing']}" if "spacing" in value else ""
-            ends = f"from: {leaf.text(value['from'])}, to: {leaf.text(value['to'])}, points: {value['points']}"
+            ends = (
+                f"from: {leaf.text(value['from'])}, to: {leaf.text(value['to'])}, points: "
+                f"{value['points']}"
+            )
             return f"{{{ends}{spacing}}}"
         return f"[{', '.join(map(leaf.text, value))}]"
     if key in keys.leaves:
@@ -130,32 +160,57 @@ def _uncertain(keys: Keys, resolved: dict[str, Any]) -> str:
     """The section of the unknowns."""
     found = resolved["uncertain"]
     names = [key for key in found if key not in HOW]
-    told = {key: keys.axes[key].meaning for key in names} | {name: MEANINGS[f"uncertain.{name}"] for name in HOW}
-    written = [*names, *(name for name in ("seed", "design", "correlations", "table") if found[name] not in ([], {}))]
-    lines = [line("  ", key, _of_unknowns(keys, resolved, key) or "", told[key]) for key in written if key != "table"]
+    told = {key: keys.axes[key].meaning for key in names} | {
+        name: MEANINGS[f"uncertain.{name}"] for name in HOW
+    }
+    written = [
+        *names,
+        *(
+            name
+            for name in ("seed", "design", "correlations", "table")
+            if found[name] not in ([], {})
+        ),
+    ]
+    lines = [
+        line("  ", key, _of_unknowns(keys, resolved, key) or "", told[key])
+        for key in written
+        if key != "table"
+    ]
     if found["table"]:
         lines.append(line("  ", "table", "", told["table"]))
-        lines += [f"    {key}: {_values(keys, resolved, key, values)}" for key, values in found["table"].items()]
+        lines += [
+            f"    {key}: {_values(keys, resolved, key, values)}"
+            for key, values in found["table"].items()
+        ]
     else:
         lines.insert(len(names), line("  ", "samples", str(found["samples"]), told["samples"]))
     return "\n".join([line("", "uncertain", "", MEANINGS["uncertain"]), *lines])
 
 
 def _of_unknowns(keys: Keys, resolved: dict[str, Any], name: str) -> str | None:
-    """What the section of the unknowns says of ``name``, in flow style; None where it has no such key."""
+    """What the section of the unknowns says of ``name``, in flow style; None where it
+    has no such key."""
     table, _, column = name.partition(".")
     found = resolved.get("uncertain", {})
     if table == "table" and column:
-        return _values(keys, resolved, column, found["table"][column]) if column in found.get("table", {}) else None
+        return (
+            _values(keys, resolved, column, found["table"][column])
+            if column in found.get("table", {})
+            else None
+        )
     if name not in found:
         return None
     if name in HOW:
-        return json.dumps(found[name], allow_nan=False).replace('"', "") if name != "table" else None
+        return (
+            json.dumps(found[name], allow_nan=False).replace('"', "") if name != "table" else None
+        )
     ((kind, numbers),) = found[name].items()
     if isinstance(numbers, list):
         return f"{{{kind}: {_values(keys, resolved, name, numbers)}}}"
     leaf = keys.leaf(keys.axes[name].key, resolved)
-    texts = (f"{of}: {FACTOR.text(v) if of == 'factor' else leaf.text(v)}" for of, v in numbers.items())
+    texts = (
+        f"{of}: {FACTOR.text(v) if of == 'factor' else leaf.text(v)}" for of, v in numbers.items()
+    )
     return f"{{{kind}: {{{', '.join(texts)}}}}}"
 
 
@@ -169,14 +224,20 @@ def _key_of(entry: str) -> str:
     if parts[0] == "ramps":
         return f"operation.{parts[1]}"
     if parts[0] == "sweep":
-        return entry.removesuffix(".from").removesuffix(".to").removesuffix(".points").removesuffix(".spacing")
+        return (
+            entry.removesuffix(".from")
+            .removesuffix(".to")
+            .removesuffix(".points")
+            .removesuffix(".spacing")
+        )
     if parts[0] == "uncertain":
         return _unknown_of(entry)
     return ".".join(parts[:3] if entry.startswith(f"{SLICE}.") else parts)
 
 
 def _unknown_of(entry: str) -> str:
-    """Without the kind and the numbers of a distribution: ``uncertain.bit.rock_stiffness``."""
+    """Without the kind and the numbers of a distribution:
+    ``uncertain.bit.rock_stiffness``."""
     head, _, last = entry.rpartition(".")
     if last in KINDS and not entry.startswith("uncertain.table."):
         return head
@@ -185,9 +246,13 @@ def _unknown_of(entry: str) -> str:
 
 
 def _sweep_keys(resolved: dict[str, Any]) -> list[str]:
-    """The keys of the sweep in the order of a study file: the axes, then how they are run."""
+    """The keys of the sweep in the order of a study file: the axes, then how they are
+    run."""
     last = ("procedure", "along", "refine")
-    return [*(key for key in resolved["sweep"] if key not in last), *(key for key in last if key in resolved["sweep"])]
+    return [
+        *(key for key in resolved["sweep"] if key not in last),
+        *(key for key in last if key in resolved["sweep"]),
+    ]
 
 
 def _meaning(keys: Keys, key: str) -> str:
@@ -200,10 +265,14 @@ def _keys(resolved: dict[str, Any]) -> Keys:
 
 
 def _needed(resolved: dict[str, Any], leaf: Leaf) -> str | None:
-    """The value of ``leaf``, but for a default that the sweep replaces: as a given value it might be refused, a depth
-    above the end of the collars say."""
+    """The value of ``leaf``, but for a default that the sweep replaces: as a given
+    value it might be refused, a depth above the end of the collars say."""
     prefix, _, name = leaf.key.rpartition(".")
-    if prefix == "operation" and name in resolved["sweep"] and resolved["operation"][name] == leaf.default:
+    if (
+        prefix == "operation"
+        and name in resolved["sweep"]
+        and resolved["operation"][name] == leaf.default
+    ):
         return None
     return value_text(resolved, leaf.key)
 

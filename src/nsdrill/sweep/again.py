@@ -18,9 +18,10 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class Again(Work):
-    """The points ``numbers`` (ascending) of a sweep, from the states ``begun`` [points, states]. A state that was
-    carried is given like any other, so there are no chains; each point is integrated by the method that ``first``, the
-    choice of the sweep, has for it."""
+    """The points ``numbers`` (ascending) of a sweep, from the states ``begun``
+    [points, states]. A state that was carried is given like any other, so there are no
+    chains; each point is integrated by the method that ``first``, the choice of the
+    sweep, has for it."""
 
     numbers: Array
     begun: Array
@@ -28,7 +29,8 @@ class Again(Work):
 
     @classmethod
     def of(cls, work: Work, simulation: Simulation, numbers: Array, states: Array) -> Again:
-        """The same model over another time or to another tolerance, measuring features only."""
+        """The same model over another time or to another tolerance, measuring features
+        only."""
         return cls(
             replace(work.plan, along=None),
             work.parameters,
@@ -48,8 +50,12 @@ class Again(Work):
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
-        return replace(super().prepare(points), initial=self.own(self.begun[np.searchsorted(self.numbers, points)]))
+        return replace(
+            super().prepare(points),
+            initial=self.own(self.begun[np.searchsorted(self.numbers, points)]),
+        )
 
     def columns(self, done: Finished) -> dict[str, Array]:
-        """Status and features of finished runs, and the scales in which their differences are measured."""
+        """Status and features of finished runs, and the scales in which their
+        differences are measured."""
         return {"status": done.status, **self.measured(done), **self.kind.scales(done.parameters)}

@@ -1,8 +1,10 @@
-"""The engine: keeps the gangs of all workers fed, over any ``concurrent.futures`` executor.
+"""The engine: keeps the gangs of all workers fed, over any ``concurrent.futures``
+executor.
 
-Every worker has one gang. A slice advances it for a fraction of a second and gives back the runs that ended; the engine
-delivers those, tops the gang up and submits it again. So results come steadily, a stop takes no longer than a slice,
-and nothing is lost but the runs in flight. Which gang runs a point changes nothing in its numbers.
+Every worker has one gang. A slice advances it for a fraction of a second and gives back
+the runs that ended; the engine delivers those, tops the gang up and submits it again.
+So results come steadily, a stop takes no longer than a slice, and nothing is lost but
+the runs in flight. Which gang runs a point changes nothing in its numbers.
 """
 
 from __future__ import annotations
@@ -26,15 +28,17 @@ Array = np.ndarray[Any, np.dtype[Any]]
 SEGMENT = 64  # points of a chain handed over at once
 SLICE = 0.25  # seconds that a gang is advanced at once in a thread
 REMOTE_SLICE = 1.0  # in another process: a gang is then a message of some megabytes
-PATIENCE = 0.5  # seconds without a slice, after which there is a look for an interrupt and for a cluster that is gone
+# seconds without a slice, after which there is a look for an interrupt and for a
+# cluster that is gone
+PATIENCE = 0.5
 SHORT = 10.0  # simulated seconds up to which a run is short
 MOST_LOSSES = 10  # workers that may die under the slices of one gang
 
 
 @dataclass
 class Progress:
-    """How far a sweep is: points done (of which failed, and done before this session), steps tried so far; and, where
-    it is one of several passes, which."""
+    """How far a sweep is: points done (of which failed, and done before this session),
+    steps tried so far; and, where it is one of several passes, which."""
 
     total: int
     before: int = 0
@@ -47,8 +51,9 @@ class Progress:
 
 @dataclass
 class Starts:
-    """Where chains are to begin: their numbers [n], the places [n], and ``state(chain, place)``, the state (9) that a
-    chain has got to at a place after its first, None where its last point failed."""
+    """Where chains are to begin: their numbers [n], the places [n], and
+    ``state(chain, place)``, the state (9) that a chain has got to at a place after its
+    first, None where its last point failed."""
 
     chains: Array
     places: Array
@@ -62,14 +67,19 @@ class Starts:
         return Starts(self.chains[mask], self.places[mask], self.state)
 
     def with_more(self, handed: list[tuple[int, int, Array | None]]) -> Starts:
-        """These and the chains that are ``handed`` over: (chain, place, the state there)."""
+        """These and the chains that are ``handed`` over: (chain, place, the state
+        there)."""
         states, before = {(chain, place): state for chain, place, state in handed}, self.state
 
         def state(chain: int, place: int) -> Array | None:
             return states[chain, place] if (chain, place) in states else before(chain, place)
 
         numbers = np.array([one[:2] for one in handed], np.int64).reshape(-1, 2)
-        return Starts(np.concatenate([self.chains, numbers[:, 0]]), np.concatenate([self.places, numbers[:, 1]]), state)
+        return Starts(
+            np.concatenate([self.chains, numbers[:, 0]]),
+            np.concatenate([self.places, numbers[:, 1]]),
+            state,
+        )
 
     def next_points(self, plan: Plan) -> Array:
         """The points with which they begin."""
@@ -85,7 +95,8 @@ class _Crew:
     """A gang with what the engine knows of it."""
 
     gang: Gang
-    # Last point of every segment of a chain in the gang -> (chain, next place), or None where the chain ends with it.
+    # Last point of every segment of a chain in the gang -> (chain, next place), or None
+    # where the chain ends with it.
     ends: dict[int, tuple[int, int] | None] = field(default_factory=dict)
     appetite: int = 64
     losses: int = 0
@@ -94,13 +105,16 @@ class _Crew:
 class Engine:
     """Runs a :class:`Work` on ``workers`` gangs of ``lanes`` lanes.
 
-    ``deliver(points, columns)`` is called, in the calling thread, with the numbers of finished points and their
-    results; ``watch(progress)`` after each slice. With ``remote`` the executor's workers are other processes: slices
-    are longer, and one whose worker has died is given to another; a method ``check`` of the executor, where it has
-    one, raises if nothing can come any more. ``slice_seconds`` bounds how long a stop takes.
+    ``deliver(points, columns)`` is called, in the calling thread, with the numbers of
+    finished points and their results; ``watch(progress)`` after each slice. With
+    ``remote`` the executor's workers are other processes: slices are longer, and one
+    whose worker has died is given to another; a method ``check`` of the executor, where
+    it has one, raises if nothing can come any more. ``slice_seconds`` bounds how long a
+    stop takes.
 
-    ``reach(points)`` says how many of the first of these points of a chain this work is for, where another method
-    integrates the others; a chain that has come to one of those is ``handed`` over: (chain, place, the state there).
+    ``reach(points)`` says how many of the first of these points of a chain this work is
+    for, where another method integrates the others; a chain that has come to one of
+    those is ``handed`` over: (chain, place, the state there).
     """
 
     def __init__(
@@ -125,19 +139,27 @@ class Engine:
         self.progress = Progress(total=work.plan.points)
 
     def run(self, starts: Starts | None = None, pending: Array | None = None) -> Progress:
-        """Run everything, or only these: for carried chains ``starts``, for single points the numbers ``pending``.
+        """Run everything, or only these: for carried chains ``starts``, for single
+        points the numbers ``pending``.
 
-        An interrupt, as a signal or as an exception in the calling thread, ends the run after the slices under way;
-        their results are delivered, and then a KeyboardInterrupt goes on to the caller.
+        An interrupt, as a signal or as an exception in the calling thread, ends the run
+        after the slices under way; their results are delivered, and then a
+        KeyboardInterrupt goes on to the caller.
         """
         plan = self.work.plan
         self._carried = plan.chain_length > 1
         if self._carried:
-            self._starts = Starts(np.arange(plan.chains), np.zeros(plan.chains, np.int64)) if starts is None else starts
+            self._starts = (
+                Starts(np.arange(plan.chains), np.zeros(plan.chains, np.int64))
+                if starts is None
+                else starts
+            )
             self._pending = np.argsort(self._starts.places, kind="stable")
             runs = self._starts.runs(plan)
         else:
-            self._pending = self._longest_first(np.arange(plan.points) if pending is None else pending)
+            self._pending = self._longest_first(
+                np.arange(plan.points) if pending is None else pending
+            )
             runs = len(self._pending)
         self._next = 0  # of the pending points, or starts
         self.progress.before = plan.points - runs
@@ -164,7 +186,9 @@ class Engine:
                     self.watch(self.progress)
             except BaseException:
                 # Let the slices under way end and keep what they finished.
-                ended, _ = wait(futures, timeout=None if not self.remote else 2 * self.slice_seconds)
+                ended, _ = wait(
+                    futures, timeout=None if not self.remote else 2 * self.slice_seconds
+                )
                 for future in ended:
                     if not future.cancelled() and future.exception() is None:
                         self._receive(futures[future], future)
@@ -172,14 +196,16 @@ class Engine:
         return self.progress
 
     def _longest_first(self, points: Array) -> Array:
-        """Fast rotation first: the collar then rolls along the wall, which takes the most steps. And neighbouring lanes
-        get points of one speed and so mostly of one regime, in which all of them may be off the wall. Short runs keep
-        the order of the file, in which they are quickest to store."""
+        """Fast rotation first: the collar then rolls along the wall, which takes the
+        most steps. And neighbouring lanes get points of one speed and so mostly of one
+        regime, in which all of them may be off the wall. Short runs keep the order of
+        the file, in which they are quickest to store."""
         if self.work.simulation.transient + self.work.simulation.observe < SHORT:
             return points
         plan = self.work.plan
         axis = 1 + list(plan.axes).index("rotary_speed")
-        faster = math.prod(plan.grid[axis + 1 :])  # points that run through while the speed stands still
+        # points that run through while the speed stands still
+        faster = math.prod(plan.grid[axis + 1 :])
         speed = (points // faster % plan.shape[axis]).astype(np.int32)  # its place on the axis
         return points[np.argsort(-speed, kind="stable")]
 
@@ -191,32 +217,41 @@ class Engine:
         if crew.gang.idle:
             return
         drain = self._left() == 0 and not any(crew.ends.values())
-        future = self.executor.submit(advance, crew.gang, self.work.variant, self.slice_seconds, drain)
+        future = self.executor.submit(
+            advance, crew.gang, self.work.variant, self.slice_seconds, drain
+        )
         futures[future] = crew
 
     def _lost(self, crew: _Crew, future: Future[Any]) -> bool:
-        """Whether the slice was lost with its worker; the gang here is still as it was sent, and is sent again."""
+        """Whether the slice was lost with its worker; the gang here is still as it was
+        sent, and is sent again."""
         if not self.remote or (not future.cancelled() and future.exception() is None):
             return False
         crew.losses += 1
         if crew.losses > MOST_LOSSES:
             cause = None if future.cancelled() else future.exception()
             raise NsdrillError(
-                f"A part of the sweep was lost {crew.losses} times with its worker ({cause or 'cancelled'}). Finished "
+                f"A part of the sweep was lost {crew.losses} times with its worker "
+                f"({cause or 'cancelled'}). Finished "
                 "points are safe: look after the cluster, then give the same command with --resume."
             ) from cause
         return True
 
     def _count_lanes(self, crews: list[_Crew]) -> None:
         packed = sum(crew.gang.packed_steps * crew.gang.lanes for crew in crews)
-        self.progress.lanes_in_use = sum(crew.gang.lane_steps for crew in crews) / packed if packed else 1.0
+        self.progress.lanes_in_use = (
+            sum(crew.gang.lane_steps for crew in crews) / packed if packed else 1.0
+        )
 
     def _feed(self, crew: _Crew) -> None:
-        """Top up: a lone worker with all that fits, several with at most a fair share of what is left, so that they end
-        together."""
+        """Top up: a lone worker with all that fits, several with at most a fair share
+        of what is left, so that they end together."""
         room = self._left()
         if self.workers > 1:
-            room = min(crew.appetite, max(self.lanes, -(-room // (2 * self.workers)))) - crew.gang.waiting
+            room = (
+                min(crew.appetite, max(self.lanes, -(-room // (2 * self.workers))))
+                - crew.gang.waiting
+            )
         if not self._carried:
             count = min(room, crew.gang.free, self._left())
             if count > 0:
@@ -228,7 +263,9 @@ class Engine:
         while room > 0 and self._left() and (len(crew.ends) + 1) * self._segment <= crew.gang.slots:
             number = self._pending[self._next]
             chain, place = int(self._starts.chains[number]), int(self._starts.places[number])
-            self._add_segment(crew, chain, place, self._starts.state(chain, place) if place else None)
+            self._add_segment(
+                crew, chain, place, self._starts.state(chain, place) if place else None
+            )
             self._next += 1
             room -= 1
 

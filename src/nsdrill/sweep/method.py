@@ -27,13 +27,15 @@ class Chosen:
     method: str
 
     def points(self, points: Array) -> Array:
-        """Whether each of these points is integrated implicitly, shape (n,): as the study asks, or as friction is steep
-        there."""
+        """Whether each of these points is integrated implicitly, shape (n,): as the
+        study asks, or as friction is steep there."""
         points = np.asarray(points)
         values, found = self.plan.values(points), np.zeros(np.shape(points), dtype=bool)
         for apart, there in in_parts(self.model, values):
             here = {key: value[there] for key, value in values.items()} | apart
-            found[there] = implicit(self.method, self.model, values_at(self.parameters, self.initial, here))
+            found[there] = implicit(
+                self.method, self.model, values_at(self.parameters, self.initial, here)
+            )
         return found
 
     def words(self) -> tuple[str, ...]:
@@ -44,4 +46,6 @@ class Chosen:
         for first in range(0, self.plan.points, _BLOCK):
             block = np.arange(first, min(first + _BLOCK, self.plan.points))
             found |= set(self.points(block).tolist())
-        return tuple(word for word, value in (("explicit", False), ("implicit", True)) if value in found)
+        return tuple(
+            word for word, value in (("explicit", False), ("implicit", True)) if value in found
+        )

@@ -1,8 +1,10 @@
-"""From axes to points to chains: which operating points there are, and in which order the state is carried.
+"""From axes to points to chains: which operating points there are, and in which order
+the state is carried.
 
-Points are numbered over (procedure, axes), the last axis fastest; where every operating point is run with several
-samples of uncertain numbers, or started from several states, each is a point of its own, and these run fastest. A
-chain is a row of points that follow one another; without carried state every point is a chain of its own.
+Points are numbered over (procedure, axes), the last axis fastest; where every operating
+point is run with several samples of uncertain numbers, or started from several states,
+each is a point of its own, and these run fastest. A chain is a row of points that
+follow one another; without carried state every point is a chain of its own.
 """
 
 from __future__ import annotations
@@ -20,12 +22,15 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 @dataclass(frozen=True)
 class Plan:
-    """``axes``: the ascending values in SI of each axis by its key, in order; ``procedure`` same, up, down or up-down;
-    ``along`` the key of the axis along which the state is carried; ``starts`` from how many states each operating point
-    is started, 0 where from one; there are several with procedure same only. ``drawn`` has the samples of the uncertain
-    numbers by key, arrays of one length; a state is carried along an axis in each sample by itself.
+    """``axes``: the ascending values in SI of each axis by its key, in order;
+    ``procedure`` same, up, down or up-down; ``along`` the key of the axis along which
+    the state is carried; ``starts`` from how many states each operating point is
+    started, 0 where from one; there are several with procedure same only. ``drawn`` has
+    the samples of the uncertain numbers by key, arrays of one length; a state is
+    carried along an axis in each sample by itself.
 
-    Up-down is one chain: up to the end and back down from there, so that the end point is run twice.
+    Up-down is one chain: up to the end and back down from there, so that the end point
+    is run twice.
     """
 
     axes: dict[str, Array]
@@ -36,9 +41,14 @@ class Plan:
 
     def __post_init__(self) -> None:
         if self.starts and self.drawn:
-            raise ValueError(f"starts: found {self.starts} with samples of uncertain numbers, allowed: one of the two")
+            raise ValueError(
+                f"starts: found {self.starts} with samples of uncertain numbers, "
+                f"allowed: one of the two"
+            )
         if self.starts and self.procedure != "same":
-            raise ValueError(f"starts: found {self.starts} with procedure {self.procedure}, allowed: with same")
+            raise ValueError(
+                f"starts: found {self.starts} with procedure {self.procedure}, allowed: with same"
+            )
 
     @property
     def procedures(self) -> tuple[str, ...]:
@@ -46,7 +56,8 @@ class Plan:
 
     @property
     def samples(self) -> int:
-        """With how many samples of the uncertain numbers every operating point is run; 0 where none is uncertain."""
+        """With how many samples of the uncertain numbers every operating point is run;
+        0 where none is uncertain."""
         return len(next(iter(self.drawn.values()))) if self.drawn else 0
 
     @property
@@ -61,7 +72,8 @@ class Plan:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """(procedures, values of each axis), and the number of samples where numbers are uncertain."""
+        """(procedures, values of each axis), and the number of samples where numbers
+        are uncertain."""
         axes = (len(values) for values in self.axes.values())
         return len(self.procedures), *axes, *([self.samples] if self.samples else [])
 
@@ -85,7 +97,8 @@ class Plan:
         return self.points // self.chain_length
 
     def points_of(self, chain: Array | int, place: Array | int) -> Array:
-        """Numbers of the points at these places of these chains (arrays that broadcast together)."""
+        """Numbers of the points at these places of these chains (arrays that broadcast
+        together)."""
         chain, place = np.broadcast_arrays(np.asarray(chain), np.asarray(place))
         if self.chain_length == 1:
             return np.asarray(chain)
@@ -105,8 +118,13 @@ class Plan:
     def values(self, points: Array) -> dict[str, Array]:
         """The values of every axis, and of the uncertain numbers, at these points."""
         _, *indices = np.unravel_index(points, self.grid)
-        found = {name: values[index] for (name, values), index in zip(self.axes.items(), indices, strict=False)}
-        return found | {name: values[indices[len(self.axes)]] for name, values in self.drawn.items()}
+        found = {
+            name: values[index]
+            for (name, values), index in zip(self.axes.items(), indices, strict=False)
+        }
+        return found | {
+            name: values[indices[len(self.axes)]] for name, values in self.drawn.items()
+        }
 
     def starts_of(self, points: Array) -> Array:
         """The number of the start of these points."""
@@ -115,16 +133,22 @@ class Plan:
     def find(
         self, wanted: Mapping[str, float], procedure: str, start: int = 0, sample: int = 0
     ) -> tuple[int, dict[str, float]]:
-        """The point nearest to the values ``wanted`` of all axes in a procedure, and its values, those of the uncertain
-        numbers among them. ValueError for a procedure, a start or a sample that is not there."""
+        """The point nearest to the values ``wanted`` of all axes in a procedure, and
+        its values, those of the uncertain numbers among them. ValueError for a
+        procedure, a start or a sample that is not there."""
         if not 0 <= sample < max(self.samples, 1):
             raise ValueError(f"sample: found {sample}, allowed: 0 to {max(self.samples, 1) - 1}")
         if not 0 <= start < max(self.starts, 1):
             raise ValueError(f"start: found {start}, allowed: 0 to {max(self.starts, 1) - 1}")
         if procedure not in self.procedures:
             raise ValueError(f"procedure: found {procedure}, allowed: {', '.join(self.procedures)}")
-        nearest = [int(np.argmin(np.abs(values - wanted[name]))) for name, values in self.axes.items()]
-        found = {name: float(values[i]) for (name, values), i in zip(self.axes.items(), nearest, strict=True)}
+        nearest = [
+            int(np.argmin(np.abs(values - wanted[name]))) for name, values in self.axes.items()
+        ]
+        found = {
+            name: float(values[i])
+            for (name, values), i in zip(self.axes.items(), nearest, strict=True)
+        }
         found |= {name: float(values[sample]) for name, values in self.drawn.items()}
         place = (self.procedures.index(procedure), *nearest, *([sample] if self.samples else []))
         return int(np.ravel_multi_index(place, self.shape)) * max(self.starts, 1) + start, found

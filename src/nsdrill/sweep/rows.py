@@ -14,9 +14,9 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 @dataclass(frozen=True)
 class Rows(Plan):
-    """One point for each row of a table: ``axes`` has the values of each key, arrays [rows], those of the operation
-    among them. The rows go by ascending speed, as the engine takes the last ones first, and fast rotation takes the
-    most steps."""
+    """One point for each row of a table: ``axes`` has the values of each key, arrays
+    [rows], those of the operation among them. The rows go by ascending speed, as the
+    engine takes the last ones first, and fast rotation takes the most steps."""
 
     @classmethod
     def of(cls, table: dict[str, Array]) -> tuple[Self, Array]:

@@ -1,4 +1,5 @@
-"""What a sweep computes: the plan, the model and how it is watched; and one slice of that work on one gang."""
+"""What a sweep computes: the plan, the model and how it is watched; and one slice of
+that work on one gang."""
 
 from __future__ import annotations
 
@@ -17,11 +18,27 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model
 from nsdrill.models.base import Variant as Fixed
-from nsdrill.models.leaves import Values, in_parts, is_apart, part_at, parts_of, states_of_all, values_at, words_of
+from nsdrill.models.leaves import (
+    Values,
+    in_parts,
+    is_apart,
+    part_at,
+    parts_of,
+    states_of_all,
+    values_at,
+    words_of,
+)
 from nsdrill.models.registry import NAMES, described, model_named
 from nsdrill.models.starts import Starts
 from nsdrill.models.steepness import METHODS
-from nsdrill.observe.exponent import GROWTH, GROWTH_HEADER, exponent_of, growth_header, make_growth, seed_deviation
+from nsdrill.observe.exponent import (
+    GROWTH,
+    GROWTH_HEADER,
+    exponent_of,
+    growth_header,
+    make_growth,
+    seed_deviation,
+)
 from nsdrill.observe.exponent import REPORT as GROWTH_REPORT
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.motion import period, zero_one
@@ -37,8 +54,9 @@ FEWEST_SLOTS = 256
 
 @dataclass(frozen=True)
 class Variant:
-    """What is fixed when a sweep is compiled: the name of the model and what it has compiled in, whether the Lyapunov
-    exponent is measured, and the name of the stepper."""
+    """What is fixed when a sweep is compiled: the name of the model and what it has
+    compiled in, whether the Lyapunov exponent is measured, and the name of the
+    stepper."""
 
     model: str
     fixed: Fixed
@@ -47,7 +65,8 @@ class Variant:
 
     @property
     def rows(self) -> Rows:
-        """The lane buffer, with the companions and the rows for the Lyapunov exponent or without."""
+        """The lane buffer, with the companions and the rows for the Lyapunov exponent
+        or without."""
         model = model_named(self.model)
         observed = model.observed + (_others(model) if self.exponent else 0)
         return STEPPERS[self.stepper].rows(model.rows(self.fixed, observed, tangent=self.exponent))
@@ -85,10 +104,14 @@ class Work:
         return Variant(self.model, fixed, self.record.exponent, self.simulation.stepper)
 
     def at(self, values: Mapping[str, Any]) -> Values:
-        """What the points have at these values of the axes, scalars or arrays [points]; of what is compiled in all have
-        what the parameters say (:meth:`parts`)."""
+        """What the points have at these values of the axes, scalars or arrays [points];
+        of what is compiled in all have what the parameters say (:meth:`parts`)."""
         unread = getattr(self.parameters, "unread", ()) if any(map(words_of, self.compiled)) else ()
-        free = {key: value for key, value in values.items() if key not in self.compiled and key not in unread}
+        free = {
+            key: value
+            for key, value in values.items()
+            if key not in self.compiled and key not in unread
+        }
         return values_at(self.parameters, self.initial, free)
 
     @property
@@ -97,7 +120,8 @@ class Work:
         return tuple(key for key in self.plan.axes if is_apart(self.model, key))
 
     def parts(self, points: Array) -> Iterator[tuple[Self, Array]]:
-        """These points by what is compiled in: the work of each part, with parameters of its own, and its points."""
+        """These points by what is compiled in: the work of each part, with parameters
+        of its own, and its points."""
         if not self.compiled:
             yield self, points
             return
@@ -115,8 +139,8 @@ class Work:
         return replace(self, simulation=replace(self.simulation, method=method))
 
     def by_method(self, points: Array) -> Iterator[tuple[Self, Array]]:
-        """These points by the method that integrates them: the work of each part, with a method that is not left
-        open."""
+        """These points by the method that integrates them: the work of each part, with
+        a method that is not left open."""
         if self.simulation.method == "explicit":
             yield self, points
             return
@@ -141,25 +165,31 @@ class Work:
         model, fixed, at = self.kind, self.variant.fixed, self.at(self.plan.values(points))
         table = model.pack(at, self.thresholds)
         runs = model.runs(table, fixed, model.starts(at, self.plan.starts_of(points)))
-        if self.record.exponent:  # the deviation stands between the states and the phase, and has no drift
+        # the deviation stands between the states and the phase, and has no drift
+        if self.record.exponent:
             seeds = seed_deviation(runs.sizes)
             names = model.states(fixed)
             seeds[:, [names.index(name) for name in model.undeviated(self.parameters)]] = 0.0
             initial = np.concatenate([runs.initial[:, :-1], seeds, runs.initial[:, -1:]], axis=1)
             still = np.zeros_like(runs.drifts)
             runs = replace(
-                runs, initial=initial, sizes=np.tile(runs.sizes, 2), drifts=np.concatenate([runs.drifts, still], axis=1)
+                runs,
+                initial=initial,
+                sizes=np.tile(runs.sizes, 2),
+                drifts=np.concatenate([runs.drifts, still], axis=1),
             )
         return runs
 
     @property
     def states(self) -> tuple[str, ...]:
-        """The states of all points, the angle of the drive last; each may have only some of them."""
+        """The states of all points, the angle of the drive last; each may have only
+        some of them."""
         every = parts_of(self.model, self.parameters, self.initial, self.plan.axes)
         return states_of_all([described(self.model).states(parameters) for parameters, _ in every])
 
     def kept(self, state: Array) -> Array:
-        """States with the phase last [points, own states + 1] among the states of all points; NaN for others."""
+        """States with the phase last [points, own states + 1] among the states of all
+        points; NaN for others."""
         names, own = self.states, described(self.model).states(self.parameters)
         if names == own:
             return state
@@ -178,18 +208,19 @@ class Work:
         return len(self.kind.states(self.variant.fixed))
 
     def own_state(self, state: Array) -> Array:
-        """States with the phase last, shape (..., states + 1), without the deviation that may stand before it."""
+        """States with the phase last, shape (..., states + 1), without the deviation
+        that may stand before it."""
         return np.concatenate([state[..., : self.state_count], state[..., -1:]], axis=-1)
 
     def begin(self, initial: Array, state: Array) -> None:
-        """Let the run of the row ``initial`` begin in ``state`` (states + 1), whatever deviation it has, but for what
-        does not move."""
+        """Let the run of the row ``initial`` begin in ``state`` (states + 1), whatever
+        deviation it has, but for what does not move."""
         moves = [i for i in range(self.state_count) if i not in self._held]
         initial[moves], initial[-1] = state[moves], state[-1]
 
     def alike(self, initial: Array) -> int:
-        """How many of the first rows of ``initial`` have all that does not move where the first has it: so many runs
-        may follow one another without :meth:`begin`."""
+        """How many of the first rows of ``initial`` have all that does not move where
+        the first has it: so many runs may follow one another without :meth:`begin`."""
         differs = np.any(initial[:, self._held] != initial[:1, self._held], axis=1)
         return int(np.argmax(differs)) if differs.any() else len(initial)
 
@@ -201,7 +232,9 @@ class Work:
 
     def measured(self, done: Finished) -> dict[str, Array]:
         """The features of finished runs; NaN where a run did not end well."""
-        found = self.kind.features(done.report, done.parameters, self.simulation.observe, self.variant.fixed)
+        found = self.kind.features(
+            done.report, done.parameters, self.simulation.observe, self.variant.fixed
+        )
         return _where(done.status == OK, found)
 
     def columns(self, done: Finished) -> dict[str, Array]:
@@ -217,7 +250,9 @@ class Work:
         measured |= _where(ok, model.derived(measured, self.at(self.plan.values(done.job))))
         size = model.sizes(done.parameters, self.variant.fixed)
         if record.poincare:
-            measured |= _where(ok, model.section(done.report, record, done.parameters, self.variant.fixed))
+            measured |= _where(
+                ok, model.section(done.report, record, done.parameters, self.variant.fixed)
+            )
             measured["zero_one"] = self._zero_one(model.returns(measured), size)
         labels = model.classify(measured, done.status, self.thresholds, size)
         return {
@@ -227,7 +262,8 @@ class Work:
             **measured,
             **labels,
             "method": np.full(len(size), self.simulation.method == "implicit", np.int8),
-            **({"attractor": np.zeros(len(size), np.int16)} if self.plan.starts else {}),  # known when all starts are
+            # known when all starts are
+            **({"attractor": np.zeros(len(size), np.int16)} if self.plan.starts else {}),
             **_where(ok, model.peaks(done.report, record)),
             "initial_state": self.kept(self.own_state(done.initial)),
             "final_state": self.kept(self.own_state(done.final)),
@@ -235,7 +271,8 @@ class Work:
 
     def _zero_one(self, returns: Array, size: Array) -> Array:
         """The 0-1 test where it says something: on motions without a period."""
-        size = self.kind.seen(size)[:, : returns.shape[-1]]  # not all states need be seen at a return
+        # not all states need be seen at a return
+        size = self.kind.seen(size)[:, : returns.shape[-1]]
         index = np.full(len(size), np.nan)
         open_ = np.flatnonzero(period(returns, size, self.thresholds.motion) == 0)
         index[open_] = zero_one(returns[open_], size[open_])
@@ -244,19 +281,25 @@ class Work:
 
 def _where(ok: Array, found: dict[str, Array]) -> dict[str, Array]:
     """These arrays [n, ...] with NaN where not ``ok`` [n]."""
-    return {name: np.where(ok.reshape(-1, *[1] * (value.ndim - 1)), value, np.nan) for name, value in found.items()}
+    return {
+        name: np.where(ok.reshape(-1, *[1] * (value.ndim - 1)), value, np.nan)
+        for name, value in found.items()
+    }
 
 
 @lru_cache
 def compiled_parts(lanes: int, variant: Variant) -> Compiled:
-    """The model and the observer, compiled for a number of lanes; from the disk cache where it has them. The kernel is
-    compiled along, before several threads ask for it at once."""
+    """The model and the observer, compiled for a number of lanes; from the disk cache
+    where it has them. The kernel is compiled along, before several threads ask for it
+    at once."""
     model, rows = model_named(variant.model), variant.rows
     STEPPERS[variant.stepper].make(lanes, rows)
     make_advance()
     if variant.exponent:
         observer, marker = make_watch(lanes, variant)
-        return Compiled(model.tangent(lanes, variant.fixed, _landing_place(model)), observer, marker)
+        return Compiled(
+            model.tangent(lanes, variant.fixed, _landing_place(model)), observer, marker
+        )
     observer, marker = model.observer(lanes, variant.fixed)
     return Compiled(model.right_hand_side(lanes, variant.fixed), observer, marker)
 
@@ -268,15 +311,17 @@ def _landing_place(model: Model) -> int:
 
 @lru_cache
 def make_watch(lanes: int, variant: Variant) -> tuple[Any, Any]:
-    """The compiled (observer, marker) that do all: mend the deviation across contacts, measure features of the motion
-    and growth of its deviation."""
+    """The compiled (observer, marker) that do all: mend the deviation across contacts,
+    measure features of the motion and growth of its deviation."""
     model, rows, stepper = model_named(variant.model), variant.rows, STEPPERS[variant.stepper]
     place, contacts = _landing_place(model), len(model.contacts)
     identity = (NAMES.index(variant.model), *variant.fixed, list(STEPPERS).index(variant.stepper))
     observer, marker = model.observer(lanes, variant.fixed, tangent=True, others=_others(model))
     measure = model.contact_functions(lanes, variant.fixed, place + RATES * contacts)
     tangent = model.tangent(1, variant.fixed, place)
-    landing = make_landing(lanes, rows, stepper.scheme(rows), place, measure, tangent, contacts, identity)
+    landing = make_landing(
+        lanes, rows, stepper.scheme(rows), place, measure, tangent, contacts, identity
+    )
     growth, growth_marker = make_growth(lanes, rows, model.observed, GROWTH_HEADER)
     columns = len(GROWTH_REPORT)
 
@@ -286,7 +331,11 @@ def make_watch(lanes: int, variant: Variant) -> tuple[Any, Any]:
         observer(b, store)
         growth(b, store)
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes, *identity)
+    @compiled(
+        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
+        lanes,
+        *identity,
+    )
     def watch_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         marker(b, store, i, mark, report, column)
         growth_marker(b, store, i, mark, report, len(report) - columns)

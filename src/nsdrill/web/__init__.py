@@ -1,1 +1,2 @@
-"""What is shown in a browser: the explorer, a small server on this machine, and the report, a file of its own."""
+"""What is shown in a browser: the explorer, a small server on this machine, and the
+report, a file of its own."""

@@ -1,7 +1,8 @@
-"""Areas over two axes for a page: where it is safe, how probable that is, what the checks say, and basins of starts.
+"""Areas over two axes for a page: where it is safe, how probable that is, what the
+checks say, and basins of starts.
 
-Each is a title with a reply in the form of :func:`nsdrill.web.diagrams.plane`: column ``values`` [1, y, x], with
-``outcome`` alike.
+Each is a title with a reply in the form of :func:`nsdrill.web.diagrams.plane`: column
+``values`` [1, y, x], with ``outcome`` alike.
 """
 
 from __future__ import annotations
@@ -19,7 +20,14 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.models.starts import Starts, slice_values
-from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED, verdict
+from nsdrill.observe.trust import (
+    AGREES,
+    CHECK_FAILED,
+    FEATURES_DIFFER,
+    RESPONSE_DIFFERS,
+    UNCHECKED,
+    verdict,
+)
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import edges
 from nsdrill.plot.style import GREY, ORANGE, SKY, VERMILLION, WINE
@@ -46,8 +54,9 @@ VERDICTS = {
 
 
 def window_areas(results: Results, units: str) -> Iterator[Titled]:
-    """Safe, dependent on the history and critical over the axes of a window, for each of up to four values of a third
-    axis; nothing where there are not two or three axes."""
+    """Safe, dependent on the history and critical over the axes of a window, for each
+    of up to four values of a third axis; nothing where there are not two or three
+    axes."""
     try:
         found = classes(results)
     except InputError:
@@ -65,7 +74,8 @@ def window_areas(results: Results, units: str) -> Iterator[Titled]:
 
 
 def verdict_areas(results: Results, units: str, x: str, y: str) -> Iterator[Titled]:
-    """What the checks of each point say, over two axes, for each procedure; nothing where there were none."""
+    """What the checks of each point say, over two axes, for each procedure; nothing
+    where there were none."""
     if "trusted" not in results.variables or len(results.swept) != 2:
         return
     verdicts = verdict(results)
@@ -73,11 +83,15 @@ def verdict_areas(results: Results, units: str, x: str, y: str) -> Iterator[Titl
     names = [text(name) for name in results.coords["procedure"]]
     for number, name in enumerate(names):
         plane = _turned(results, verdicts[number], x, y)
-        yield f"Checks{f', {name}' if len(names) > 1 else ''}", _area(across, up, plane, "Checks", VERDICTS)
+        yield (
+            f"Checks{f', {name}' if len(names) > 1 else ''}",
+            _area(across, up, plane, "Checks", VERDICTS),
+        )
 
 
 def probability_areas(results: Results, units: str, x: str, y: str) -> Iterator[Titled]:
-    """How probable a safe run and each response that occurs are, over two axes, in percent; whatever the history."""
+    """How probable a safe run and each response that occurs are, over two axes, in
+    percent; whatever the history."""
     found = chances(results, responses=model_in(results.attrs).responses)
     across, up = (axis_of(results, axis, units) for axis in (x, y))
     for name, words in outcomes_of(found):
@@ -89,16 +103,22 @@ def probability_areas(results: Results, units: str, x: str, y: str) -> Iterator[
 
 
 def probability_lines(results: Results, units: str, x: str) -> Reply:
-    """How probable a safe run and each response that occurs are along one axis, in percent: a line for each."""
+    """How probable a safe run and each response that occurs are along one axis, in
+    percent: a line for each."""
     found = chances(results, responses=model_in(results.attrs).responses)
     named = outcomes_of(found)
     codes = [0 if name == SAFE else 1 << RESPONSES.index(name) for name, _ in named]
     values = np.stack([100.0 * found.of(name)[0].ravel() for name, _ in named])
     borders = edges(results.coords[x]) / quantity(x, units).scale
     head = {
-        "x": axis_of(results, x, units), "y": _named("Probability", "%"), "head_told": [], "hysteresis": [],
-        "procedures": [words for _, words in named], "lines": [], "edges": [borders[0], borders[-1]],
-    }  # fmt: skip
+        "x": axis_of(results, x, units),
+        "y": _named("Probability", "%"),
+        "head_told": [],
+        "hysteresis": [],
+        "procedures": [words for _, words in named],
+        "lines": [],
+        "edges": [borders[0], borders[-1]],
+    }
     return head, {
         "values": values[..., np.newaxis],
         "outcome": np.broadcast_to(np.array(codes)[:, np.newaxis], values.shape),
@@ -118,7 +138,9 @@ def outcomes_of(found: Chances) -> list[tuple[str, str]]:
 
 def basin_area(results: Results, units: str) -> Titled:
     """Which response each start of a slice comes to, of one operating point."""
-    (across, x), (up, y) = slice_values(Starts(slice=results.slice), tuple(results["state"].tolist())).items()
+    (across, x), (up, y) = slice_values(
+        Starts(slice=results.slice), tuple(results["state"].tolist())
+    ).items()
     codes = outcome(results["status"], results["response"]).reshape(-1, len(x), len(y))[0].T
     styles = {code: (one["name"], one["colour"]) for code, one in enumerate(response_styles())}
     axes = [
@@ -144,22 +166,43 @@ def _turned(results: Results, values: Array, x: str, y: str) -> Array:
 def _named(words: str, unit: str = "") -> dict[str, Any]:
     """What a page knows of a number that is no variable of a file."""
     label = f"{words} [{unit}]" if unit else words
-    return {"name": words, "words": words, "unit": unit, "label": label, "scale": 1.0, "long": words}
+    return {
+        "name": words,
+        "words": words,
+        "unit": unit,
+        "label": label,
+        "scale": 1.0,
+        "long": words,
+    }
 
 
 def _area(
-    x: Mapping[str, Any], y: Mapping[str, Any], values: Array, words: str, named: Mapping[int, tuple[str, str]] | None
+    x: Mapping[str, Any],
+    y: Mapping[str, Any],
+    values: Array,
+    words: str,
+    named: Mapping[int, tuple[str, str]] | None,
 ) -> Reply:
     """``values`` [y, x] as a map: classes with their words and colours, or numbers."""
     failed = values < 0 if named else np.zeros(values.shape, bool)
     head = {
-        "x": dict(x), "y": dict(y), "colour": _named(words), "procedures": [""], "place": None,
-        "x_edges": edges(np.asarray(x["values"])), "y_edges": edges(np.asarray(y["values"])),
-        "classes": [{"name": of, "colour": colour} for of, colour in _in_order(named)] if named else None,
+        "x": dict(x),
+        "y": dict(y),
+        "colour": _named(words),
+        "procedures": [""],
+        "place": None,
+        "x_edges": edges(np.asarray(x["values"])),
+        "y_edges": edges(np.asarray(y["values"])),
+        "classes": [{"name": of, "colour": colour} for of, colour in _in_order(named)]
+        if named
+        else None,
         "limits": None,
-    }  # fmt: skip
+    }
     shown = np.where(failed, np.nan, values.astype(float))
-    return head, {"values": shown[np.newaxis], "outcome": np.where(failed, values, 0)[np.newaxis].astype(int)}
+    return head, {
+        "values": shown[np.newaxis],
+        "outcome": np.where(failed, values, 0)[np.newaxis].astype(int),
+    }
 
 
 def _in_order(named: Mapping[int, tuple[str, str]]) -> Sequence[tuple[str, str]]:

@@ -1,5 +1,5 @@
-"""Branches of motions from a file of ``nsdrill continue``, as curves for a page: the file says by itself what it
-holds."""
+"""Branches of motions from a file of ``nsdrill continue``, as curves for a page: the
+file says by itself what it holds."""
 
 from __future__ import annotations
 
@@ -29,9 +29,11 @@ REGULAR, END = 0, 9  # labels of points that are none of note
 
 @dataclass(frozen=True)
 class Branches:
-    """All branches of a file, their points one after the other: arrays [point]. ``along`` names the number that is
-    continued, ``key`` is its key; ``sizes`` says how many points each branch has, ``names`` what each is, ``ends`` why
-    it ends; ``state`` [point, states] is that at the drive angle 0; ``meanings`` has the words of the ``label``."""
+    """All branches of a file, their points one after the other: arrays [point].
+    ``along`` names the number that is continued, ``key`` is its key; ``sizes`` says how
+    many points each branch has, ``names`` what each is, ``ends`` why it ends; ``state``
+    [point, states] is that at the drive angle 0; ``meanings`` has the words of the
+    ``label``."""
 
     path: str
     attrs: Mapping[str, Any]
@@ -56,7 +58,9 @@ class Branches:
     def study(self) -> Study:
         """The study that the branches were made from."""
         if "study_resolved" not in self.attrs:
-            raise FileError(f"{self.path}: found no study in the file; allowed: a file of nsdrill continue.")
+            raise FileError(
+                f"{self.path}: found no study in the file; allowed: a file of nsdrill continue."
+            )
         return study_from_resolved(
             json.loads(self.attrs["study_resolved"]), str(self.attrs.get("study", "")), self.path
         )
@@ -66,7 +70,8 @@ class Branches:
         return int(np.searchsorted(np.cumsum(self.sizes), point, side="right"))
 
     def name_of(self, point: int) -> str:
-        """Which branch a point is of, how stable it is, and its label where it has one of note."""
+        """Which branch a point is of, how stable it is, and its label where it has one
+        of note."""
         branch, count = self.branch_of(point), int(self.unstable[point])
         directions = f"unstable in {count} direction{'s' if count > 1 else ''}"
         said = [f"branch {branch}", self.names[branch], directions if count else "stable"]
@@ -76,7 +81,8 @@ class Branches:
 
 
 def is_branches(path: str | os.PathLike[str]) -> bool:
-    """Whether this is a file of branches; False for what is no file of nsdrill, of which others say more."""
+    """Whether this is a file of branches; False for what is no file of nsdrill, of
+    which others say more."""
     try:
         with hdf5.opened(path) as file:
             return str(file.attrs["nsdrill_kind"]) == KIND
@@ -88,7 +94,10 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
     """The file of branches ``path``; FileError where it is none, or damaged."""
     with hdf5.opened(path) as file:
         if (kind := str(file.attrs["nsdrill_kind"])) != KIND:
-            raise FileError(f"{path}: this is a {kind} file; a file of branches, of nsdrill continue, is needed.")
+            raise FileError(
+                f"{path}: this is a {kind} file; a file of branches, of nsdrill "
+                f"continue, is needed."
+            )
         attrs = get_attributes(path, file)
         along = str(attrs.get("along", "rotary_speed"))
         try:
@@ -99,24 +108,56 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
             features = {
                 name: np.asarray(file[name][()], dtype=float)
                 for name in file
-                if file[name].shape == (count,) and file[name].dtype.kind == "f" and (name in BY_NAME or name == along)
+                if file[name].shape == (count,)
+                and file[name].dtype.kind == "f"
+                and (name in BY_NAME or name == along)
             }
-            features |= {name: np.asarray(file[name][()], dtype=float) for name in AXES if name in file}
+            features |= {
+                name: np.asarray(file[name][()], dtype=float) for name in AXES if name in file
+            }
             found = Branches(
-                str(path), attrs, along, str(attrs.get("along_key", along)), sizes,
-                tuple(_name(m, n) for m, n in zip(file["motion"].asstr()[()], file["lobes"][()], strict=True)),
-                tuple(file["end_reason"].asstr()[()]), features,
-                np.asarray(file["state"][()], dtype=float), np.asarray(file["period"][()], dtype=float),
-                np.asarray(file["unstable"][()], dtype=int), np.asarray(file["label"][()], dtype=int),
-                {int(code): word.replace("_", " ") for code, word in zip(codes, words, strict=False)},
-            )  # fmt: skip
+                str(path),
+                attrs,
+                along,
+                str(attrs.get("along_key", along)),
+                sizes,
+                tuple(
+                    _name(m, n)
+                    for m, n in zip(file["motion"].asstr()[()], file["lobes"][()], strict=True)
+                ),
+                tuple(file["end_reason"].asstr()[()]),
+                features,
+                np.asarray(file["state"][()], dtype=float),
+                np.asarray(file["period"][()], dtype=float),
+                np.asarray(file["unstable"][()], dtype=int),
+                np.asarray(file["label"][()], dtype=int),
+                {
+                    int(code): word.replace("_", " ")
+                    for code, word in zip(codes, words, strict=False)
+                },
+            )
         except (KeyError, ValueError, TypeError, AttributeError, OSError) as error:
-            raise FileError(f"{path}: is damaged, or of another version ({type(error).__name__}: {error}).") from error
+            raise FileError(
+                f"{path}: is damaged, or of another version ({type(error).__name__}: {error})."
+            ) from error
     lengths = {
-        len(values) for values in (*found.features.values(), found.state, found.period, found.unstable, found.label)
+        len(values)
+        for values in (
+            *found.features.values(),
+            found.state,
+            found.period,
+            found.unstable,
+            found.label,
+        )
     }
-    if along not in found.features or lengths != {int(sizes.sum())} or len(found.ends) != len(sizes):
-        raise FileError(f"{path}: its branches do not have as many points as they say. {hdf5.EDITED}")
+    if (
+        along not in found.features
+        or lengths != {int(sizes.sum())}
+        or len(found.ends) != len(sizes)
+    ):
+        raise FileError(
+            f"{path}: its branches do not have as many points as they say. {hdf5.EDITED}"
+        )
     return found
 
 
@@ -126,18 +167,26 @@ def _plain(value: Any) -> Any:
 
 def _name(motion: Any, lobes: Any) -> str:
     words = str(motion).replace("_", " ")
-    return f"{words} over {int(lobes)} lobe{'' if int(lobes) == 1 else 's'}" if words == "periodic" else words
+    return (
+        f"{words} over {int(lobes)} lobe{'' if int(lobes) == 1 else 's'}"
+        if words == "periodic"
+        else words
+    )
 
 
 def curves(found: Branches, name: str, units: str) -> tuple[dict[str, Any], dict[str, Array]]:
-    """The branches in a diagram of the feature ``name``: columns ``curve x``, ``curve y`` and ``curve unstable``
-    [point]; of the head ``curves`` the sizes, the words of each branch and its special points."""
+    """The branches in a diagram of the feature ``name``: columns ``curve x``,
+    ``curve y`` and ``curve unstable`` [point]; of the head ``curves`` the sizes, the
+    words of each branch and its special points."""
     x, y = quantity(found.along, units), quantity(name, units)
     special = np.flatnonzero(~np.isin(found.label, (REGULAR, END)))
     head = {
-        "sizes": found.sizes, "names": found.names,
-        "special": [[int(i), found.meanings.get(int(found.label[i]), str(found.label[i]))] for i in special],
-    }  # fmt: skip
+        "sizes": found.sizes,
+        "names": found.names,
+        "special": [
+            [int(i), found.meanings.get(int(found.label[i]), str(found.label[i]))] for i in special
+        ],
+    }
     columns = {
         "curve x": found.numbers / x.scale,
         "curve y": found.features[name] / y.scale,
@@ -147,7 +196,8 @@ def curves(found: Branches, name: str, units: str) -> tuple[dict[str, Any], dict
 
 
 def fits(found: Branches, results: Results, axis: str, place: Any, units: str) -> str:
-    """Why the branches are no curves in a diagram along ``axis`` through ``place``; "" where they are."""
+    """Why the branches are no curves in a diagram along ``axis`` through ``place``; ""
+    where they are."""
     if other := other_string(found.attrs, results, {}, (found.key,)):
         key, there, here = other[0]
         return f"The branches are of another string: {key} is {there} there, {here} here."

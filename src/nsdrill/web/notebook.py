@@ -10,9 +10,10 @@ from nsdrill.web.server import Explorer
 
 
 class View:
-    """An explorer that goes on until :meth:`close`, or the end of this process. A notebook shows it in a frame of
-    ``height`` pixels where it is the value of a cell; elsewhere :attr:`url` opens in a browser on this machine. With
-    ``with`` it is closed at the end."""
+    """An explorer that goes on until :meth:`close`, or the end of this process. A
+    notebook shows it in a frame of ``height`` pixels where it is the value of a cell;
+    elsewhere :attr:`url` opens in a browser on this machine. With ``with`` it is closed
+    at the end."""
 
     def __init__(self, explorer: Explorer, height: int) -> None:
         self._explorer, self._height = explorer, height
@@ -37,7 +38,10 @@ class View:
         if self._explorer.stopped.is_set():
             return f"<p>{html.escape(repr(self))}</p>"
         url = html.escape(self.url, quote=True)
-        return f'<iframe src="{url}" width="100%" height="{self._height}" title="nsdrill" style="border: 0"></iframe>'
+        return (
+            f'<iframe src="{url}" width="100%" height="{self._height}" title="nsdrill" '
+            f'style="border: 0"></iframe>'
+        )
 
     def __enter__(self) -> Self:
         return self

@@ -1,7 +1,9 @@
-"""The report: results as one page of HTML that needs no network and no program, to send, to read and to print.
+"""The report: results as one page of HTML that needs no network and no program, to
+send, to read and to print.
 
-Text and tables are plain HTML. Diagrams and motions are drawn in the browser, by what the explorer draws with, from the
-same bodies (:mod:`nsdrill.web.packet`), which stand in the page as base64.
+Text and tables are plain HTML. Diagrams and motions are drawn in the browser, by what
+the explorer draws with, from the same bodies (:mod:`nsdrill.web.packet`), which stand
+in the page as base64.
 """
 
 from __future__ import annotations
@@ -51,7 +53,8 @@ MOST_POINTS = 60_000  # peaks of one diagram in a page that is sent
 
 @dataclass(frozen=True)
 class Part:
-    """What of one file is in the report: its ``session``; ``notes``, headings with lines of text."""
+    """What of one file is in the report: its ``session``; ``notes``, headings with
+    lines of text."""
 
     session: Session
     notes: Sequence[tuple[str, Sequence[str]]]
@@ -67,20 +70,28 @@ class _Page:
     def add(self, *pieces: str) -> None:
         self.pieces.extend(pieces)
 
-    def drawing(self, kind: str, replies: Sequence[Reply], more: Mapping[str, Any], words: str) -> None:
-        """A place where the script draws ``replies``; ``words`` for those who do not see it."""
+    def drawing(
+        self, kind: str, replies: Sequence[Reply], more: Mapping[str, Any], words: str
+    ) -> None:
+        """A place where the script draws ``replies``; ``words`` for those who do not
+        see it."""
         first = len(self.bodies)
         self.bodies.extend(packed(*reply) for reply in replies)
         data = json_text({"kind": kind, "bodies": list(range(first, len(self.bodies))), **more})
-        self.add(f'<div class="drawing" role="group" aria-label="{_text(words)}" data-draw="{_text(data)}"></div>')
+        self.add(
+            f'<div class="drawing" role="group" aria-label="{_text(words)}" '
+            f'data-draw="{_text(data)}"></div>'
+        )
 
 
 def report(parts: Sequence[Part], command: str, motions: int) -> str:
-    """The page. ``command`` is the command line that makes it again; of each file ``motions`` points are drawn
-    moving."""
+    """The page. ``command`` is the command line that makes it again; of each file
+    ``motions`` points are drawn moving."""
     page = _Page()
     titles = [part.session.title for part in parts]
-    page.add(f"<header><div><h1>{_text(titles[0] if len(titles) == 1 else 'Results of nsdrill')}</h1>")
+    page.add(
+        f"<header><div><h1>{_text(titles[0] if len(titles) == 1 else 'Results of nsdrill')}</h1>"
+    )
     if len(titles) > 1:
         rows = [f'<li><a href="#file{i}">{_text(title)}</a></li>' for i, title in enumerate(titles)]
         page.add(f"<ol>{''.join(rows)}</ol>")
@@ -92,23 +103,33 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
             page.add(f"<h2>{_text(titles[number])}</h2>")
         _of_file(page, part, motions, stems[number])
         page.add("</section>")
-    page.add("<section><h2>Made again</h2>", f"<p>This page: <code>{_text(command)}</code></p></section></main>")
+    page.add(
+        "<section><h2>Made again</h2>",
+        f"<p>This page: <code>{_text(command)}</code></p></section></main>",
+    )
     return _document(titles[0], page)
 
 
 def _stems(paths: Sequence[str]) -> list[str]:
-    """What the names of the files made again begin with: the name of each file, with a number where two have one."""
+    """What the names of the files made again begin with: the name of each file, with a
+    number where two have one."""
     names = [Path(path).name.partition(".")[0] or "results" for path in paths]
-    return [name if names.count(name) == 1 else f"{name}{number}" for number, name in enumerate(names, start=1)]
+    return [
+        name if names.count(name) == 1 else f"{name}{number}"
+        for number, name in enumerate(names, start=1)
+    ]
 
 
 def _of_file(page: _Page, part: Part, motions: int, stem: str) -> None:
-    """The section of one file; the files that its command lines write begin with ``stem``."""
+    """The section of one file; the files that its command lines write begin with
+    ``stem``."""
     session = part.session
     results = session.results
     if results is None:
         if session.branches is None:
-            raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
+            raise InputError(
+                f"{session.path}: found a study; allowed: results. Run it first: nsdrill run."
+            )
         _of_branches(page, session, session.branches, stem)
         return
     shown = representatives(results, motions)
@@ -118,14 +139,19 @@ def _of_file(page: _Page, part: Part, motions: int, stem: str) -> None:
     for heading, lines in part.notes:
         page.add(f"<h3>{_text(heading)}</h3>", f"<pre>{_text(chr(10).join(lines))}</pre>")
     study, again = (shlex.quote(f"{stem}_{name}") for name in ("study.yaml", "again.h5"))
-    commands = [f"nsdrill show {shlex.quote(session.path)} --study > {study}", f"nsdrill run {study} -o {again}"]
+    commands = [
+        f"nsdrill show {shlex.quote(session.path)} --study > {study}",
+        f"nsdrill run {study} -o {again}",
+    ]
     if shown:
         page.add("<h3>Motions</h3>", "<p>One point of each kind that is common, run once more.</p>")
         for number, place in enumerate(shown, start=1):
             trace = shlex.quote(f"{stem}_trace{number}.h5")
             commands.append(_motion(page, session, place).replace(" -o trace.h5", f" -o {trace}"))
     page.add("<h3>From the command line</h3>")
-    page.add(f"<p>Study, results, and the motions above:</p><pre>{_text(chr(10).join(commands))}</pre>")
+    page.add(
+        f"<p>Study, results, and the motions above:</p><pre>{_text(chr(10).join(commands))}</pre>"
+    )
     _study(page, session, results.attrs)
 
 
@@ -139,23 +165,44 @@ def _asked(page: _Page, session: Session, results: Results) -> None:
     meta, attrs = session.meta(), results.attrs
     rows = [("File", session.path), ("Model", meta["model"])]
     for name in results.axes:
-        one, values = told(name, session.units), results.coords[name] / quantity(name, session.units).scale
+        one, values = (
+            told(name, session.units),
+            results.coords[name] / quantity(name, session.units).scale,
+        )
         if words_along(name):
-            rows.append((one["words"], ", ".join(quantity(name).value(value) for value in results.coords[name])))
+            rows.append(
+                (
+                    one["words"],
+                    ", ".join(quantity(name).value(value) for value in results.coords[name]),
+                )
+            )
             continue
         span = f"{values[0]:.6g} to {values[-1]:.6g}" if len(values) > 1 else f"{values[0]:.6g}"
-        ends = f"{span} {one['unit']}".strip() + (f", {len(values)} values" if len(values) > 1 else "")
+        ends = f"{span} {one['unit']}".strip() + (
+            f", {len(values)} values" if len(values) > 1 else ""
+        )
         rows.append((one["words"], ends))
     procedures = [str(name) for name in results.coords["procedure"]]
     rows.append(
-        ("State", "carried " + " and ".join(procedures) if procedures != ["same"] else "the same at every start")
+        (
+            "State",
+            "carried " + " and ".join(procedures)
+            if procedures != ["same"]
+            else "the same at every start",
+        )
     )
     if member := members(results):
-        rows.append((f"{member.capitalize()}s", f"{len(results.coords[member])} of every operating point"))
+        rows.append(
+            (f"{member.capitalize()}s", f"{len(results.coords[member])} of every operating point")
+        )
     simulation = session.study.simulation
-    rows.append(("Each run", f"{simulation.transient:g} s, then observed for {simulation.observe:g} s"))
+    rows.append(
+        ("Each run", f"{simulation.transient:g} s, then observed for {simulation.observe:g} s")
+    )
     rows.append(("Changed by --set", "; ".join(meta["overrides"]) or "nothing"))
-    rows.append(("Made", f"{attrs.get('created', '')} by nsdrill {attrs.get('nsdrill_version', '')}"))
+    rows.append(
+        ("Made", f"{attrs.get('created', '')} by nsdrill {attrs.get('nsdrill_version', '')}")
+    )
     versions = (
         "python_version",
         "numpy_version",
@@ -165,7 +212,11 @@ def _asked(page: _Page, session: Session, results: Results) -> None:
         "processor",
         "model_digest",
     )
-    made = [f"{name.removesuffix('_version').replace('_', ' ')} {attrs[name]}" for name in versions if name in attrs]
+    made = [
+        f"{name.removesuffix('_version').replace('_', ' ')} {attrs[name]}"
+        for name in versions
+        if name in attrs
+    ]
     rows.append(("With", ", ".join(made)))
     rows.append(("Study", f"SHA-256 {attrs.get('study_sha256', '')}"))
     page.add("<h3>What was asked</h3>", _table(rows))
@@ -174,7 +225,9 @@ def _asked(page: _Page, session: Session, results: Results) -> None:
 def _diagrams(page: _Page, session: Session, results: Results) -> None:
     units, names = (
         session.units,
-        sorted(results.swept, key=lambda name: (bool(words_along(name)), -len(results.coords[name]))),
+        sorted(
+            results.swept, key=lambda name: (bool(words_along(name)), -len(results.coords[name]))
+        ),
     )
     more = {"responses": response_styles()}
     if results.slice and not names:
@@ -191,11 +244,18 @@ def _diagrams(page: _Page, session: Session, results: Results) -> None:
         for held, where in _cuts(results, names[2:], units):
             for number, procedure in enumerate(carried):
                 words = ", ".join(
-                    ["Responses", *([procedure] if len(carried) > 1 else []), *([where] if where else [])]
+                    [
+                        "Responses",
+                        *([procedure] if len(carried) > 1 else []),
+                        *([where] if where else []),
+                    ]
                 )
                 page.add(f"<h4>{_text(words)}</h4>")
                 page.drawing(
-                    "map", [plane(results, units, "response", x, y, held)], {**more, "procedure": number}, words
+                    "map",
+                    [plane(results, units, "response", x, y, held)],
+                    {**more, "procedure": number},
+                    words,
                 )
     else:
         for held, words in _cuts(results, names[1:], units):
@@ -226,7 +286,11 @@ def _of_branches(page: _Page, session: Session, found: Branches, stem: str) -> N
     x, meta = quantity(found.along, session.units), session.meta()
     rows = [("File", session.path), ("Model", meta["model"])]
     ends = [float(found.attrs.get(name, np.nan)) for name in ("continue_from", "continue_to")]
-    ends = ends if np.all(np.isfinite(ends)) else [float(found.numbers.min()), float(found.numbers.max())]
+    ends = (
+        ends
+        if np.all(np.isfinite(ends))
+        else [float(found.numbers.min()), float(found.numbers.max())]
+    )
     rows.append((f"Along {plain(x.words).lower()}", " to ".join(map(x.value, ends))))
     for name in AXES:
         if name != found.along and name in found.features:
@@ -240,19 +304,32 @@ def _of_branches(page: _Page, session: Session, found: Branches, stem: str) -> N
     page.add("<h3>What was asked</h3>", _table(rows), "<h3>Branches</h3>")
     panels = [p for p in drawn_in(found.attrs).panels if p.greatest in found.features]
     replies = [session.diagram({"y": p.peaks}) for p in panels]
-    page.drawing("lines", replies, {"responses": response_styles()}, f"Branches along {found.along}")
+    page.drawing(
+        "lines", replies, {"responses": response_styles()}, f"Branches along {found.along}"
+    )
     first, told_ = 0, []
-    for number, (size, name, end) in enumerate(zip(found.sizes.tolist(), found.names, found.ends, strict=True)):
+    for number, (size, name, end) in enumerate(
+        zip(found.sizes.tolist(), found.names, found.ends, strict=True)
+    ):
         part = found.numbers[first : first + size]
-        told_.append((f"Branch {number}", f"{name}, {x.value(part.min())} to {x.value(part.max())}; ends: {end}"))
+        told_.append(
+            (
+                f"Branch {number}",
+                f"{name}, {x.value(part.min())} to {x.value(part.max())}; ends: {end}",
+            )
+        )
         for point in range(first, first + size):
             if (label := int(found.label[point])) not in (REGULAR, END):
-                words = f"{found.meanings.get(label, str(label))} at {x.value(float(found.numbers[point]))}"
+                words = (
+                    f"{found.meanings.get(label, str(label))} at "
+                    f"{x.value(float(found.numbers[point]))}"
+                )
                 told_.append(("", f"{words} (point {point})"))
         first += size
     page.add(_table(told_), "<h3>From the command line</h3>")
     file, study, again, orbit = map(
-        shlex.quote, (session.path, *(f"{stem}_{name}" for name in ("study.yaml", "again.h5", "orbit.h5")))
+        shlex.quote,
+        (session.path, *(f"{stem}_{name}" for name in ("study.yaml", "again.h5", "orbit.h5"))),
     )
     commands = [
         f"nsdrill show {file} --study > {study}",
@@ -260,34 +337,44 @@ def _of_branches(page: _Page, session: Session, found: Branches, stem: str) -> N
         f"nsdrill simulate {study} --orbit {file} --point 0 -o {orbit}",
     ]
     words = (
-        "Study, branches, and the motion of a point, whose number may be any of the table. Where branches were seeded "
+        "Study, branches, and the motion of a point, whose number may be any of the table. Where "
+        "branches were seeded "
         "from a results file, continue needs it again: --seeds FILE."
     )
     page.add(f"<p>{words}</p><pre>{_text(chr(10).join(commands))}</pre>")
     _study(page, session, found.attrs)
 
 
-def _cuts(results: Results, others: Sequence[str], units: str) -> Iterator[tuple[dict[str, int], str]]:
-    """The ``others`` of the axes held, in all combinations of few values, and the words for it."""
+def _cuts(
+    results: Results, others: Sequence[str], units: str
+) -> Iterator[tuple[dict[str, int], str]]:
+    """The ``others`` of the axes held, in all combinations of few values, and the words
+    for it."""
     values = [chosen(len(results.coords[name])) for name in others]
     for index in product(*values):
         words = [
-            f"{plain(quantity(name, units).words)}: {quantity(name, units).value(float(results.coords[name][i]))}"
+            f"{plain(quantity(name, units).words)}: "
+            f"{quantity(name, units).value(float(results.coords[name][i]))}"
             for name, i in zip(others, index, strict=True)
         ]
         yield dict(zip(others, (int(i) for i in index), strict=True)), ", ".join(words)
 
 
 def _thinned(reply: Reply) -> Reply:
-    """A diagram with fewer peaks of each point where it has too many to be sent: the last ones."""
+    """A diagram with fewer peaks of each point where it has too many to be sent: the
+    last ones."""
     head, columns = reply
     values = columns["values"]
     keep = max(1, int(MOST_POINTS / max(1, values.shape[0] * values.shape[1])))
-    return head, {**columns, "values": values[..., :keep] if columns["still"].any() else values[..., -keep:]}
+    return head, {
+        **columns,
+        "values": values[..., :keep] if columns["still"].any() else values[..., -keep:],
+    }
 
 
 def _of_members(page: _Page, session: Session, results: Results) -> None:
-    """Of samples their probabilities; of several starts a diagram in which each start is a line of its own."""
+    """Of samples their probabilities; of several starts a diagram in which each start
+    is a line of its own."""
     units, axis, member = session.units, longest(results), members(results)
     if member == SAMPLE and len(results.swept) == 2:
         x, y = sorted(results.swept, key=lambda name: -len(results.coords[name]))
@@ -295,7 +382,12 @@ def _of_members(page: _Page, session: Session, results: Results) -> None:
         return
     if member == SAMPLE and len(results.swept) == 1:
         words = f"Probabilities along {axis}"
-        page.drawing("lines", [probability_lines(results, units, axis)], {"responses": response_styles()}, words)
+        page.drawing(
+            "lines",
+            [probability_lines(results, units, axis)],
+            {"responses": response_styles()},
+            words,
+        )
         return
     if len(results.swept) != 1:
         page.add(f"<p>Several {member}s over several axes: see the numbers below.</p>")
@@ -310,13 +402,30 @@ def _of_members(page: _Page, session: Session, results: Results) -> None:
             continue
         values = np.swapaxes(np.asarray(one[panel.greatest], dtype=float), 0, 1)[..., np.newaxis]
         head = {
-            "x": axis_of(results, axis, units), "y": told(panel.greatest, units), "head_told": [], "hysteresis": [],
-            "procedures": [f"{member} {i}" for i in range(len(outcomes))], "lines": [],
+            "x": axis_of(results, axis, units),
+            "y": told(panel.greatest, units),
+            "head_told": [],
+            "hysteresis": [],
+            "procedures": [f"{member} {i}" for i in range(len(outcomes))],
+            "lines": [],
             "edges": [borders[0], borders[-1]],
-        }  # fmt: skip
-        replies.append((head, {"values": values / quantity(panel.greatest, units).scale, "outcome": outcomes,
-                               "still": np.zeros(outcomes.shape, bool)}))  # fmt: skip
-    page.drawing("lines", replies, {"responses": response_styles()}, f"Greatest values along {axis}, of every {member}")
+        }
+        replies.append(
+            (
+                head,
+                {
+                    "values": values / quantity(panel.greatest, units).scale,
+                    "outcome": outcomes,
+                    "still": np.zeros(outcomes.shape, bool),
+                },
+            )
+        )
+    page.drawing(
+        "lines",
+        replies,
+        {"responses": response_styles()},
+        f"Greatest values along {axis}, of every {member}",
+    )
 
 
 def _motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
@@ -347,11 +456,17 @@ def _motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
     }
     head["channels"] = [one for one in head["channels"] if one["name"] in kept]
     title = ", ".join(f"{a} {b}" for a, b in head["from"])
-    page.add(f"<figure><figcaption><strong>{_text(title)}</strong><br>{_text(', '.join(head['labels']))}<br>")
+    page.add(
+        f"<figure><figcaption><strong>{_text(title)}</strong><br>{_text(', '.join(head['labels']))}<br>"
+    )
     if head["ended"]:
         page.add(_text(f"It ended early: {head['ended']}."))
     else:
-        told_ = "the stored state, bit for bit" if head["same_bits"] else f"not the stored state: {head['differing']}"
+        told_ = (
+            "the stored state, bit for bit"
+            if head["same_bits"]
+            else f"not the stored state: {head['differing']}"
+        )
         page.add(_text(f"Run again for this page, it ends in: {told_}."))
     page.add("</figcaption>")
     page.drawing("motion", [(head, kept)], {"drawn": drawn}, f"The motion at {title}")
@@ -360,8 +475,9 @@ def _motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
 
 
 def representatives(results: Results, most: int) -> list[tuple[int, ...]]:
-    """One point of each combination of responses, the commonest first: of its points that have settled that in the
-    middle of the longest row of them along the longest axis."""
+    """One point of each combination of responses, the commonest first: of its points
+    that have settled that in the middle of the longest row of them along the longest
+    axis."""
     status, response = results["status"], results["response"]
     good = (status == OK) & (status != INFERRED)
     settled = good & (results["settled"] == 1) if "settled" in results.variables else good
@@ -376,7 +492,8 @@ def representatives(results: Results, most: int) -> list[tuple[int, ...]]:
 
 
 def _middle(there: Array, axis: int) -> tuple[int, ...]:
-    """The middle of the longest run of True along the last axis, which is ``axis`` of the grid."""
+    """The middle of the longest run of True along the last axis, which is ``axis`` of
+    the grid."""
     best, place = 0, tuple(int(i) for i in np.argwhere(there)[0])
     for row in np.ndindex(*there.shape[:-1]):
         line = np.concatenate(([False], there[row], [False]))
@@ -404,31 +521,43 @@ def _table(rows: Sequence[tuple[str, str]]) -> str:
 
 
 def _document(title: str, page: _Page) -> str:
-    """The whole page. Only the scripts and the style that stand here are allowed, and nothing is loaded."""
-    scripts = [static(name).decode() for name in ("uplot/uPlot.iife.min.js", "charts.js", "report.js")]
-    style = static("uplot/uPlot.min.css").decode() + static("style.css").decode() + static("report.css").decode()
+    """The whole page. Only the scripts and the style that stand here are allowed, and
+    nothing is loaded."""
+    scripts = [
+        static(name).decode() for name in ("uplot/uPlot.iife.min.js", "charts.js", "report.js")
+    ]
+    style = (
+        static("uplot/uPlot.min.css").decode()
+        + static("style.css").decode()
+        + static("report.css").decode()
+    )
     licence = static("uplot/LICENSE").decode()
     bodies = "".join(
-        f'<script type="application/octet-stream" id="body{i}">{base64.b64encode(body).decode()}</script>\n'
+        f'<script type="application/octet-stream" '
+        f'id="body{i}">{base64.b64encode(body).decode()}</script>\n'
         for i, body in enumerate(page.bodies)
     )
     policy = (
-        f"default-src 'none'; script-src {' '.join(map(_digest, scripts))}; style-src {_digest(style)}; "
+        f"default-src 'none'; script-src {' '.join(map(_digest, scripts))}; style-src "
+        f"{_digest(style)}; "
         "img-src data: blob:; base-uri 'none'; form-action 'none'"
     )
-    return "".join([
-        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n',
-        f'<meta http-equiv="Content-Security-Policy" content="{_text(policy)}">\n',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
-        '<meta name="generator" content="nsdrill">\n',
-        f'<title>{_text(title)} – nsdrill</title>\n<link rel="icon" href="data:,">\n<style>{style}</style>\n</head>\n',
-        f'<body class="report">\n{chr(10).join(page.pieces)}\n',
-        "<noscript>The diagrams need JavaScript; all text is here without.</noscript>\n",
-        bodies,
-        f"<!-- uPlot, which draws the axes:\n{licence.replace('--', '- -')}\n-->\n",
-        *(f"<script>{script}</script>\n" for script in scripts),
-        "</body>\n</html>\n",
-    ])  # fmt: skip
+    return "".join(
+        [
+            '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n',
+            f'<meta http-equiv="Content-Security-Policy" content="{_text(policy)}">\n',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
+            '<meta name="generator" content="nsdrill">\n',
+            f'<title>{_text(title)} – nsdrill</title>\n<link rel="icon" '
+            f'href="data:,">\n<style>{style}</style>\n</head>\n',
+            f'<body class="report">\n{chr(10).join(page.pieces)}\n',
+            "<noscript>The diagrams need JavaScript; all text is here without.</noscript>\n",
+            bodies,
+            f"<!-- uPlot, which draws the axes:\n{licence.replace('--', '- -')}\n-->\n",
+            *(f"<script>{script}</script>\n" for script in scripts),
+            "</body>\n</html>\n",
+        ]
+    )
 
 
 def _digest(text: str) -> str:

@@ -1,9 +1,10 @@
 """The explorer's server: this machine only, one secret, no name of a file from outside.
 
-It listens on the loopback address alone. A request has to name that address (``Host``), so no other name that is made
-to lead here serves; one that a page of another origin sends is refused; and what has data needs the token, which a page
-has from the fragment of its URL, a part that browsers send nowhere. Static files are known by name. Answers forbid
-scripts from elsewhere, framing by other machines, and guesses of their type.
+It listens on the loopback address alone. A request has to name that address (``Host``),
+so no other name that is made to lead here serves; one that a page of another origin
+sends is refused; and what has data needs the token, which a page has from the fragment
+of its URL, a part that browsers send nowhere. Static files are known by name. Answers
+forbid scripts from elsewhere, framing by other machines, and guesses of their type.
 """
 
 from __future__ import annotations
@@ -32,12 +33,16 @@ ADDRESS = "127.0.0.1"
 TOKEN = "X-Nsdrill-Token"
 MOST = 65536  # bytes of a request
 PATIENCE = (
-    3.0  # seconds without a page, after which the explorer stops: a page that is loaded anew is gone for a moment
+    # seconds without a page, after which the explorer stops: a page that is loaded anew
+    # is gone for a moment
+    3.0
 )
 DRAWN = 5.0  # seconds after which there is no waiting for a page any more
 POLICY = (
-    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data: blob:; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'self' http://localhost:* http://127.0.0.1:*"
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
+    "data: blob:; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'self' http://localhost:* "
+    "http://127.0.0.1:*"
 )
 STATIC = {
     "/": ("explorer.html", "text/html"),
@@ -56,7 +61,8 @@ def static(name: str) -> bytes:
 
 
 class Explorer:
-    """The server of one session, in threads of its own: :meth:`start`, :attr:`url`, :meth:`wait`, :meth:`close`.
+    """The server of one session, in threads of its own: :meth:`start`, :attr:`url`,
+    :meth:`wait`, :meth:`close`.
 
     InputError where the ``port`` is taken; 0 takes a free one.
     """
@@ -70,7 +76,8 @@ class Explorer:
             self._server = _Server((ADDRESS, port), self)
         except OSError as error:
             raise InputError(
-                f"--port: found {port}, which cannot be had ({(error.strerror or str(error)).lower()}); allowed: "
+                f"--port: found {port}, which cannot be had "
+                f"({(error.strerror or str(error)).lower()}); allowed: "
                 "another one, or none for any that is free."
             ) from error
         except OverflowError:
@@ -83,7 +90,8 @@ class Explorer:
         return f"http://{ADDRESS}:{self.port}/#{self.token}"
 
     def start(self) -> None:
-        """Begin to answer, and make ready what computes, once the first page has its diagram."""
+        """Begin to answer, and make ready what computes, once the first page has its
+        diagram."""
         threading.Thread(target=self._server.serve_forever, args=(0.1,), daemon=True).start()
         threading.Thread(target=self._warm, daemon=True).start()
 
@@ -129,9 +137,14 @@ class Explorer:
         if name == "saved":
             return "application/json", json_text(session.saved(asked)).encode()
         reply = {
-            "diagram": session.diagram, "plane": session.plane, "replay": session.replay, "live": session.live,
-            "local": session.local, "section": session.section, "orbit": session.orbit,
-        }[name](asked)  # fmt: skip
+            "diagram": session.diagram,
+            "plane": session.plane,
+            "replay": session.replay,
+            "live": session.live,
+            "local": session.local,
+            "section": session.section,
+            "orbit": session.orbit,
+        }[name](asked)
         body = packed(*reply)
         self._drawn.set()
         return "application/octet-stream", body
@@ -188,7 +201,10 @@ class _Handler(BaseHTTPRequestHandler):
             size = -1
         if not 0 <= size <= MOST or "Transfer-Encoding" in self.headers:
             self.close_connection = True
-            self._refuse(413 if size > MOST else 411, f"A request has at most {MOST} bytes, and says how many.")
+            self._refuse(
+                413 if size > MOST else 411,
+                f"A request has at most {MOST} bytes, and says how many.",
+            )
             return
         body = self.rfile.read(size)
         if not self._welcome() or not self._has_token():
@@ -215,7 +231,11 @@ class _Handler(BaseHTTPRequestHandler):
         except Exception as error:
             if os.environ.get("NSDRILL_DEBUG"):
                 raise
-            self._refuse(500, f"This should not happen and is a bug of nsdrill ({type(error).__name__}: {error}).")
+            self._refuse(
+                500,
+                f"This should not happen and is a bug of nsdrill "
+                f"({type(error).__name__}: {error}).",
+            )
         else:
             self._send(200, kind, found)
 
@@ -224,21 +244,28 @@ class _Handler(BaseHTTPRequestHandler):
         port = self.server.server_port
         hosts = {f"{name}:{port}" for name in (ADDRESS, "localhost")}
         origin = self.headers.get("Origin")
-        if self.headers.get("Host") not in hosts or (origin is not None and origin.partition("://")[2] not in hosts):
+        if self.headers.get("Host") not in hosts or (
+            origin is not None and origin.partition("://")[2] not in hosts
+        ):
             self._refuse(403, "This explorer answers pages of its own only.")
             return False
         return True
 
     def _has_token(self) -> bool:
         given = self.headers.get(TOKEN, "")
-        if hmac.compare_digest(given.encode("latin-1", "replace"), self.server.explorer.token.encode()):
+        if hmac.compare_digest(
+            given.encode("latin-1", "replace"), self.server.explorer.token.encode()
+        ):
             return True
-        self._refuse(403, "The token is missing or of another explorer. Open the URL that nsdrill view printed.")
+        self._refuse(
+            403,
+            "The token is missing or of another explorer. Open the URL that nsdrill view printed.",
+        )
         return False
 
     def _alive(self) -> None:
-        """An answer without end: that it breaks off tells the page that the explorer has stopped, and the explorer that
-        the page has gone."""
+        """An answer without end: that it breaks off tells the page that the explorer
+        has stopped, and the explorer that the page has gone."""
         explorer = self.server.explorer
         self.close_connection = True
         explorer.entered()
@@ -250,7 +277,9 @@ class _Handler(BaseHTTPRequestHandler):
             self.wfile.write(b".")
             self.wfile.flush()
             while not explorer.stopped.is_set():
-                if select.select([self.connection], [], [], 0.2)[0] and not self.connection.recv(1024):
+                if select.select([self.connection], [], [], 0.2)[0] and not self.connection.recv(
+                    1024
+                ):
                     return
         except OSError:
             pass

@@ -1,8 +1,9 @@
 """What the explorer knows of one file, and what it answers: no HTTP here.
 
-A session holds a results file (or the ``.part`` of a run that goes on) or a study. It has no memory of what was asked:
-a page sends the state from which to go on, so several pages of one session do not disturb each other. Requests are
-mappings of plain data from outside: nothing in them is trusted, and a wrong one is an :class:`InputError` in words.
+A session holds a results file (or the ``.part`` of a run that goes on) or a study. It
+has no memory of what was asked: a page sends the state from which to go on, so several
+pages of one session do not disturb each other. Requests are mappings of plain data from
+outside: nothing in them is trusted, and a wrong one is an :class:`InputError` in words.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ USUAL = ("rotary_speed", "wob", "depth")  # the numbers with a slider from the b
 SHOWN_SECONDS, LONGEST = 20.0, 2000.0  # of a motion
 SAMPLE = 0.005  # s
 SAMPLES = 40_000  # of one motion on a page
-# Of a local diagram: how many points, and how long each is run. A slow string has fewer points.
+# Of a local diagram: how many points, and how long each is run. A slow string has fewer
+# points.
 POINTS, FEWEST = 96, 12
 SETTLE, OBSERVE = 60.0, 40.0
 WORTH = 1.2e6  # steps of a string of eight states in a second, on few and old processors
@@ -51,8 +53,9 @@ WIDE = 0.2  # of the value on both sides
 
 
 class Session:
-    """The explorer of the file ``path``: results, an unfinished run, branches, or a study with ``overrides`` applied;
-    of results with the branches of the file ``over`` above them.
+    """The explorer of the file ``path``: results, an unfinished run, branches, or a
+    study with ``overrides`` applied; of results with the branches of the file ``over``
+    above them.
 
     FileError or InputError where it is something else.
     """
@@ -75,13 +78,17 @@ class Session:
             self.study: Study = load_study(Path(path), overrides or [])
         else:
             if overrides:
-                raise InputError(f"--set: found with {self.path}; allowed: with a study, which ends in .yaml or .yml.")
+                raise InputError(
+                    f"--set: found with {self.path}; allowed: with a study, which "
+                    f"ends in .yaml or .yml."
+                )
             self._open()
         if over is not None and self.results is None:
             raise InputError(f"--over: found with {self.path}; allowed: with results of a sweep.")
         if self.branches is not None and self.branches.study.model != self.study.model:
             raise InputError(
-                f"--over: found branches of the model {self.branches.study.model}; allowed: of {self.study.model}."
+                f"--over: found branches of the model {self.branches.study.model}; allowed: of "
+                f"{self.study.model}."
             )
 
     def _open(self) -> None:
@@ -92,14 +99,19 @@ class Session:
         self.results = self._read()
         from nsdrill.app.stored import stored_study
 
-        self.study = stored_study(self.path, self.results.attrs, self.results.coords, self.results.drawn)
+        self.study = stored_study(
+            self.path, self.results.attrs, self.results.coords, self.results.drawn
+        )
 
     def _read(self) -> Results:
         from nsdrill.app.reading import read_any
         from nsdrill.store import kind_of, variables_in
 
         if os.path.lexists(self.path) and kind_of(self.path) == "trace":
-            raise FileError(f"{self.path}: found a trace; allowed: results, or a study. Draw it with nsdrill plot.")
+            raise FileError(
+                f"{self.path}: found a trace; allowed: results, or a study. Draw it "
+                f"with nsdrill plot."
+            )
         wanted = None
         if os.path.lexists(self.path):
             wanted = [v.name for v in variables_in(self.path) if v.room in _READ or v.dims == POINT]
@@ -117,8 +129,9 @@ class Session:
         return self._motions
 
     def warm(self) -> None:
-        """Load, or make, the machine code of what a first click, slider and local diagram need. A page is served
-        between these, and while what it does not need is compiled."""
+        """Load, or make, the machine code of what a first click, slider and local
+        diagram need. A page is served between these, and while what it does not need is
+        compiled."""
         values = self.motions.own
         study = self.motions.at(values)
         state = self.motions.start(study)
@@ -133,7 +146,9 @@ class Session:
             self.motions.ready(study, motion.final, "rotary_speed", near)
             time.sleep(0.01)
             with self._turn:
-                self.motions.around(study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01)
+                self.motions.around(
+                    study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01
+                )
 
     # What there is
 
@@ -141,11 +156,17 @@ class Session:
         """What a page needs to begin: names, words, units, colours, sliders."""
         model, attrs = described(self.study.model), self._attrs
         head: dict[str, Any] = {
-            "kind": "results" if self.results is not None else "study" if self.branches is None else "branches",
+            "kind": "results"
+            if self.results is not None
+            else "study"
+            if self.branches is None
+            else "branches",
             "file": os.path.basename(self.path),
             "title": self.title,
             "model": model.title,
-            "overrides": [f"{key} = {value}" for key, value in overrides(attrs, thresholds=True).items()],
+            "overrides": [
+                f"{key} = {value}" for key, value in overrides(attrs, thresholds=True).items()
+            ],
             "units": self.units,
             "seconds": SHOWN_SECONDS,
             "longest": self.study.simulation.transient + self.study.simulation.observe,
@@ -165,13 +186,16 @@ class Session:
 
     @property
     def title(self) -> str:
-        """The title of the study, in the units that are shown; the name of the file where it has none."""
+        """The title of the study, in the units that are shown; the name of the file
+        where it has none."""
         axes = self.study.axes
-        values = {name: axes.get(name, np.array([getattr(self.study.operation, name)])) for name in USUAL}
+        values = {
+            name: axes.get(name, np.array([getattr(self.study.operation, name)])) for name in USUAL
+        }
         held = {name: float(of[0]) for name, of in values.items() if len(of) == 1}
-        return retold(" ".join(self.study.title.split()), operating_point(held, self.units)) or os.path.basename(
-            self.path
-        )
+        return retold(
+            " ".join(self.study.title.split()), operating_point(held, self.units)
+        ) or os.path.basename(self.path)
 
     def _of_branches(self) -> dict[str, Any]:
         """What can be drawn of branches alone."""
@@ -180,11 +204,20 @@ class Session:
         panels = [one for one in drawn_in(self._attrs).panels if one.greatest in there]
         axis = told(self.branches.along, self.units)
         return {
-            "axes": [{**axis, "key": self.branches.key, "dimension": 0, "values": [], "log": False}],
-            "procedures": [""], "members": None, "labels": [], "responses": response_styles(), "dimensions": 0,
-            "panels": [{**told(one.peaks, self.units), "mode": one.mode, "trace": one.trace} for one in panels],
+            "axes": [
+                {**axis, "key": self.branches.key, "dimension": 0, "values": [], "log": False}
+            ],
+            "procedures": [""],
+            "members": None,
+            "labels": [],
+            "responses": response_styles(),
+            "dimensions": 0,
+            "panels": [
+                {**told(one.peaks, self.units), "mode": one.mode, "trace": one.trace}
+                for one in panels
+            ],
             "features": [told(name, self.units) for name in there if name in BY_NAME],
-        }  # fmt: skip
+        }
 
     @property
     def _attrs(self) -> Mapping[str, Any]:
@@ -211,13 +244,19 @@ class Session:
 
     @cached_property
     def _movable(self) -> dict[str, Leaf]:
-        """The keys of the study that may be changed while the string turns: its numbers, and its words."""
+        """The keys of the study that may be changed while the string turns: its
+        numbers, and its words."""
         from nsdrill.study.keys import keys_of
 
         keys = keys_of(self.study.model)
         physical = (*keys.model.sections, "operation")
-        fixed = {choice for choice, _ in keys.model.units_by.values()}  # with another, a number has other units
-        words = {key: leaf for key, leaf in keys.leaves.items() if leaf.kind == "choice" and key not in fixed}
+        # with another, a number has other units
+        fixed = {choice for choice, _ in keys.model.units_by.values()}
+        words = {
+            key: leaf
+            for key, leaf in keys.leaves.items()
+            if leaf.kind == "choice" and key not in fixed
+        }
         return {
             name: leaf
             for name, leaf in {**keys.axes, **words}.items()
@@ -225,16 +264,23 @@ class Session:
         }
 
     def _sliders(self) -> list[dict[str, Any]]:
-        """The numbers of the study that may be moved while the string turns, each with its range, and the words, each
-        with its ``choices``."""
+        """The numbers of the study that may be moved while the string turns, each with
+        its range, and the words, each with its ``choices``."""
         found = []
         own = self.study.axes
         for name, leaf in self._movable.items():
             value = _value_at(self.study.resolved, leaf.key)
             if leaf.kind == "choice":
                 if value is not None:
-                    found.append({"key": name, "words": in_words(name), "meaning": leaf.meaning, "value": value,
-                                  "choices": list(leaf.choices)})  # fmt: skip
+                    found.append(
+                        {
+                            "key": name,
+                            "words": in_words(name),
+                            "meaning": leaf.meaning,
+                            "value": value,
+                            "choices": list(leaf.choices),
+                        }
+                    )
                 continue
             axis = own.get(name, np.empty(0))
             if not isinstance(value, float) or (one := find(name)) is None:
@@ -252,17 +298,26 @@ class Session:
             if low <= 0.0 < leaf.low or (name in USUAL and low <= 0.0):
                 low = max(leaf.low, 0.02 * high)
             shown = told(dimension_of(name), self.units)
-            found.append({
-                "key": name, "words": shown["words"], "unit": shown["unit"], "scale": shown["scale"],
-                "meaning": leaf.meaning or one.long_name, "low": low, "high": high, "value": value,
-                "whole": leaf.kind == "whole",
-            })  # fmt: skip
+            found.append(
+                {
+                    "key": name,
+                    "words": shown["words"],
+                    "unit": shown["unit"],
+                    "scale": shown["scale"],
+                    "meaning": leaf.meaning or one.long_name,
+                    "low": low,
+                    "high": high,
+                    "value": value,
+                    "whole": leaf.kind == "whole",
+                }
+            )
         return found
 
     # What is asked
 
     def diagram(self, asked: Mapping[str, Any]) -> Reply:
-        """Peaks or a feature along an axis: ``y``, and perhaps ``x``, ``held`` and ``member``."""
+        """Peaks or a feature along an axis: ``y``, and perhaps ``x``, ``held`` and
+        ``member``."""
         y = _word(asked, "y")
         panel = next((one for one in drawn_in(self._attrs).panels if one.peaks == y), None)
         name = panel.greatest if panel else y
@@ -270,7 +325,12 @@ class Session:
             return self._curves_alone(y, name)
         results = self._swept()
         head, columns = diagram(
-            results, self.units, y, _word(asked, "x", None), _counts(asked), _whole(asked, "member", 0)
+            results,
+            self.units,
+            y,
+            _word(asked, "x", None),
+            _counts(asked),
+            _whole(asked, "member", 0),
         )
         if self.branches is not None:
             why = fits(self.branches, results, head["x"]["name"], head["place"], self.units)
@@ -288,49 +348,75 @@ class Session:
         more, lines = curves(self.branches, name, self.units)
         across = lines["curve x"]
         head = {
-            "x": self._of_branches()["axes"][0], "y": told(y, self.units), "procedures": [""], "head_told": [],
-            "place": None, "hysteresis": [], "lines": [], "edges": [across.min(), across.max()],
-        }  # fmt: skip
-        none: dict[str, Array] = {"values": np.empty((1, 0, 1)), "outcome": np.empty((1, 0)), "still": np.empty((1, 0))}
+            "x": self._of_branches()["axes"][0],
+            "y": told(y, self.units),
+            "procedures": [""],
+            "head_told": [],
+            "place": None,
+            "hysteresis": [],
+            "lines": [],
+            "edges": [across.min(), across.max()],
+        }
+        none: dict[str, Array] = {
+            "values": np.empty((1, 0, 1)),
+            "outcome": np.empty((1, 0)),
+            "still": np.empty((1, 0)),
+        }
         return head | more, none | lines
 
     def orbit(self, asked: Mapping[str, Any]) -> Reply:
-        """The motion of a ``point`` of the branches: one period where it is unstable, else so long as others."""
+        """The motion of a ``point`` of the branches: one period where it is unstable,
+        else so long as others."""
         found, point = self.branches, _whole(asked, "point", -1)
         if found is None or not 0 <= point < len(found.label):
             raise InputError(f"point: found {point}; allowed: a point of the branches.")
-        here = {name: float(found.features[name][point]) for name in USUAL if name in found.features}
+        here = {
+            name: float(found.features[name][point]) for name in USUAL if name in found.features
+        }
         here[found.key] = float(found.numbers[point])
         period = float(found.period[point])
         if not 0.0 < period < LONGEST:  # of steady drilling
             period = SHOWN_SECONDS
-        seconds = period * (1 if found.unstable[point] else max(1, math.ceil(SHOWN_SECONDS / period)))
+        seconds = period * (
+            1 if found.unstable[point] else max(1, math.ceil(SHOWN_SECONDS / period))
+        )
         with self._turn:
             study = self.motions.at(self.motions.own | here)
-            fine = replace(study.simulation, rtol=float(found.attrs.get("rtol", study.simulation.rtol)))
+            fine = replace(
+                study.simulation, rtol=float(found.attrs.get("rtol", study.simulation.rtol))
+            )
             study = replace(study, simulation=fine)
             state = np.append(found.state[point], 0.0)
             motion = self.motions.go_on(study, state, seconds, min(SAMPLE, period / 400))
-        # Whether both halves of a window agree says nothing of a motion that repeats after another time.
+        # Whether both halves of a window agree says nothing of a motion that repeats
+        # after another time.
         labels = {name: value for name, value in motion.found.items() if name != "settled"}
         head, columns = self._told(motion, study, {"status": motion.status, **labels})
         if motion.status == OK:
             head["features"] = rows(described(study.model).shown, motion.found, self.units)
         file = shlex.quote(found.path)
         head |= {
-            "begins": f"Point {point}, {found.name_of(point)}: run for {seconds:.4g} s, its period is {period:.4g} s.",
+            "begins": f"Point {point}, {found.name_of(point)}: run for {seconds:.4g} s, its "
+            f"period is {period:.4g} s.",
             "changes": here,
-            "command": f"nsdrill show {file} --study > branches_study.yaml && nsdrill simulate branches_study.yaml "
+            "command": f"nsdrill show {file} --study > branches_study.yaml && nsdrill simulate "
+            f"branches_study.yaml "
             f"--orbit {file} --point {point} -o trace.h5",
-        }  # fmt: skip
+        }
         return head, columns
 
     def plane(self, asked: Mapping[str, Any]) -> Reply:
-        """A label or feature over two axes: ``colour``, ``x``, ``y``, and perhaps ``held`` and ``member``."""
+        """A label or feature over two axes: ``colour``, ``x``, ``y``, and perhaps
+        ``held`` and ``member``."""
         return plane(
-            self._swept(), self.units, _word(asked, "colour"), _word(asked, "x"), _word(asked, "y"), _counts(asked),
+            self._swept(),
+            self.units,
+            _word(asked, "colour"),
+            _word(asked, "x"),
+            _word(asked, "y"),
+            _counts(asked),
             _whole(asked, "member", 0),
-        )  # fmt: skip
+        )
 
     def replay(self, asked: Mapping[str, Any]) -> Reply:
         """The stored point at ``place`` once more, its last ``seconds``."""
@@ -340,29 +426,41 @@ class Session:
             motion = self.motions.replay(place, seconds, _sample(seconds))
             values = self.motions.values(place)
             study = self.motions.at(values)
-        stored = {name: v[place].item() for name, v in results.variables.items() if v.ndim == len(place)}
+        stored = {
+            name: v[place].item() for name, v in results.variables.items() if v.ndim == len(place)
+        }
         head, columns = self._told(motion, study, stored)
-        names = [name for name in stored if BY_NAME[name].dtype == "f8" and math.isfinite(stored[name])]
+        names = [
+            name for name in stored if BY_NAME[name].dtype == "f8" and math.isfinite(stored[name])
+        ]
         head |= {
-            "place": list(place), "same_bits": motion.same_bits, "command": self._command(place),
-            "features": rows(names, stored, self.units), "differing": [] if motion.same_bits else self._differing(),
-            "from": self._words(place), "begins": "stored",
-        }  # fmt: skip
+            "place": list(place),
+            "same_bits": motion.same_bits,
+            "command": self._command(place),
+            "features": rows(names, stored, self.units),
+            "differing": [] if motion.same_bits else self._differing(),
+            "from": self._words(place),
+            "begins": "stored",
+        }
         return head, columns
 
     def live(self, asked: Mapping[str, Any]) -> Reply:
-        """On from ``state`` with ``changes``; from the study's own start where no state is given. ``settle`` and
-        ``observe`` are those of a point of a local diagram."""
+        """On from ``state`` with ``changes``; from the study's own start where no state
+        is given. ``settle`` and ``observe`` are those of a point of a local diagram."""
         values = self._values(asked)
         seconds = _seconds(asked)
-        settle, observe = (_number(asked, name, 0.0, LONGEST, 0.0) for name in ("settle", "observe"))
+        settle, observe = (
+            _number(asked, name, 0.0, LONGEST, 0.0) for name in ("settle", "observe")
+        )
         with self._turn:
             study = self.motions.at(values, self._changes(asked))
             state = self._from(asked, study)
             if state is None:
                 state = self.motions.start(study)
                 settle, observe = study.simulation.transient, study.simulation.observe
-            motion = self.motions.go_on(study, state, seconds, _sample(seconds), settle=settle, observe=observe)
+            motion = self.motions.go_on(
+                study, state, seconds, _sample(seconds), settle=settle, observe=observe
+            )
         names = described(study.model).shown
         head, columns = self._told(motion, study, {"status": motion.status, **motion.found})
         if motion.status == OK:
@@ -377,9 +475,21 @@ class Session:
     def _middle(self) -> str:
         """Of a study that sweeps, at which values its page begins."""
         own = self.motions.own
-        swept = [name for name in self.study.swept if not words_of(name)] if self.results is None else []
-        said = rows(list(map(dimension_of, swept)), {dimension_of(name): own[name] for name in swept}, self.units)
-        return f" The study sweeps; this is the middle: {', '.join(map(' '.join, said))}." if said else ""
+        swept = (
+            [name for name in self.study.swept if not words_of(name)]
+            if self.results is None
+            else []
+        )
+        said = rows(
+            list(map(dimension_of, swept)),
+            {dimension_of(name): own[name] for name in swept},
+            self.units,
+        )
+        return (
+            f" The study sweeps; this is the middle: {', '.join(map(' '.join, said))}."
+            if said
+            else ""
+        )
 
     def local(self, asked: Mapping[str, Any]) -> Reply:
         """A diagram around the present point along ``key``, each point from ``state``."""
@@ -395,7 +505,8 @@ class Session:
             width = _number(asked, "wide", 0.001, 10.0, WIDE) * (abs(centre) or 1.0)
             low, high = max(leaf.low, centre - width), min(leaf.high, centre + width)
             for end in (low, high):
-                self.motions.at(values, {**self._changes(asked), key: leaf.text(end)})  # valid at both ends
+                # valid at both ends
+                self.motions.at(values, {**self._changes(asked), key: leaf.text(end)})
             probe = self.motions.go_on(study, state, SHOWN_SECONDS, SHOWN_SECONDS)
             cost = max(1.0, len(state) / 9) * probe.steps / SHOWN_SECONDS * (SETTLE + OBSERVE)
             points = int(np.clip(WORTH / cost, FEWEST, POINTS))
@@ -404,17 +515,31 @@ class Session:
         return self._local(study, key, across, found, centre, state)
 
     def _local(
-        self, study: Study, key: str, across: Array, found: Mapping[str, Array], centre: float, state: Array
+        self,
+        study: Study,
+        key: str,
+        across: Array,
+        found: Mapping[str, Array],
+        centre: float,
+        state: Array,
     ) -> Reply:
         from nsdrill.analysis.outcome import outcome
 
         axis = told(dimension_of(key), self.units)
         head: dict[str, Any] = {
             "x": {**axis, "key": key, "values": across / axis["scale"], "log": False},
-            "exact": across, "centre": centre / axis["scale"], "settle": SETTLE, "observe": OBSERVE, "panels": [],
-            "procedures": ["from here"], "state": state, "states": self.motions.states(study),
-        }  # fmt: skip
-        columns: dict[str, Array] = {"outcome": outcome(found["status"], found["response"])[np.newaxis]}
+            "exact": across,
+            "centre": centre / axis["scale"],
+            "settle": SETTLE,
+            "observe": OBSERVE,
+            "panels": [],
+            "procedures": ["from here"],
+            "state": state,
+            "states": self.motions.states(study),
+        }
+        columns: dict[str, Array] = {
+            "outcome": outcome(found["status"], found["response"])[np.newaxis]
+        }
         for panel in drawn_in(self._attrs).panels:
             values = found[panel.peaks].copy()
             still = np.asarray(~np.isfinite(values).any(axis=1))
@@ -426,21 +551,31 @@ class Session:
         return head, columns
 
     def section(self, asked: Mapping[str, Any]) -> Reply:
-        """The returns to the Poincare section of the stored point at ``place``, in the planes of the model."""
+        """The returns to the Poincare section of the stored point at ``place``, in the
+        planes of the model."""
         place, results = self._place(asked), self._swept()
         drawn = drawn_in(results.attrs)
         stored = all(name in results.variables for name in drawn.section) and bool(drawn.section)
         if stored:
-            found = {name: results[name][place] for name in results.variables if name.startswith("section_")}
+            found = {
+                name: results[name][place]
+                for name in results.variables
+                if name.startswith("section_")
+            }
             source = "stored returns"
         else:
             from nsdrill.plot.kinds.section import section_of
 
             simulation = self.study.simulation
             with self._turn:
-                motion = self.motions.replay(place, simulation.observe, max(0.01, simulation.observe / SAMPLES))
+                motion = self.motions.replay(
+                    place, simulation.observe, max(0.01, simulation.observe / SAMPLES)
+                )
             speed = self.motions.values(place)["rotary_speed"]
-            attrs = {"transient": motion.time[0] if len(motion.time) else 0.0, "rotary_speed": speed}
+            attrs = {
+                "transient": motion.time[0] if len(motion.time) else 0.0,
+                "rotary_speed": speed,
+            }
             found = section_of(Trace(motion.time, motion.variables, attrs))
             source = "returns in the observed time"
         columns, planes = {}, []
@@ -468,7 +603,9 @@ class Session:
             return {"text": own, "name": "point.yaml"}
         begun = self.motions.with_start(study, state)
         if begun is not None:
-            text = study_text({**begun, "title": title}, [*head, "Its start is the state that the page showed"])
+            text = study_text(
+                {**begun, "title": title}, [*head, "Its start is the state that the page showed"]
+            )
             try:
                 parse_study(text, "point.yaml")
             except InputError:
@@ -476,17 +613,25 @@ class Session:
             else:
                 return {"text": text, "name": "point.yaml"}
         parse_study(own, "point.yaml")
-        head.append("Its start is that of the study: the state that the page showed cannot be written as one")
+        head.append(
+            "Its start is that of the study: the state that the page showed cannot be "
+            "written as one"
+        )
         return {"text": study_text(resolved, head), "name": "point.yaml"}
 
     # Of what it is made
 
     def _from(self, asked: Mapping[str, Any], study: Study) -> Array | None:
-        """The state from which a page goes on, as the string of ``study`` has it: with another drive it has others."""
+        """The state from which a page goes on, as the string of ``study`` has it: with
+        another drive it has others."""
         state, names = _state(asked), asked.get("states")
         if state is None or names is None:
             return state
-        if not isinstance(names, list) or len(names) != len(state) or not all(isinstance(name, str) for name in names):
+        if (
+            not isinstance(names, list)
+            or len(names) != len(state)
+            or not all(isinstance(name, str) for name in names)
+        ):
             raise InputError("states: found something else; allowed: the names of the state.")
         return self.motions.fitted(study, dict(zip(names, state.tolist(), strict=True)))
 
@@ -505,19 +650,27 @@ class Session:
             "begin": float(motion.time[0]) if len(motion.time) else 0.0,
             "samples": len(motion.time),
             "labels": verdict_words(labels),
-            "outcome": int(labels["response"]) if motion.status == OK and "response" in labels else -2,
-            "ended": "" if motion.status == OK else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}",
+            "outcome": int(labels["response"])
+            if motion.status == OK and "response" in labels
+            else -2,
+            "ended": ""
+            if motion.status == OK
+            else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}",
             "state": motion.final if motion.status == OK else None,
             "states": self.motions.states(study),
-            "values": {key: _value_at(study.resolved, leaf.key) for key, leaf in self._movable.items()},
+            "values": {
+                key: _value_at(study.resolved, leaf.key) for key, leaf in self._movable.items()
+            },
             "hole": [radius / x.scale for radius in hole] if hole and x else None,
             "features": [],
             "steps": motion.steps,
-        }  # fmt: skip
+        }
         columns = {"time": motion.time}
         columns |= {name: variables[name] / quantity(name, self.units).scale for name in names}
         if "twist" in variables and "drive_angle" in variables:
-            columns["bit angle"] = np.mod(variables["twist"] + variables["drive_angle"], 2 * math.pi)
+            columns["bit angle"] = np.mod(
+                variables["twist"] + variables["drive_angle"], 2 * math.pi
+            )
         return head, columns
 
     def _swept(self) -> Results:
@@ -531,10 +684,14 @@ class Session:
             not isinstance(place, list)
             or len(place) != len(shape)
             or not all(
-                isinstance(i, int) and not isinstance(i, bool) and 0 <= i < n for i, n in zip(place, shape, strict=True)
+                isinstance(i, int) and not isinstance(i, bool) and 0 <= i < n
+                for i, n in zip(place, shape, strict=True)
             )
         ):
-            raise InputError(f"place: found {str(place)[:60]}; allowed: a point of {' x '.join(map(str, shape))}.")
+            raise InputError(
+                f"place: found {str(place)[:60]}; allowed: a point of "
+                f"{' x '.join(map(str, shape))}."
+            )
         return tuple(place)
 
     def _values(self, asked: Mapping[str, Any]) -> dict[str, float]:
@@ -544,7 +701,8 @@ class Session:
         return self.motions.values(self._place(asked))
 
     def _changes(self, asked: Mapping[str, Any]) -> dict[str, str]:
-        """Changed keys with their values as a study has them: numbers are in SI, texts have a unit."""
+        """Changed keys with their values as a study has them: numbers are in SI, texts
+        have a unit."""
         changes = asked.get("changes") or {}
         if not isinstance(changes, dict):
             raise InputError("changes: found something else; allowed: a mapping by keys.")
@@ -552,12 +710,23 @@ class Session:
         for key, value in changes.items():
             leaf = self._movable.get(key)
             if leaf is None:
-                raise InputError(f"{str(key)[:60]}: found an unknown key; allowed: a number or a word of the study.")
+                raise InputError(
+                    f"{str(key)[:60]}: found an unknown key; allowed: a number or a "
+                    f"word of the study."
+                )
             if leaf.kind == "whole" and isinstance(value, float) and value.is_integer():
                 value = int(value)
-            if isinstance(value, str) and len(value) <= 60 and not set(value) & set("{}[]&*!|>%@`#:,\"'\n"):
+            if (
+                isinstance(value, str)
+                and len(value) <= 60
+                and not set(value) & set("{}[]&*!|>%@`#:,\"'\n")
+            ):
                 found[key] = value
-            elif isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
+            elif (
+                isinstance(value, int | float)
+                and not isinstance(value, bool)
+                and math.isfinite(value)
+            ):
                 found[key] = leaf.text(value if leaf.kind == "whole" else float(value))
             else:
                 raise InputError(f"{key}: found {str(value)[:60]}; allowed: {leaf.allowed()}.")
@@ -589,12 +758,18 @@ class Session:
         for name in results.swept:
             key = keys.get(name, name)
             value = float(results.coords[name][place[results.grid.index(name)]])
-            text = str(as_told(key, value)) if words_of(key) else leaves[key].text(value).replace(" ", "")
+            text = (
+                str(as_told(key, value))
+                if words_of(key)
+                else leaves[key].text(value).replace(" ", "")
+            )
             parts.append(option_of(key, text))
         if len(results.coords["procedure"]) > 1:
             parts.append(f"--procedure {results.coords['procedure'][place[0]]}")
         if member := members(results):
-            parts.append(f"--start {place[-1]}" if member == "start" else f"--at {member}={place[-1]}")
+            parts.append(
+                f"--start {place[-1]}" if member == "start" else f"--at {member}={place[-1]}"
+            )
         return " ".join([*parts, "-o trace.h5"])
 
     def _differing(self) -> list[str]:
@@ -661,7 +836,9 @@ def _state(asked: Mapping[str, Any]) -> Array | None:
     if (
         not isinstance(state, list)
         or len(state) > 1000
-        or not all(isinstance(value, int | float) and not isinstance(value, bool) for value in state)
+        or not all(
+            isinstance(value, int | float) and not isinstance(value, bool) for value in state
+        )
     ):
         raise InputError("state: found something else; allowed: a list of numbers.")
     return np.array(state, dtype=float)

@@ -1,4 +1,5 @@
-"""Words, units, colours and shapes for a page: those of the pictures, as plain text and plain data."""
+"""Words, units, colours and shapes for a page: those of the pictures, as plain text and
+plain data."""
 
 from __future__ import annotations
 
@@ -16,19 +17,24 @@ _DOT = "\u0307"  # over the letter before it
 
 
 def plain(text: str) -> str:
-    """A label of a picture without the marks of its mathematics: ``$\\dot r$`` is an r with a dot."""
+    """A label of a picture without the marks of its mathematics: ``$\\dot r$`` is an r
+    with a dot."""
     text = re.sub(r"\\dot\s*(\w)", lambda found: found[1] + _DOT, text)
     return text.replace("$", "")
 
 
 def told(name: str, units: str) -> dict[str, Any]:
-    """Of a quantity its ``name``, ``words``, ``unit``, the ``label`` of an axis and its ``long`` name, and how many SI
-    units one ``unit`` is."""
+    """Of a quantity its ``name``, ``words``, ``unit``, the ``label`` of an axis and its
+    ``long`` name, and how many SI units one ``unit`` is."""
     shown, found = quantity(name, units), find(name)
     return {
-        "name": name, "words": plain(shown.words), "unit": shown.unit, "label": plain(shown.label),
-        "scale": shown.scale, "long": found.long_name if found else name,
-    }  # fmt: skip
+        "name": name,
+        "words": plain(shown.words),
+        "unit": shown.unit,
+        "label": plain(shown.label),
+        "scale": shown.scale,
+        "long": found.long_name if found else name,
+    }
 
 
 def in_words(key: str) -> str:
@@ -53,7 +59,8 @@ def rows(names: Any, values: Mapping[str, Any], units: str) -> list[list[str]]:
 
 
 def response_styles() -> list[dict[str, str]]:
-    """Of each combination of critical responses its name, colour and marker; see :mod:`nsdrill.plot.style`."""
+    """Of each combination of critical responses its name, colour and marker; see
+    :mod:`nsdrill.plot.style`."""
     from nsdrill.plot.style import RESPONSES
 
     return [{"name": one.name, "colour": one.colour, "marker": one.marker} for one in RESPONSES]
@@ -73,8 +80,19 @@ def classes(name: str) -> list[dict[str, str]]:
     if name == "motion":
         return [{"name": one.name, "colour": one.colour} for one in style.MOTIONS]
     words = (BY_NAME[name].flag_meanings or "").split()
-    colours = (style.GREY, style.SKY, style.GREEN, style.ORANGE, style.VERMILLION, style.WINE, style.BLUE, style.BLACK)
-    return [{"name": word.replace("_", " "), "colour": colours[i % 8]} for i, word in enumerate(words)]
+    colours = (
+        style.GREY,
+        style.SKY,
+        style.GREEN,
+        style.ORANGE,
+        style.VERMILLION,
+        style.WINE,
+        style.BLUE,
+        style.BLACK,
+    )
+    return [
+        {"name": word.replace("_", " "), "colour": colours[i % 8]} for i, word in enumerate(words)
+    ]
 
 
 def verdict_words(values: Mapping[str, Any]) -> list[str]:
@@ -87,7 +105,11 @@ def verdict_words(values: Mapping[str, Any]) -> list[str]:
     said = [outcome_words(int(values["response"]))]
     for name, value in values.items():
         variable = BY_NAME.get(name)
-        if variable is None or variable.room != "label" or name in ("response", "attractor", "trusted"):
+        if (
+            variable is None
+            or variable.room != "label"
+            or name in ("response", "attractor", "trusted")
+        ):
             continue
         words, code = (variable.flag_meanings or "").split(), int(value)
         if name == "period":
@@ -98,7 +120,10 @@ def verdict_words(values: Mapping[str, Any]) -> list[str]:
         elif code and code < len(words):
             told_ = words[code].replace("_", " ")
             if name.endswith("_severity"):  # beside the response that it is of, where that is said
-                grade, parts = name.removesuffix("_severity").replace("_", "-"), said[0].split(" + ")
+                grade, parts = (
+                    name.removesuffix("_severity").replace("_", "-"),
+                    said[0].split(" + "),
+                )
                 if there := [i for i, part in enumerate(parts) if part.endswith(grade)]:
                     parts[there[0]] += f" ({told_})"
                     said[0] = " + ".join(parts)

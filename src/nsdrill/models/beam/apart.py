@@ -1,17 +1,21 @@
-"""Friction of bit and stations kept apart, for a stepper that treats it implicitly (:mod:`nsdrill.kernel.additive`).
+"""Friction of bit and stations kept apart, for a stepper that treats it implicitly
+(:mod:`nsdrill.kernel.additive`).
 
-Stations rub on the same modes, so every friction load changes the slip at every other contact. With the tangent
-e_j = (y_j, -x_j)/r_j of station j, the torque's own forces t_n = n^3 k_T (x_n, y_n) on the modes, and
+Stations rub on the same modes, so every friction load changes the slip at every other
+contact. With the tangent e_j = (y_j, -x_j)/r_j of station j, the torque's own forces
+t_n = n^3 k_T (x_n, y_n) on the modes, and
 
     G_j = R + Q_j (e_jy cos phi - e_jx sin phi),    Q_j = sum_n q_n phi_jn,
     G_b = 1 + sum_n q_n (t_ny cos phi - t_nx sin phi)
 
-of a unit load, a stage that moves velocities by c times the push has the slips (contact 0 is the bit)
+of a unit load, a stage that moves velocities by c times the push has the slips (contact
+0 is the bit)
 
     v_a = v_a* - c sum_b K_ab L_b(v_b),   K_jk = sum_n phi_jn phi_kn e_j . e_k / m + G_j G_k / J_e,   K_0k = G_0k / J_e
 
-and K_j0 = G_j G_b / J_e + e_j . sum_n phi_jn t_n / m. Newton's method solves for all of them, by elimination without
-pivots (K is positive), in each lane until that is done; what a lane gets does not depend on its neighbours.
+and K_j0 = G_j G_b / J_e + e_j . sum_n phi_jn t_n / m. Newton's method solves for all of
+them, by elimination without pivots (K is positive), in each lane until that is done;
+what a lane gets does not depend on its neighbours.
 """
 
 from __future__ import annotations
@@ -25,7 +29,8 @@ if TYPE_CHECKING:
     from nsdrill.models.beam.rhs import Writer
 
 MOST = 12  # iterations
-CLOSE, CLOSER = 1e-5, 1e-8  # of the loads, which one iteration more squares; where differences are taken
+# of the loads, which one iteration more squares; where differences are taken
+CLOSE, CLOSER = 1e-5, 1e-8
 OF_STATION = ("normal", "ex", "ey", "turn", "coupling")
 OF_CONTACT = ("free", "found", "load", "dload", "step")
 
@@ -37,8 +42,12 @@ def aux_of(options: Options) -> tuple[str, ...]:
     found += [f"{name}_{j}" for j in stations for name in OF_STATION]
     found += [f"{name}_{c}" for c in contacts for name in OF_CONTACT]
     found += [f"c_{a}_{b}" for a in contacts for b in contacts]
-    # The velocities as a stage moves them at two states about the motion, beside a deviation.
-    return (*found, *(f"{name}_{k}" for name in ("above", "below") for k in range(2 * options.modes + 1)))
+    # The velocities as a stage moves them at two states about the motion, beside a
+    # deviation.
+    return (
+        *found,
+        *(f"{name}_{k}" for name in ("above", "below") for k in range(2 * options.modes + 1)),
+    )
 
 
 def pushed(options: Options) -> int:
@@ -66,10 +75,14 @@ class Solve:
         self.close = CLOSER if closer else CLOSE
 
     def lines(self) -> list[str]:
-        """From the places of the stations and the rock's force to the loads, the pushes and the moved velocities."""
+        """From the places of the stations and the rock's force to the loads, the pushes
+        and the moved velocities."""
         loop = self.writer.loop
         some = " | ".join(f"touching_{j}" for j in self.stations)
-        found = [f"    {' = '.join(f'touching_{j}' for j in self.stations)} = 0", *loop(self._bit())]
+        found = [
+            f"    {' = '.join(f'touching_{j}' for j in self.stations)} = 0",
+            *loop(self._bit()),
+        ]
         for j in self.stations:
             found += loop(self._station(j))
         contacts = [0, *self.stations]
@@ -100,12 +113,15 @@ class Solve:
         return [f"    {line}" for line in lines]
 
     def _bit(self) -> list[str]:
-        """What a unit of torque does to the bit, and how fast the slip grows where friction falls with speed."""
+        """What a unit of torque does to the bit, and how fast the slip grows where
+        friction falls with speed."""
         load, store = self.writer.load, self.writer.store
         lines = [*self.writer.rock(), *load("per_inertia")]
         turn = "1.0"
         if self.options.torque:
-            lines += load("softening_torque", *(x for n in self.options.eccentric for x in lateral(n)[::2]))
+            lines += load(
+                "softening_torque", *(x for n in self.options.eccentric for x in lateral(n)[::2])
+            )
             for n in self.options.eccentric:
                 x, _, y, _ = lateral(n)
                 lines += load(f"unbalance_arm_{n}")
@@ -114,22 +130,44 @@ class Solve:
         return [
             *lines,
             f"turn = {turn}",
-            *store(turn_0="turn", force="force", cosine="c", sine="s", friction="0.0", pressed="0.0", slipping="0.0",
-                   free_0="bit_speed", falling="turn * per_inertia * force * bit_rise * bit_decay"),
-        ]  # fmt: skip
+            *store(
+                turn_0="turn",
+                force="force",
+                cosine="c",
+                sine="s",
+                friction="0.0",
+                pressed="0.0",
+                slipping="0.0",
+                free_0="bit_speed",
+                falling="turn * per_inertia * force * bit_rise * bit_decay",
+            ),
+        ]
 
     def _station(self, j: int) -> list[str]:
-        """Place, slip without friction and normal force; what a unit of friction does to the bit."""
+        """Place, slip without friction and normal force; what a unit of friction does
+        to the bit."""
         load, total = self.writer.load, self.writer.total
         shapes = {n: f"phi_{j}_{n}" for n in self.modes}
         lines = load(*shapes.values(), *(name for n in self.modes for name in lateral(n)))
         for k, name in enumerate(("px", "vx", "py", "vy")):
             lines.append(f"{name} = {total([(shapes[n], lateral(n)[k]) for n in self.modes])}")
         arms = [f"unbalance_arm_{n}" for n in self.options.eccentric]
-        lever = total(list(zip(arms, (shapes[n] for n in self.options.eccentric), strict=True))) if arms else "0.0"
+        lever = (
+            total(list(zip(arms, (shapes[n] for n in self.options.eccentric), strict=True)))
+            if arms
+            else "0.0"
+        )
         return [
             *lines,
-            *load(*arms, f"gap_{j}", f"wall_stiffness_{j}", "collar_radius", "bit_speed", "cosine", "sine"),
+            *load(
+                *arms,
+                f"gap_{j}",
+                f"wall_stiffness_{j}",
+                "collar_radius",
+                "bit_speed",
+                "cosine",
+                "sine",
+            ),
             "reach = np.sqrt(max(fma(px, px, py * py), 1e-60))",
             f"touching_{j} |= 1 if reach > gap_{j} else 0",
             "per = 1.0 / reach",
@@ -138,20 +176,35 @@ class Solve:
             f"normal = wall_stiffness_{j} * penetration",
             *(["normal = normal * np.sqrt(penetration)"] if self.options.hertz else []),
             f"turn = fma({lever}, fma(ey, cosine, -(ex * sine)), collar_radius)",
-            *self.writer.store(**{
-                f"ex_{j}": "ex", f"ey_{j}": "ey", f"normal_{j}": "normal", f"turn_{j}": "turn",
-                f"free_{j}": "fma(bit_speed, collar_radius, -fma(ex, vx, ey * vy))",
-            }),
-        ]  # fmt: skip
+            *self.writer.store(
+                **{
+                    f"ex_{j}": "ex",
+                    f"ey_{j}": "ey",
+                    f"normal_{j}": "normal",
+                    f"turn_{j}": "turn",
+                    f"free_{j}": "fma(bit_speed, collar_radius, -fma(ex, vx, ey * vy))",
+                }
+            ),
+        ]
 
     def _alone(self) -> list[str]:
-        """The torque of the bit alone, as no station touches: two iterations, which are enough for one contact."""
+        """The torque of the bit alone, as no station touches: two iterations, which are
+        enough for one contact."""
         load, store = self.writer.load, self.writer.store
         once = "f, df = hyperbolic(v, bit_smoothing, bit_decay, bit_rise, bit_dynamic)"
         step = "(free_0 - fma(relaxed, f, v)) / fma(relaxed, df, 1.0)"
         return [
-            *load("relax", "force", "turn_0", "per_inertia", "free_0", "bit_smoothing", "bit_decay", "bit_rise",
-                  "bit_dynamic"),
+            *load(
+                "relax",
+                "force",
+                "turn_0",
+                "per_inertia",
+                "free_0",
+                "bit_smoothing",
+                "bit_decay",
+                "bit_rise",
+                "bit_dynamic",
+            ),
             "relaxed = relax * turn_0 * per_inertia * force",
             "v = first_slip(free_0, relaxed, bit_smoothing, bit_decay, bit_rise, bit_dynamic)",
             once,
@@ -159,16 +212,27 @@ class Solve:
             once,
             f"f = fma(df, {step}, f)",
             *store(load_0="force * f", **{f"load_{j}": "0.0" for j in self.stations}),
-        ]  # fmt: skip
+        ]
 
     def _couplings(self, j: int) -> list[str]:
-        """Row and column j of the matrix of couplings, times the time by which a stage relaxes."""
+        """Row and column j of the matrix of couplings, times the time by which a stage
+        relaxes."""
         load, total = self.writer.load, self.writer.total
         others = [k for k in self.stations if k >= j]
         names = [f"{name}_{k}" for k in others for name in ("ex", "ey", "turn")]
         shapes = sorted({f"phi_{k}_{n}" for k in others for n in self.modes})
-        lines = load(*names, *shapes, "relax", "per_lateral_mass", "per_inertia", "turn_0", f"normal_{j}", "falling",
-                     "wall_rise", "wall_decay")  # fmt: skip
+        lines = load(
+            *names,
+            *shapes,
+            "relax",
+            "per_lateral_mass",
+            "per_inertia",
+            "turn_0",
+            f"normal_{j}",
+            "falling",
+            "wall_rise",
+            "wall_decay",
+        )
         values = {}
         for k in others:
             shape = total([(f"phi_{j}_{n}", f"phi_{k}_{n}") for n in self.modes])
@@ -184,7 +248,10 @@ class Solve:
         back = f"turn_{j} * turn_0 * per_inertia"
         if self.options.torque:
             lines += load("softening_torque", *(x for n in self.modes for x in lateral(n)[::2]))
-            bent = [(f"{float(n**3)!r} * phi_{j}_{n}", f"fma(ex_{j}, x_{n}, ey_{j} * y_{n})") for n in self.modes]
+            bent = [
+                (f"{float(n**3)!r} * phi_{j}_{n}", f"fma(ex_{j}, x_{n}, ey_{j} * y_{n})")
+                for n in self.modes
+            ]
             back = f"fma(softening_torque * per_lateral_mass, {total(bent)}, {back})"
         values[f"c_{j}_0"] = f"relax * ({back})"
         values["c_0_0"] = "relax * turn_0 * per_inertia"
@@ -218,29 +285,42 @@ class Solve:
         ]
 
     def _newton(self, contacts: list[int], *, last: bool) -> list[str]:
-        """One iteration: the slips move, or, in the ``last``, the loads follow their tangents."""
+        """One iteration: the slips move, or, in the ``last``, the loads follow their
+        tangents."""
         load, total = self.writer.load, self.writer.total
         rows = [f"c_{a}_{b}" for a in contacts for b in contacts]
-        lines = load(*rows, *(f"{name}_{c}" for c in contacts for name in ("free", "found", "load", "dload")))
+        lines = load(
+            *rows, *(f"{name}_{c}" for c in contacts for name in ("free", "found", "load", "dload"))
+        )
         if not last:
             scales = ["force", *(f"normal_{j}" for j in self.stations)]
             lines += load(*scales, "bit_rise", "bit_dynamic", "wall_rise", "wall_dynamic")
             lines += [
                 f"most_{c} = {self.close!r} * {scale} * ({side}_rise + {side}_dynamic)"
-                for c, (scale, side) in enumerate(zip(scales, ["bit", *["wall"] * len(self.stations)], strict=True))
+                for c, (scale, side) in enumerate(
+                    zip(scales, ["bit", *["wall"] * len(self.stations)], strict=True)
+                )
             ]
         lines += [
-            f"rest_{a} = free_{a} - fma(1.0, found_{a}, {total([(f'c_{a}_{b}', f'load_{b}') for b in contacts])})"
+            f"rest_{a} = free_{a} - fma(1.0, found_{a}, "
+            f"{total([(f'c_{a}_{b}', f'load_{b}') for b in contacts])})"
             for a in contacts
         ]
         if not last:
             far = "0.0"
             for a in contacts:
-                allowed = total([(f"abs(c_{a}_{b})", f"most_{b}") for b in contacts], f"1e-14 * abs(free_{a})")
+                allowed = total(
+                    [(f"abs(c_{a}_{b})", f"most_{b}") for b in contacts], f"1e-14 * abs(free_{a})"
+                )
                 far = f"max(abs(rest_{a}) - {allowed}, {far})"
-            lines += [f"far = {far}", "more = 1.0 if far > 0.0 else 0.0", "some |= 1 if far > 0.0 else 0"]
+            lines += [
+                f"far = {far}",
+                "more = 1.0 if far > 0.0 else 0.0",
+                "some |= 1 if far > 0.0 else 0",
+            ]
         lines += [
-            f"m_{a}_{b} = {f'fma(c_{a}_{b}, dload_{b}, 1.0)' if a == b else f'c_{a}_{b} * dload_{b}'}"
+            f"m_{a}_{b} = "
+            f"{f'fma(c_{a}_{b}, dload_{b}, 1.0)' if a == b else f'c_{a}_{b} * dload_{b}'}"
             for a in contacts
             for b in contacts
         ]
@@ -252,25 +332,36 @@ class Solve:
                 lines.append(f"rest_{a} = fma(l, rest_{p}, rest_{a})")
         for a in reversed(contacts):
             known = [(f"m_{a}_{b}", f"step_{b}") for b in contacts[a + 1 :]]
-            lines.append(f"step_{a} = {f'(rest_{a} - {total(known)})' if known else f'rest_{a}'} * per_{a}")
+            lines.append(
+                f"step_{a} = {f'(rest_{a} - {total(known)})' if known else f'rest_{a}'} * per_{a}"
+            )
         if last:
             return [
                 *lines,
-                *self.writer.store(**{f"load_{c}": f"fma(dload_{c}, step_{c}, load_{c})" for c in contacts}),
+                *self.writer.store(
+                    **{f"load_{c}": f"fma(dload_{c}, step_{c}, load_{c})" for c in contacts}
+                ),
             ]
         moved = {f"found_{c}": f"kept(found_{c}, fma(more, step_{c}, found_{c}))" for c in contacts}
         return [*lines, *self.writer.store(**moved)]
 
     def _moved(self, contacts: list[int]) -> list[str]:
-        """The pushes and the velocities that they move, the bit's last as its acceleration enters all others."""
+        """The pushes and the velocities that they move, the bit's last as its
+        acceleration enters all others."""
         loop, load, total = self.writer.loop, self.writer.load, self.writer.total
         names = velocities(self.options)
         turned = total([(f"turn_{c}", f"load_{c}") for c in contacts])
         at = names.index("bit_speed")
-        found = loop([
-            *load(*(f"{name}_{c}" for c in contacts for name in ("turn", "load")), "per_inertia"),
-            *self.writer.store(**{f"push_{at}": f"-({turned}) * per_inertia", "torque": "load_0"}),
-        ])  # fmt: skip
+        found = loop(
+            [
+                *load(
+                    *(f"{name}_{c}" for c in contacts for name in ("turn", "load")), "per_inertia"
+                ),
+                *self.writer.store(
+                    **{f"push_{at}": f"-({turned}) * per_inertia", "torque": "load_0"}
+                ),
+            ]
+        )
         stations = contacts[1:]
         for n in self.modes:
             x, vx, y, vy = lateral(n)
@@ -297,7 +388,9 @@ class Solve:
                 values[f"push_{names.index(velocity)}"] = f"push_{axis}"
                 values[f"moved_{names.index(velocity)}"] = f"fma(relax, push_{axis}, {velocity})"
             found += loop([*lines, *self.writer.store(**values)])
-        return found + loop([
-            *load("relax", "bit_speed", f"push_{at}"),
-            *self.writer.store(**{f"moved_{at}": f"fma(relax, push_{at}, bit_speed)"}),
-        ])  # fmt: skip
+        return found + loop(
+            [
+                *load("relax", "bit_speed", f"push_{at}"),
+                *self.writer.store(**{f"moved_{at}": f"fma(relax, push_{at}, bit_speed)"}),
+            ]
+        )

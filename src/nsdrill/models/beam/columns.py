@@ -1,4 +1,5 @@
-"""From the parameters of a study to the lane parameters, the natural sizes and the start of a collar."""
+"""From the parameters of a study to the lane parameters, the natural sizes and the
+start of a collar."""
 
 from __future__ import annotations
 
@@ -24,18 +25,21 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def coefficients(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any) -> Coefficients:
-    """The lumped coefficients (:mod:`nsdrill.models.christoforou_yigit.coefficients`), those of the first mode among
-    them, without the factor of the modal mass."""
+    """The lumped coefficients (:mod:`nsdrill.models.christoforou_yigit.coefficients`),
+    those of the first mode among them, without the factor of the modal mass."""
     return derive(as_lumped(parameters), depth, wob, rotary_speed)
 
 
 def as_lumped(parameters: Parameters) -> LumpedParameters:
-    """The lumped model with the same numbers, some of which may be arrays over points, and none of its options."""
+    """The lumped model with the same numbers, some of which may be arrays over points,
+    and none of its options."""
     made: LumpedParameters = _poured(LumpedParameters(), parameters)
     beam = parameters.beam
     softening = "none"  # the lumped model knows no load without the torque
     if isinstance(beam.axial_load, str):
-        softening = "static" if beam.axial_load == "static" else "live" if beam.torque == "cy" else "none"
+        softening = (
+            "static" if beam.axial_load == "static" else "live" if beam.torque == "cy" else "none"
+        )
     object.__setattr__(made.drillstring, "lateral_softening", softening)
     return made
 
@@ -63,8 +67,9 @@ def watched(beam: Beam) -> Any:
 
 
 def walls(parameters: Parameters, gap: Any) -> list[tuple[Any, Any]]:
-    """Gap [m] and stiffness of the wall at each station, those of the well where it has none of its own; the stiffness
-    0 where there is no wall. ``gap`` is that of the well."""
+    """Gap [m] and stiffness of the wall at each station, those of the well where it has
+    none of its own; the stiffness 0 where there is no wall. ``gap`` is that of the
+    well."""
     return [
         (
             gap if station.gap is None else station.gap,
@@ -75,10 +80,13 @@ def walls(parameters: Parameters, gap: Any) -> list[tuple[Any, Any]]:
 
 
 def drags(parameters: Parameters, whole: Any) -> list[Any]:
-    """The drag at each station [N s^2/m^2]: its own, or the one with which the first mode has that of the lumped model,
-    ``whole``, if all stations have it."""
+    """The drag at each station [N s^2/m^2]: its own, or the one with which the first
+    mode has that of the lumped model, ``whole``, if all stations have it."""
     cubes = sum(power(np.abs(shape(place, 1)), 3) for place in places(parameters.beam))
-    return [whole / cubes if station.drag is None else station.drag for station in parameters.beam.stations]
+    return [
+        whole / cubes if station.drag is None else station.drag
+        for station in parameters.beam.stations
+    ]
 
 
 def eccentricities(parameters: Parameters) -> dict[int, Any]:
@@ -141,17 +149,21 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Any]:
 
 
 def stiffnesses(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any) -> list[Any]:
-    """The stiffness of each mode [N/m] under the weight on bit, as the study softens it; negative if buckled."""
+    """The stiffness of each mode [N/m] under the weight on bit, as the study softens
+    it; negative if buckled."""
     k, given = coefficients(parameters, depth, wob, rotary_speed), parameters.beam.axial_load
     load = np.asarray(wob if isinstance(given, str) else given, dtype=float)
     ease = math.pi**2 / (2 * parameters.drillstring.collar.span)
     factor = parameters.beam.modal_mass_factor
-    return [factor * (n**4 * k.k_bend - n**2 * ease * load) for n in range(1, parameters.beam.modes + 1)]
+    return [
+        factor * (n**4 * k.k_bend - n**2 * ease * load) for n in range(1, parameters.beam.modes + 1)
+    ]
 
 
 def bent(points: Values) -> dict[str, Any]:
-    """The modes of a collar that a force at the watched place bends against the wall, until that presses it with
-    ``initial.wall_force``: x_n = (phi_n / k_n) X / sum_i (phi_i^2 / k_i), X beyond the gap by the penetration."""
+    """The modes of a collar that a force at the watched place bends against the wall,
+    until that presses it with ``initial.wall_force``: x_n = (phi_n / k_n) X / sum_i
+    (phi_i^2 / k_i), X beyond the gap by the penetration."""
     parameters: Parameters = points.parameters
     initial = cast("Initial", points.initial)
     assert initial.wall_force is not None
@@ -159,12 +171,17 @@ def bent(points: Values) -> dict[str, Any]:
     exponent = 2 / 3 if well.law == "hertz" else 1.0
     gap = (well.diameter - parameters.drillstring.collar.outer_diameter) / 2
     there = zip(places(parameters.beam), walls(parameters, gap), strict=True)
-    gap, stiff = next((wall for at, wall in there if at == place and np.all(wall[1])), (gap, well.stiffness))
+    gap, stiff = next(
+        (wall for at, wall in there if at == place and np.all(wall[1])), (gap, well.stiffness)
+    )
     reach = gap + _root(np.asarray(initial.wall_force) / stiff, exponent)
     stiffness = stiffnesses(parameters, *points.operation)
     shapes = [shape(place, n) for n in range(1, parameters.beam.modes + 1)]
     give = sum(phi * phi / k for phi, k in zip(shapes, stiffness, strict=True))
-    return {f"x_{n}": phi / k * reach / give for n, (phi, k) in enumerate(zip(shapes, stiffness, strict=True), start=1)}
+    return {
+        f"x_{n}": phi / k * reach / give
+        for n, (phi, k) in enumerate(zip(shapes, stiffness, strict=True), start=1)
+    }
 
 
 # numpy's own power differs in the last bit between processors.
@@ -172,19 +189,25 @@ _root = np.vectorize(math.pow, otypes=[float])
 
 
 def sizes(table: Mapping[str, Array], options: Options) -> list[Any]:
-    """The natural size of each state: of a mode a tenth of the gap, and that times its frequency without load; the
-    others as in the lumped model."""
+    """The natural size of each state: of a mode a tenth of the gap, and that times its
+    frequency without load; the others as in the lumped model."""
     lateral = 0.1 * table["gap"]
     frequency = np.sqrt(table["bending"] * table["per_lateral_mass"])
     contact = table["axial_stiffness"] + table["rock_stiffness"]
     axial = np.maximum(table["wob"] / contact, np.maximum(0.1 * table["surface_amplitude"], 1e-6))
-    common = [axial, axial * np.sqrt(contact * table["per_axial_mass"]), 0.1, 0.1 * table["drive_speed"]]
+    common = [
+        axial,
+        axial * np.sqrt(contact * table["per_axial_mass"]),
+        0.1,
+        0.1 * table["drive_speed"],
+    ]
     modes = [[lateral, lateral * n**2 * frequency] * 2 for n in range(1, options.modes + 1)]
     return [*modes[0], *common, *(size for mode in modes[1:] for size in mode)]
 
 
 def fastest(table: Mapping[str, Array], options: Options) -> Array:
-    """The greatest natural frequency [rad/s]: of a mode, of the first one on the wall, of the bit on the rock."""
+    """The greatest natural frequency [rad/s]: of a mode, of the first one on the wall,
+    of the bit on the rock."""
     per_mass = table["per_lateral_mass"]
     wall = np.max([table[f"wall_stiffness_{j}"] for j in range(1, options.stations + 1)], axis=0)
     square = np.maximum(options.modes**4 * table["bending"] * per_mass, wall * per_mass)

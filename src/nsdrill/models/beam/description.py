@@ -21,8 +21,10 @@ MOST_RUBBING = 8  # stations whose friction is solved for at once: the work grow
 
 MEANINGS = {
     "beam": "The collar between the stabilisers, an elastic beam",
-    "beam.torque": "Whether the torque softens the collar in bending, as Christoforou and Yigit have it",
-    "drillstring.eccentricity_shape": "Which modes the mass centre's distance is of: the first, or a uniform one",
+    "beam.torque": "Whether the torque softens the collar in bending, as Christoforou and Yigit "
+    "have it",
+    "drillstring.eccentricity_shape": "Which modes the mass centre's distance is of: the first, "
+    "or a uniform one",
 }
 
 
@@ -39,7 +41,8 @@ def _of_modes() -> tuple[Variable, ...]:
 
 
 def states(parameters: Parameters) -> tuple[str, ...]:
-    """The names of the states of a collar with so many modes, the angle of the drive last."""
+    """The names of the states of a collar with so many modes, the angle of the drive
+    last."""
     return STATE_SETS[parameters.beam.modes]
 
 
@@ -51,11 +54,15 @@ def friction_rates(points: Values) -> Mapping[str, Any]:
 
 
 def explicit_only(parameters: Parameters) -> str | None:
-    """Why the friction of this collar cannot be integrated implicitly, None where it can."""
+    """Why the friction of this collar cannot be integrated implicitly, None where it
+    can."""
     count = len(parameters.beam.stations)
     if count <= MOST_RUBBING:
         return None
-    return f"{count} stations rub on the same modes, of which {MOST_RUBBING} are solved for together (beam.stations)"
+    return (
+        f"{count} stations rub on the same modes, of which {MOST_RUBBING} are solved for together "
+        f"(beam.stations)"
+    )
 
 
 DESCRIPTION = Description(
@@ -89,7 +96,8 @@ DESCRIPTION = Description(
     units_by={**LUMPED.units_by, "beam.stations.stiffness": LUMPED.units_by["well.stiffness"]},
     checks="nsdrill.models.beam.checks",
     example_axis=LUMPED.example_axis,
-    example_slice="{x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}",
+    example_slice="{x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, "
+    "points: 60}}",
     attributes=attributes,
     hole=LUMPED.hole,
     drawn=replace(LUMPED.drawn, summary=(*LUMPED.drawn.summary, "impact_rate")),

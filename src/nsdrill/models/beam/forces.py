@@ -1,4 +1,5 @@
-"""Forces, energy and powers of given states of the elastic collar, in plain numpy: for traces and the energy balance.
+"""Forces, energy and powers of given states of the elastic collar, in plain numpy: for
+traces and the energy balance.
 
 The same laws as the compiled right-hand side; tests hold the two together.
 """
@@ -11,7 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.beam.columns import as_lumped, coefficients, drags, eccentricities, places, shape, walls, watched
+from nsdrill.models.beam.columns import (
+    as_lumped,
+    coefficients,
+    drags,
+    eccentricities,
+    places,
+    shape,
+    walls,
+    watched,
+)
 from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.christoforou_yigit import forces as lumped
 
@@ -23,7 +33,8 @@ def at_place(parameters: Parameters, state: State, place: Any) -> dict[str, Arra
     """x, vx, y, vy [m, m/s] of the collar at a fraction of its span."""
     modes = range(1, parameters.beam.modes + 1)
     return {
-        name: np.asarray(sum(shape(place, n) * state[f"{name}_{n}"] for n in modes)) for name in ("x", "vx", "y", "vy")
+        name: np.asarray(sum(shape(place, n) * state[f"{name}_{n}"] for n in modes))
+        for name in ("x", "vx", "y", "vy")
     }
 
 
@@ -34,7 +45,9 @@ def _walls(parameters: Parameters, point: Any, state: State) -> list[dict[str, A
     for station in parameters.beam.stations:
         made, moved = as_lumped(parameters), at_place(parameters, state, station.at)
         if station.gap is not None:
-            object.__setattr__(made.well, "diameter", made.drillstring.collar.outer_diameter + 2 * station.gap)
+            object.__setattr__(
+                made.well, "diameter", made.drillstring.collar.outer_diameter + 2 * station.gap
+            )
         if station.stiffness is not None:
             object.__setattr__(made.well, "stiffness", station.stiffness)
         found.append({**moved, **lumped.forces(made, point, {**rest, **moved})})
@@ -42,8 +55,9 @@ def _walls(parameters: Parameters, point: Any, state: State) -> list[dict[str, A
 
 
 def forces(parameters: Parameters, point: Any, state: State) -> dict[str, Array]:
-    """What a trace has besides the states: of the watched place x, vx, y, vy [m, m/s] and the polar coordinates; the
-    forces and torques of the rock; ``wall_force`` and ``wall_friction`` of all stations together [N]."""
+    """What a trace has besides the states: of the watched place x, vx, y, vy [m, m/s]
+    and the polar coordinates; the forces and torques of the rock; ``wall_force`` and
+    ``wall_friction`` of all stations together [N]."""
     stations = _walls(parameters, point, state)
     moved = at_place(parameters, state, watched(parameters.beam))
     found = lumped.forces(as_lumped(parameters), point, {**state, **moved})
@@ -53,7 +67,8 @@ def forces(parameters: Parameters, point: Any, state: State) -> dict[str, Array]
 
 
 def _constants(parameters: Parameters, point: Any) -> tuple[Any, float, list[float]]:
-    """The lumped coefficients, the factor of mass and stiffness, and the eccentricity of each mode."""
+    """The lumped coefficients, the factor of mass and stiffness, and the eccentricity
+    of each mode."""
     k = coefficients(parameters, point.depth, point.wob, point.rotary_speed)
     off = eccentricities(parameters)
     arms = [off.get(n, 0.0) for n in range(1, parameters.beam.modes + 1)]
@@ -61,21 +76,31 @@ def _constants(parameters: Parameters, point: Any) -> tuple[Any, float, list[flo
 
 
 def energy(parameters: Parameters, point: Any, state: State) -> Array:
-    """Kinetic plus potential energy [J]: of the collar, sum_n 1/2 m_e |v_Gn|^2 + 1/2 (m - m_e) |v_n|^2 with
-    v_Gn = v_n + e_n omega (-sin phi, cos phi), its bending and the elastic energy of the walls; of twist and bit; and
-    the work still to be had from the weight on bit. Rock, softening and damping do their work in :func:`powers`."""
+    """Kinetic plus potential energy [J]: of the collar, sum_n 1/2 m_e |v_Gn|^2 + 1/2 (m
+    - m_e) |v_n|^2 with v_Gn = v_n + e_n omega (-sin phi, cos phi), its bending and the
+    elastic energy of the walls; of twist and bit; and the work still to be had from the
+    weight on bit. Rock, softening and damping do their work in :func:`powers`."""
     k, factor, arms = _constants(parameters, point)
     well, phi, omega = parameters.well, state["twist"] + state["drive_angle"], state["bit_speed"]
-    found = 0.5 * (k.J * omega**2 + k.m_a * state["vz"] ** 2 + k.k_t * state["twist"] ** 2 + k.k_a * state["z"] ** 2)
+    found = 0.5 * (
+        k.J * omega**2
+        + k.m_a * state["vz"] ** 2
+        + k.k_t * state["twist"] ** 2
+        + k.k_a * state["z"] ** 2
+    )
     found = found + point.wob * state["z"]
     for n, e in enumerate(arms, start=1):
         x, vx, y, vy = (state[f"{name}_{n}"] for name in ("x", "vx", "y", "vy"))
         gx, gy = vx - e * omega * np.sin(phi), vy + e * omega * np.cos(phi)
         found = found + 0.5 * factor * (
-            k.m_e * (gx**2 + gy**2) + (k.m_l - k.m_e) * (vx**2 + vy**2) + n**4 * k.k_bend * (x**2 + y**2)
+            k.m_e * (gx**2 + gy**2)
+            + (k.m_l - k.m_e) * (vx**2 + vy**2)
+            + n**4 * k.k_bend * (x**2 + y**2)
         )
     exponent = 2.5 if well.law == "hertz" else 2.0
-    for place, (gap, stiffness) in zip(places(parameters.beam), walls(parameters, k.gap), strict=True):
+    for place, (gap, stiffness) in zip(
+        places(parameters.beam), walls(parameters, k.gap), strict=True
+    ):
         at = at_place(parameters, state, place)
         depth = np.maximum(np.hypot(at["x"], at["y"]) - gap, 0.0)
         found = found + stiffness * depth**exponent / exponent
@@ -83,21 +108,26 @@ def energy(parameters: Parameters, point: Any, state: State) -> Array:
 
 
 def powers(parameters: Parameters, point: Any, state: State) -> dict[str, Array]:
-    """Power [W] that each agent feeds into :func:`energy`, as :func:`nsdrill.models.christoforou_yigit.forces.powers`
-    names them; ``structure`` is the damping of the modes. Their sum is the rate at which the energy changes."""
+    """Power [W] that each agent feeds into :func:`energy`, as
+    :func:`nsdrill.models.christoforou_yigit.forces.powers` names them; ``structure`` is
+    the damping of the modes. Their sum is the rate at which the energy changes."""
     k, factor, _ = _constants(parameters, point)
     string, beam = parameters.drillstring, parameters.beam
     omega, vz, span = state["bit_speed"], state["vz"], string.collar.span
     watch = forces(parameters, point, state)
     stations = _walls(parameters, point, state)
     load = beam.axial_load
-    force = {"static": point.wob, "live": watch["bit_force"]}[load] if isinstance(load, str) else load
+    force = (
+        {"static": point.wob, "live": watch["bit_force"]}[load] if isinstance(load, str) else load
+    )
     torque = watch["bit_torque"] if beam.torque == "cy" else 0.0
     softening: Any = 0.0
     structure: Any = 0.0
     for n in range(1, beam.modes + 1):
         x, vx, y, vy = (state[f"{name}_{n}"] for name in ("x", "vx", "y", "vy"))
-        softer = force * (n * math.pi) ** 2 / (2 * span) + torque * (n * math.pi) ** 3 / (2 * span**2)
+        softer = force * (n * math.pi) ** 2 / (2 * span) + torque * (n * math.pi) ** 3 / (
+            2 * span**2
+        )
         softening = softening + factor * softer * (x * vx + y * vy)
         critical = 2 * factor * np.sqrt(k.m_l * k.k_bend) * n**2
         structure = structure - beam.damping_ratio * critical * (vx**2 + vy**2)
@@ -113,7 +143,10 @@ def powers(parameters: Parameters, point: Any, state: State) -> dict[str, Array]
         "damping": -string.axial_damping * vz**2 - string.torsional_damping * omega**2,
         "structure": np.asarray(structure),
         "wall": np.asarray(
-            sum(-at["wall_friction"] * (omega * k.collar_radius + at["whirl_speed"] * at["radius"]) for at in stations)
+            sum(
+                -at["wall_friction"] * (omega * k.collar_radius + at["whirl_speed"] * at["radius"])
+                for at in stations
+            )
         ),
         "softening": np.asarray(softening),
     }

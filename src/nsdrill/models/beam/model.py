@@ -1,4 +1,5 @@
-"""The elastic collar: several modes in two planes, walls at stations, on a string that twists and bounces."""
+"""The elastic collar: several modes in two planes, walls at stations, on a string that
+twists and bounces."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ if TYPE_CHECKING:
 
 
 class ElasticCollar(ScalarModel):
-    """The variant are the :class:`Options`. States and lane parameters that every collar has come first."""
+    """The variant are the :class:`Options`. States and lane parameters that every
+    collar has come first."""
 
     name = "beam"
     frames: ClassVar = {"twist": "drive_speed"}
@@ -46,9 +48,15 @@ class ElasticCollar(ScalarModel):
         """The lobes alone tell directions apart."""
         options = options_of(points.parameters)
         names = states_of(options.modes)
-        used = np.ndim(points.parameters.bit.surface_amplitude) > 0 or points.parameters.bit.surface_amplitude != 0.0
-        pairs = ((names.index(f"{x}_{n}"), names.index(f"{y}_{n}"))
-                 for n in range(1, options.modes + 1) for x, y in (("x", "y"), ("vx", "vy")))  # fmt: skip
+        used = (
+            np.ndim(points.parameters.bit.surface_amplitude) > 0
+            or points.parameters.bit.surface_amplitude != 0.0
+        )
+        pairs = (
+            (names.index(f"{x}_{n}"), names.index(f"{y}_{n}"))
+            for n in range(1, options.modes + 1)
+            for x, y in (("x", "y"), ("vx", "vy"))
+        )
         return Symmetry(options.lobes if used else 0, tuple(range(len(names))), tuple(pairs))
 
     def names(self, variant: Variant) -> Names:
@@ -57,7 +65,14 @@ class ElasticCollar(ScalarModel):
     def declaration(self, variant: Variant) -> Declaration:
         return declaration_of(Options(*variant))
 
-    def rows(self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
+    def rows(
+        self,
+        variant: Variant,
+        observed: int = 0,
+        *,
+        tangent: bool = False,
+        columns: int | None = None,
+    ) -> Rows:
         return rows_of(Options(*variant), observed, tangent=tangent, columns=columns)
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
@@ -75,7 +90,9 @@ class ElasticCollar(ScalarModel):
 
     def sizes(self, table: Array, variant: Variant) -> Array:
         found = columns.sizes(self._by_name(table, variant), Options(*variant))
-        return np.stack([np.broadcast_to(np.asarray(size, dtype=float), len(table)) for size in found], axis=1)
+        return np.stack(
+            [np.broadcast_to(np.asarray(size, dtype=float), len(table)) for size in found], axis=1
+        )
 
     def natural(self, table: Mapping[str, Array]) -> Sequence[Any]:
         """See :meth:`sizes`, which know the modes."""
@@ -109,9 +126,13 @@ class ElasticCollar(ScalarModel):
         return {f"{name}_1" if name in STARTED else name: value for name, value in found.items()}
 
     def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
-        """As those of the lumped model, the first mode in place of its lateral motion; mode n within 1/n^2 of the first
-        in place and of the same speed."""
-        parameters, (depth, wob, speed), q = points.parameters, points.operation, points.initial.spread
+        """As those of the lumped model, the first mode in place of its lateral motion;
+        mode n within 1/n^2 of the first in place and of the same speed."""
+        parameters, (depth, wob, speed), q = (
+            points.parameters,
+            points.operation,
+            points.initial.spread,
+        )
         names = (*self.states(self.variant(parameters)), "drive_angle")
         u = dict(zip(names, shape.T, strict=True))
         k = columns.coefficients(parameters, depth, wob, speed)
@@ -132,9 +153,13 @@ class ElasticCollar(ScalarModel):
     def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
         parameters, (_, wob, speed) = points.parameters, points.operation
         bit_radius = parameters.well.diameter / 2
-        return drilled(features["surface_torque_mean"], speed, parameters.bit.cutting, wob, bit_radius)
+        return drilled(
+            features["surface_torque_mean"], speed, parameters.bit.cutting, wob, bit_radius
+        )
 
-    def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
+    def section(
+        self, report: Array, record: Record, table: Array, variant: Variant
+    ) -> dict[str, Array]:
         """The section of the lumped model, of the watched place."""
         names = self.names(variant)
         found = returns_of(names, self.declaration(variant), report, record.peaks, record.poincare)
@@ -142,7 +167,9 @@ class ElasticCollar(ScalarModel):
         modes = range(1, Options(*variant).modes + 1)
         state = dict(zip((*names.states, "drive_angle"), np.moveaxis(found, -1, 0), strict=True))
         for name in ("x", "vx", "y", "vy"):
-            state[name] = sum(by_name[f"watched_{n}"][:, None] * state[f"{name}_{n}"] for n in modes)
+            state[name] = sum(
+                by_name[f"watched_{n}"][:, None] * state[f"{name}_{n}"] for n in modes
+            )
         return section.coordinates(np.stack([state[name] for name in STATE_NAMES], axis=-1))
 
     def returns(self, section_: Mapping[str, Array]) -> Array:
@@ -162,7 +189,9 @@ class ElasticCollar(ScalarModel):
         lobe = np.where(common["surface_amplitude"] > 0.0, common["surface_amplitude"], rest)
         return {"gap": common["gap"], "drive_speed": common["drive_speed"], "lobe": lobe}
 
-    def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
+    def coordinates(
+        self, features: Mapping[str, Array], table: Array, variant: Variant
+    ) -> tuple[Array, Array]:
         """Those of the lumped model."""
         axial = self.sizes(table, variant)[:, self.states(variant).index("z")]
         return compare.coordinates(features, self.scales(table), axial)
@@ -171,5 +200,7 @@ class ElasticCollar(ScalarModel):
         """The lane parameters of every collar, by name."""
         return dict(zip(PARAMETERS, table[:, : len(PARAMETERS)].T, strict=True))
 
-    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
+    def outputs(
+        self, parameters: Parameters, point: Any, state: Mapping[str, Array]
+    ) -> dict[str, Array]:
         return forces(parameters, point, state)

@@ -1,9 +1,10 @@
-"""What is observed of the elastic collar: the features of the lumped model, at a watched place of the span and over all
-places where it may touch the wall.
+"""What is observed of the elastic collar: the features of the lumped model, at a
+watched place of the span and over all places where it may touch the wall.
 
-The collar is on the wall where one of the stations is. The clearance is the penetration of the well's wall that has the
-greatest force at a station. The rolling ratio is one less the slip over the speed of the collar's surface, of the
-stations on the wall while they are.
+The collar is on the wall where one of the stations is. The clearance is the penetration
+of the well's wall that has the greatest force at a station. The rolling ratio is one
+less the slip over the speed of the collar's surface, of the stations on the wall while
+they are.
 """
 
 from __future__ import annotations
@@ -33,18 +34,33 @@ from nsdrill.observe.channels import (
     Winding,
 )
 
-OUTPUTS = ("across", "aside", "radius", "radius_rate", "clearance", "clearance_rate", "interference",
-           "interference_rate", "lateral_square", "wall_slip", "wall_turn", "rock_torque")  # fmt: skip
+OUTPUTS = (
+    "across",
+    "aside",
+    "radius",
+    "radius_rate",
+    "clearance",
+    "clearance_rate",
+    "interference",
+    "interference_rate",
+    "lateral_square",
+    "wall_slip",
+    "wall_turn",
+    "rock_torque",
+)
 
 
 def names_of(options: Options) -> Names:
     """The names of the rows."""
-    return Names(states_of(options.modes), slopes_of(options.modes), columns_of(options), aux_of(options))
+    return Names(
+        states_of(options.modes), slopes_of(options.modes), columns_of(options), aux_of(options)
+    )
 
 
 @lru_cache
 def outputs_of(options: Options) -> Any:
-    """The function of what is computed once a step: of the watched place, of the deepest station, of the bit."""
+    """The function of what is computed once a step: of the watched place, of the
+    deepest station, of the bit."""
     modes, stations = range(1, options.modes + 1), range(1, options.stations + 1)
     watch = [f"watched_{n}" for n in modes]
     shaken = [[f"a{axis}_{n}" for n in modes] for axis in "xy"]
@@ -78,7 +94,12 @@ def outputs_of(options: Options) -> Any:
         "        fma(ax, ax, ay * ay), slipping, pressed * bit_speed * collar_radius, torque,",
         "    )",
     ]
-    known = {"np": np, "fma": fma, "multiple_sine": multiple_sine, "multiple_cosine": multiple_cosine}
+    known = {
+        "np": np,
+        "fma": fma,
+        "multiple_sine": multiple_sine,
+        "multiple_cosine": multiple_cosine,
+    }
     return define("outputs", "\n".join(lines) + "\n", **known)
 
 
@@ -90,7 +111,8 @@ def _square(az):  # type: ignore[no-untyped-def]
     return az * az
 
 
-# Slopes that are 0 make a mean the sum of trapezia, and leave an extreme to the ends of the steps.
+# Slopes that are 0 make a mean the sum of trapezia, and leave an extreme to the ends of
+# the steps.
 CHANNELS = (
     Channel("twist", "twist", "bit_speed", "bit_acceleration", frame="drive_speed"),
     Channel("bit speed", "bit_speed", "bit_acceleration", rate_of="twist", level="stuck_below"),
@@ -141,21 +163,43 @@ FEATURES = (
     Mean("axial square", "axial_square_mean"),
     Mean("wall slip", "wall_slip_mean"),
     Mean("wall turn", "wall_turn_mean"),
-    Derived("stick_slip_index", lambda bit_speed_max, bit_speed_min, bit_speed_mean: _ratio(
-        50.0 * (bit_speed_max - bit_speed_min), np.abs(bit_speed_mean), np.inf)),
+    Derived(
+        "stick_slip_index",
+        lambda bit_speed_max, bit_speed_min, bit_speed_mean: _ratio(
+            50.0 * (bit_speed_max - bit_speed_min), np.abs(bit_speed_mean), np.inf
+        ),
+    ),
     Derived("stuck_fraction", lambda unstuck: 1.0 - unstuck),
     Derived("lift_off_fraction", lambda on_rock: 1.0 - on_rock),
-    Derived("bit_force_max", lambda rock_stiffness, interference_max: rock_stiffness * np.maximum(
-        interference_max, 0.0)),
-    Derived("whirl_ratio", lambda whirl_speed_mean, bit_speed_mean: _ratio(whirl_speed_mean, bit_speed_mean, np.nan)),
-    Derived("rolling_ratio", lambda wall_slip_mean, wall_turn_mean: np.where(
-        wall_turn_mean != 0.0, 1.0 - _ratio(wall_slip_mean, wall_turn_mean, 1.0), 0.0)),
-    Derived("surface_torque_min", lambda torsional_stiffness, twist_max: -torsional_stiffness * twist_max),
-    Derived("surface_torque_max", lambda torsional_stiffness, twist_min: -torsional_stiffness * twist_min),
-    Derived("surface_torque_mean", lambda torsional_stiffness, twist_mean: -torsional_stiffness * twist_mean),
+    Derived(
+        "bit_force_max",
+        lambda rock_stiffness, interference_max: rock_stiffness * np.maximum(interference_max, 0.0),
+    ),
+    Derived(
+        "whirl_ratio",
+        lambda whirl_speed_mean, bit_speed_mean: _ratio(whirl_speed_mean, bit_speed_mean, np.nan),
+    ),
+    Derived(
+        "rolling_ratio",
+        lambda wall_slip_mean, wall_turn_mean: np.where(
+            wall_turn_mean != 0.0, 1.0 - _ratio(wall_slip_mean, wall_turn_mean, 1.0), 0.0
+        ),
+    ),
+    Derived(
+        "surface_torque_min",
+        lambda torsional_stiffness, twist_max: -torsional_stiffness * twist_max,
+    ),
+    Derived(
+        "surface_torque_max",
+        lambda torsional_stiffness, twist_min: -torsional_stiffness * twist_min,
+    ),
+    Derived(
+        "surface_torque_mean",
+        lambda torsional_stiffness, twist_mean: -torsional_stiffness * twist_mean,
+    ),
     Derived("lateral_acceleration_rms", lambda lateral_square_mean: np.sqrt(lateral_square_mean)),
     Derived("axial_acceleration_rms", lambda axial_square_mean: np.sqrt(axial_square_mean)),
-)  # fmt: skip
+)
 
 
 @lru_cache

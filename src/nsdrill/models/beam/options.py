@@ -11,9 +11,10 @@ COMMON = ("z", "vz", "twist", "bit_speed")
 
 
 class Options(NamedTuple):
-    """Whole numbers, as they go into the names of compiled functions: the numbers of ``modes`` and ``stations``;
-    whether the law of the wall is Hertz's; the ``lobes`` of the rock; which modes are ``unbalanced``, 1 for the first,
-    2 for the second, 4 for the third, added up; whether the torque softens the collar."""
+    """Whole numbers, as they go into the names of compiled functions: the numbers of
+    ``modes`` and ``stations``; whether the law of the wall is Hertz's; the ``lobes`` of
+    the rock; which modes are ``unbalanced``, 1 for the first, 2 for the second, 4 for
+    the third, added up; whether the torque softens the collar."""
 
     modes: int = 5
     stations: int = 5
@@ -43,11 +44,16 @@ def options_of(parameters: Parameters) -> Options:
 
 
 def unbalanced_modes(parameters: Parameters) -> list[int]:
-    """The numbers of the modes whose mass centre is off the axis; of a swept eccentricity those that it may be."""
+    """The numbers of the modes whose mass centre is off the axis; of a swept
+    eccentricity those that it may be."""
     given, modes = parameters.beam.eccentricity_modes, range(1, parameters.beam.modes + 1)
     if given is not None:
         return [n for n, value in zip(modes, given, strict=False) if value != 0.0]
-    return [n for n in modes if n % 2] if parameters.drillstring.eccentricity_shape == "uniform" else [1]
+    return (
+        [n for n in modes if n % 2]
+        if parameters.drillstring.eccentricity_shape == "uniform"
+        else [1]
+    )
 
 
 def lateral(n: int) -> tuple[str, str, str, str]:
@@ -56,7 +62,8 @@ def lateral(n: int) -> tuple[str, str, str, str]:
 
 
 def states_of(modes: int) -> tuple[str, ...]:
-    """The names of the states: those that the lumped model has too come first, in its order."""
+    """The names of the states: those that the lumped model has too come first, in its
+    order."""
     return (*lateral(1), *COMMON, *(name for n in range(2, modes + 1) for name in lateral(n)))
 
 

@@ -1,7 +1,9 @@
-"""The parameters of the elastic collar, in SI units: those of the lumped model, and what its modes and walls need.
+"""The parameters of the elastic collar, in SI units: those of the lumped model, and
+what its modes and walls need.
 
-Sources: **G** Ghasemloonia, Rideout & Butt, vibration of a drill collar section under weight on bit with contact; the
-others as in :mod:`nsdrill.models.christoforou_yigit.parameters`.
+Sources: **G** Ghasemloonia, Rideout & Butt, vibration of a drill collar section under
+weight on bit with contact; the others as in
+:mod:`nsdrill.models.christoforou_yigit.parameters`.
 """
 
 from __future__ import annotations
@@ -36,10 +38,18 @@ class Drillstring(Checked):
     collar: Collar = field(default_factory=Collar)
     pipe: Pipe = field(default_factory=Pipe)
     material: Material = field(default_factory=Material)
-    eccentricity: float = parameter(0.0127, "m", "CY as reported (1/2 in)", "medium", high=10.0, usual="1 to 15 mm")
-    eccentricity_shape: Literal["first", "uniform"] = choice("first", "R: as the lumped model has it")
-    eccentric_mass: Literal["total", "steel"] = choice("total", "P; 'steel' leaves the fluid added mass out")
-    axial_damping: float = parameter(4000.0, "N s/m", "CY, J as reported", "low", high=1e9, usual="1 to 100 kN s/m")
+    eccentricity: float = parameter(
+        0.0127, "m", "CY as reported (1/2 in)", "medium", high=10.0, usual="1 to 15 mm"
+    )
+    eccentricity_shape: Literal["first", "uniform"] = choice(
+        "first", "R: as the lumped model has it"
+    )
+    eccentric_mass: Literal["total", "steel"] = choice(
+        "total", "P; 'steel' leaves the fluid added mass out"
+    )
+    axial_damping: float = parameter(
+        4000.0, "N s/m", "CY, J as reported", "low", high=1e9, usual="1 to 100 kN s/m"
+    )
     torsional_damping: float = parameter(
         50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad"
     )
@@ -47,13 +57,21 @@ class Drillstring(Checked):
 
 @dataclass(frozen=True)
 class Well(Checked):
-    """The hole and its wall; ``stiffness`` is in N/m for the linear law, in N/m^1.5 for the Hertz law."""
+    """The hole and its wall; ``stiffness`` is in N/m for the linear law, in N/m^1.5 for
+    the Hertz law."""
 
-    diameter: float = parameter(0.381, "m", "P (15 in)", "certain", low=1e-4, high=10.0, usual="3 3/4 to 36 in")
+    diameter: float = parameter(
+        0.381, "m", "P (15 in)", "certain", low=1e-4, high=10.0, usual="3 3/4 to 36 in"
+    )
     stiffness: float = parameter(
-        25e6, "N/m or N/m^1.5", "CY as reported; L has 1e9, G 6.78e11 N/m^1.5", "low: sweep it", low=1.0, high=1e13,
+        25e6,
+        "N/m or N/m^1.5",
+        "CY as reported; L has 1e9, G 6.78e11 N/m^1.5",
+        "low: sweep it",
+        low=1.0,
+        high=1e13,
         usual="1 MN/m to 10 GN/m; Hertz 1 to 1000 GN/m^1.5",
-    )  # fmt: skip
+    )
     law: Literal["linear", "hertz"] = choice("linear", "P; G has Hertz's")
     friction: WallFriction = field(default_factory=WallFriction)
 
@@ -62,10 +80,18 @@ class Well(Checked):
 class Bit(Checked):
     """The bit on its lobed surface s = s0 sin(n_b phi)."""
 
-    lobes: int = parameter(3, "", "B (3 roller cone, 1 PDC)", "high", low=1, high=8, usual="1, 3; 5 or 6 blades")
+    lobes: int = parameter(
+        3, "", "B (3 roller cone, 1 PDC)", "high", low=1, high=8, usual="1, 3; 5 or 6 blades"
+    )
     surface_amplitude: float = parameter(1e-3, "m", "B", "high", high=1.0, usual="0.1 to 10 mm")
     rock_stiffness: float = parameter(
-        25e6, "N/m", "CY as reported; B has 1.16e9", "low: sweep it", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m"
+        25e6,
+        "N/m",
+        "CY as reported; B has 1.16e9",
+        "low: sweep it",
+        low=1.0,
+        high=1e13,
+        usual="1 MN/m to 10 GN/m",
     )
     cutting: Cutting = field(default_factory=Cutting)
     friction: HyperbolicFriction = field(default_factory=HyperbolicFriction)
@@ -73,56 +99,132 @@ class Bit(Checked):
 
 @dataclass(frozen=True)
 class Station(Checked):
-    """A place along the span where the collar may touch a wall. None stands for the gap and the stiffness of the well,
-    and for the drag with which the first mode has that of the lumped model."""
+    """A place along the span where the collar may touch a wall. None stands for the gap
+    and the stiffness of the well, and for the drag with which the first mode has that
+    of the lumped model."""
 
-    at: float = parameter(0.5, "", "R", "modelling choice", low=0.001, high=0.999, usual="0.05 to 0.95",
-                          meaning="Place as a fraction of the span")  # fmt: skip
-    gap: float | None = parameter(None, "m", "the well's", "", high=10.0, usual="5 to 100 mm",
-                                  meaning="Gap between collar and wall; null: that of the well")  # fmt: skip
+    at: float = parameter(
+        0.5,
+        "",
+        "R",
+        "modelling choice",
+        low=0.001,
+        high=0.999,
+        usual="0.05 to 0.95",
+        meaning="Place as a fraction of the span",
+    )
+    gap: float | None = parameter(
+        None,
+        "m",
+        "the well's",
+        "",
+        high=10.0,
+        usual="5 to 100 mm",
+        meaning="Gap between collar and wall; null: that of the well",
+    )
     stiffness: float | None = parameter(
-        None, "N/m or N/m^1.5", "the well's", "", high=1e13, usual="1 MN/m to 10 GN/m",
+        None,
+        "N/m or N/m^1.5",
+        "the well's",
+        "",
+        high=1e13,
+        usual="1 MN/m to 10 GN/m",
         meaning="Stiffness of the wall; null: that of the well, 0: there is none",
-    )  # fmt: skip
-    drag: float | None = parameter(None, "N s^2/m^2", "R", "", high=1e9, usual="100 to 10 000 N s^2/m^2",
-                                   meaning="Drag of the mud; null: the share of mode 1")  # fmt: skip
+    )
+    drag: float | None = parameter(
+        None,
+        "N s^2/m^2",
+        "R",
+        "",
+        high=1e9,
+        usual="100 to 10 000 N s^2/m^2",
+        meaning="Drag of the mud; null: the share of mode 1",
+    )
 
 
 @dataclass(frozen=True)
 class Beam(Checked):
     """The collar between the stabilisers, simply supported at both.
 
-    ``axial_load`` softens it in bending: the force of the rock at every moment (``live``), the weight on bit
-    (``static``) or a constant force. ``watched`` None is the station nearest to the middle. ``eccentricity_modes`` None
-    is what ``drillstring`` says.
+    ``axial_load`` softens it in bending: the force of the rock at every moment
+    (``live``), the weight on bit (``static``) or a constant force. ``watched`` None is
+    the station nearest to the middle. ``eccentricity_modes`` None is what
+    ``drillstring`` says.
     """
 
-    modes: int = parameter(5, "", "G", "high", low=1, high=MOST_MODES, usual="1 to 10",
-                           meaning="Number of bending modes in each plane, sin(n pi x / l)")  # fmt: skip
+    modes: int = parameter(
+        5,
+        "",
+        "G",
+        "high",
+        low=1,
+        high=MOST_MODES,
+        usual="1 to 10",
+        meaning="Number of bending modes in each plane, sin(n pi x / l)",
+    )
     stations: tuple[Station, ...] = records(
-        Station, tuple(Station(at) for at in (0.1, 0.3, 0.5, 0.7, 0.9)), "R", "modelling choice", most=MOST_STATIONS,
+        Station,
+        tuple(Station(at) for at in (0.1, 0.3, 0.5, 0.7, 0.9)),
+        "R",
+        "modelling choice",
+        most=MOST_STATIONS,
         meaning="Places along the span where the collar may touch a wall and the mud drags",
-    )  # fmt: skip
+    )
     watched: float | None = parameter(
-        None, "", "R: the station nearest to the middle of the span", "modelling choice", low=0.001, high=0.999,
-        usual="0.5", meaning="Place at which radius and whirl are measured, as a fraction of the span",
-    )  # fmt: skip
+        None,
+        "",
+        "R: the station nearest to the middle of the span",
+        "modelling choice",
+        low=0.001,
+        high=0.999,
+        usual="0.5",
+        meaning="Place at which radius and whirl are measured, as a fraction of the span",
+    )
     eccentricity_modes: tuple[float, ...] | None = parameter(
-        None, "m", "R: the lumped model's, of the first mode", "low", low=-10.0, high=10.0, usual="1 to 15 mm",
-        meaning="Distances of the mass centre, of mode 1, 2, ...; null: drillstring.eccentricity", most=MOST_MODES,
-    )  # fmt: skip
+        None,
+        "m",
+        "R: the lumped model's, of the first mode",
+        "low",
+        low=-10.0,
+        high=10.0,
+        usual="1 to 15 mm",
+        meaning="Distances of the mass centre, of mode 1, 2, ...; null: drillstring.eccentricity",
+        most=MOST_MODES,
+    )
     axial_load: float | str = parameter(
-        "live", "N", "CY; G has a constant force", "modelling choice", high=LARGEST_FORCE, usual="0 to 500 kN",
-        words=("live", "static"), meaning="Load that softens the collar: of the rock, the weight on bit, or a force",
-    )  # fmt: skip
-    torque: Literal["none", "cy"] = choice("none", "CY have it in first order, a shaft feels it in second order only")
-    damping_ratio: float = parameter(0.0, "", "R", "low", high=10.0, usual="0.005 to 0.01",
-                                     meaning="Structural damping ratio of every mode")  # fmt: skip
+        "live",
+        "N",
+        "CY; G has a constant force",
+        "modelling choice",
+        high=LARGEST_FORCE,
+        usual="0 to 500 kN",
+        words=("live", "static"),
+        meaning="Load that softens the collar: of the rock, the weight on bit, or a force",
+    )
+    torque: Literal["none", "cy"] = choice(
+        "none", "CY have it in first order, a shaft feels it in second order only"
+    )
+    damping_ratio: float = parameter(
+        0.0,
+        "",
+        "R",
+        "low",
+        high=10.0,
+        usual="0.005 to 0.01",
+        meaning="Structural damping ratio of every mode",
+    )
     modal_mass_factor: float = parameter(
-        1.0, "", "R: 10 has the modal mass that G prints with the frequencies that follow from its buckling load",
-        "modelling choice", low=1e-3, high=1e3, usual="1",
-        meaning="Factor of the modal mass and of the bending stiffness, which leaves the frequencies as they are",
-    )  # fmt: skip
+        1.0,
+        "",
+        "R: 10 has the modal mass that G prints with the frequencies that follow from "
+        "its buckling load",
+        "modelling choice",
+        low=1e-3,
+        high=1e3,
+        usual="1",
+        meaning="Factor of the modal mass and of the bending stiffness, which leaves the "
+        "frequencies as they are",
+    )
 
 
 @dataclass(frozen=True)
@@ -139,25 +241,35 @@ class Parameters:
         check_hole(self.well.diameter, self.drillstring.collar.outer_diameter)
         places = [one.at for one in self.beam.stations]
         if not all(np.all(np.asarray(a) < np.asarray(b)) for a, b in pairwise(places)):
-            raise ValueError(f"beam.stations: found the places {places}, allowed: each beyond the one before")
+            raise ValueError(
+                f"beam.stations: found the places {places}, allowed: each beyond the one before"
+            )
 
 
 @dataclass(frozen=True)
 class Initial(Starts):
-    """The state at the start. ``x`` ... ``vy`` are of the first bending mode, the others begin at rest.
+    """The state at the start. ``x`` ... ``vy`` are of the first bending mode, the
+    others begin at rest.
 
-    With a ``wall_force`` the collar begins at rest as a force at the watched place bends it in the plane of x, so far
-    that a wall there presses it with this force; 0 is as far as the wall.
+    With a ``wall_force`` the collar begins at rest as a force at the watched place
+    bends it in the plane of x, so far that a wall there presses it with this force; 0
+    is as far as the wall.
     """
 
-    x: float = state(1e-3, "m", 10.0, "within the gap, 10 to 100 mm", "First bending mode, in the plane of x")
+    x: float = state(
+        1e-3, "m", 10.0, "within the gap, 10 to 100 mm", "First bending mode, in the plane of x"
+    )
     y: float = state(0.0, "m", 10.0, "as x", "First bending mode, in the plane of y")
     vx: float = state(0.0, "m/s", 1e3, "up to 5 m/s", "Its velocity in the plane of x")
     vy: float = state(0.0, "m/s", 1e3, "up to 5 m/s", "Its velocity in the plane of y")
     wall_force: float | None = parameter(
-        None, "N", high=LARGEST_FORCE, usual="0 to 1 MN",
-        meaning="Force with which the wall presses the collar at the start, bent at rest in the plane of x",
-    )  # fmt: skip
+        None,
+        "N",
+        high=LARGEST_FORCE,
+        usual="0 to 1 MN",
+        meaning="Force with which the wall presses the collar at the start, bent at rest in the "
+        "plane of x",
+    )
     z: float | None = state(None, "m", 1e3, "-50 to 50 mm")
     vz: float = state(0.0, "m/s", 1e3, "up to 1 m/s")
     twist: float = state(0.0, "rad", 1e5, "-150 to 0 rad: some 20 turns")

@@ -36,7 +36,9 @@ def _stations(check: Any) -> Iterator[Fault]:
     for number, (before, place) in enumerate(pairwise(places), start=1):
         if place <= before:
             allowed = f"above the place before it, {before:g}"
-            yield check.fault(f"{key}[{number}].at", f"{place:g}", allowed, ("beam", "stations", number))
+            yield check.fault(
+                f"{key}[{number}].at", f"{place:g}", allowed, ("beam", "stations", number)
+            )
 
 
 def _eccentricities(check: Any) -> Iterator[Fault]:
@@ -50,7 +52,10 @@ def _eccentricities(check: Any) -> Iterator[Fault]:
     for other in ("drillstring.eccentricity", "drillstring.eccentricity_shape"):
         if check.axis(other):
             yield check.fault(
-                f"sweep.{other}", f"an axis over {other} beside {key}", "one of the two", ("sweep", other)
+                f"sweep.{other}",
+                f"an axis over {other} beside {key}",
+                "one of the two",
+                ("sweep", other),
             )
         elif check.given(other) and check.value(other) != check.leaves[other].default:
             yield check.fault(other, f"{check.text(other)}, beside {key}", "left out")
@@ -65,15 +70,23 @@ def _start(check: Any) -> Iterator[Fault]:
         return
     for name in _START:
         if check.axis(name):
-            yield check.fault(f"sweep.{name}", f"an axis over {name} beside {key}", "one of the two", ("sweep", name))
+            yield check.fault(
+                f"sweep.{name}",
+                f"an axis over {name} beside {key}",
+                "one of the two",
+                ("sweep", name),
+            )
         elif check.given(name) and check.value(name) != check.leaves[name].default:
-            yield check.fault(name, f"{check.text(name)}, beside {key}", "left out: the force bends all modes")
+            yield check.fault(
+                name, f"{check.text(name)}, beside {key}", "left out: the force bends all modes"
+            )
     if check.value("initial.slice") or check.value("initial.ensemble") > 1:
         yield check.fault(key, f"{check.text(key)}, beside several starts", "left out")
 
 
 def _buckling(check: Any) -> Iterator[Fault]:
-    """What the weight on bit buckles the walls hold: the bending stiffness is positive wherever no station gives way.
+    """What the weight on bit buckles the walls hold: the bending stiffness is positive
+    wherever no station gives way.
 
     Of the greatest weight; with swept numbers of the string or places nothing is said.
     """
@@ -100,9 +113,14 @@ def _buckling(check: Any) -> Iterator[Fault]:
     least = np.linalg.eigvalsh(loose @ np.diag(modes**4 - load * modes**2.0) @ loose.T).min()
     if least <= 0.0:
         allowed = (
-            "a load that buckles no shape of the collar that clears all stations with a wall, more of them, or fewer "
+            "a load that buckles no shape of the collar that clears all stations with a wall, "
+            "more of them, or fewer "
             f"modes; the buckling load of the span is {format_quantity(euler, 'kN')}"
         )
         path = ("sweep", key.removeprefix("operation.")) if check.axis(key) else None
-        yield check.fault(key, f"{check.text(key, 1)}, under which the collar bends between the stations without end",
-                          allowed, path)  # fmt: skip
+        yield check.fault(
+            key,
+            f"{check.text(key, 1)}, under which the collar bends between the stations without end",
+            allowed,
+            path,
+        )

@@ -1,8 +1,9 @@
 """The right-hand side of the elastic collar, for all lanes at once.
 
-Collar: simply supported, deflection X = sum x_n sin(n pi xi), Y alike, n = 1 ... N; modal mass m and stiffness
-k_n = E I (n pi)^4 / (2 l^3) - P (n pi)^2 / (2 l) - T (n pi)^3 / (2 l^2) (Ghasemloonia, Rideout & Butt for m and P; the
-torque as Christoforou & Yigit have it). All that is local acts at stations j, with phi_jn = sin(n pi xi_j)::
+Collar: simply supported, deflection X = sum x_n sin(n pi xi), Y alike, n = 1 ... N;
+modal mass m and stiffness k_n = E I (n pi)^4 / (2 l^3) - P (n pi)^2 / (2 l) - T (n
+pi)^3 / (2 l^2) (Ghasemloonia, Rideout & Butt for m and P; the torque as Christoforou &
+Yigit have it). All that is local acts at stations j, with phi_jn = sin(n pi xi_j)::
 
     N_j = k_j max(r_j - c_j, 0)^(1 or 3/2),   T_j = N_j f(omega R + theta_j' r_j)
     f_j = -N_j e_r - T_j e_theta - d_j |v_j| v_j
@@ -12,9 +13,10 @@ torque as Christoforou & Yigit have it). All that is local acts at stations j, w
     x_n'' = q_n (omega^2 cos phi + phi'' sin phi) + F_xn / m
     y_n'' = q_n (omega^2 sin phi - phi'' cos phi) + F_yn / m
 
-with q_n = m_e e_n / m and J_e = J + sum_n m_e e_n (e_n - q_n): Lagrange's equations of the kinetic energy that
-:func:`nsdrill.models.beam.forces.energy` gives. Bit, rock and twist are those of the lumped model. The text is written
-out over modes and stations, as a loop over them inside the one over the lanes would not compile to packed instructions.
+with q_n = m_e e_n / m and J_e = J + sum_n m_e e_n (e_n - q_n): Lagrange's equations of
+the kinetic energy that :func:`nsdrill.models.beam.forces.energy` gives. Bit, rock and
+twist are those of the lumped model. The text is written out over modes and stations, as
+a loop over them inside the one over the lanes would not compile to packed instructions.
 """
 
 from __future__ import annotations
@@ -37,31 +39,56 @@ from nsdrill.models.christoforou_yigit.lobes import multiple_sine
 from nsdrill.models.christoforou_yigit.unit_loads import FEW
 from nsdrill.scalar import STEP
 
-# Left for the observer: cosine and sine of the bit angle, force and torque of the rock, and over the stations on the
-# wall the sums of friction, of ones, and of slip.
+# Left for the observer: cosine and sine of the bit angle, force and torque of the rock,
+# and over the stations on the wall the sums of friction, of ones, and of slip.
 SHARED = ("cosine", "sine", "force", "torque", "friction", "pressed", "slipping")
-# Of each station: place, its radius, radius times radial velocity, slip times radius, and the forces there.
+# Of each station: place, its radius, radius times radial velocity, slip times radius,
+# and the forces there.
 LOCAL = ("px", "py", "reach", "inward", "slip", "fx", "fy")
 PARAMETERS = (
-    "drive_speed", "wob",
-    "per_lateral_mass", "per_inertia", "per_axial_mass",
-    "bending", "softening_constant", "softening_force", "softening_torque", "structural",
-    "axial_damping", "axial_stiffness", "torsional_damping", "torsional_stiffness",
-    "gap", "wall_stiffness", "collar_radius", "wall_smoothing", "wall_decay", "wall_rise", "wall_dynamic",
-    "rock_stiffness", "surface_amplitude", "bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic",
-    "stuck_below", "torque_size",
-)  # fmt: skip
-# Of each station: the gap, the stiffness of the wall, the drag, and the penetration of the well's wall at the force of
-# its own at a penetration of 1, by which penetrations of different walls compare.
+    "drive_speed",
+    "wob",
+    "per_lateral_mass",
+    "per_inertia",
+    "per_axial_mass",
+    "bending",
+    "softening_constant",
+    "softening_force",
+    "softening_torque",
+    "structural",
+    "axial_damping",
+    "axial_stiffness",
+    "torsional_damping",
+    "torsional_stiffness",
+    "gap",
+    "wall_stiffness",
+    "collar_radius",
+    "wall_smoothing",
+    "wall_decay",
+    "wall_rise",
+    "wall_dynamic",
+    "rock_stiffness",
+    "surface_amplitude",
+    "bit_smoothing",
+    "bit_decay",
+    "bit_rise",
+    "bit_dynamic",
+    "stuck_below",
+    "torque_size",
+)
+# Of each station: the gap, the stiffness of the wall, the drag, and the penetration of
+# the well's wall at the force of its own at a penetration of 1, by which penetrations
+# of different walls compare.
 STATION = ("gap", "wall_stiffness", "drag", "yield")
-# Forces that are added up in one loop over the lanes: a smaller loop is unrolled by the compiler before it is packed,
-# in a larger one not all numbers have a register.
+# Forces that are added up in one loop over the lanes: a smaller loop is unrolled by the
+# compiler before it is packed, in a larger one not all numbers have a register.
 TOGETHER = 10
 
 
 def columns_of(options: Options) -> tuple[str, ...]:
-    """The names of the lane parameters: those of every collar, the arms of unbalanced modes, the shapes of the modes at
-    the watched place, what each station has of its own, and the shapes there."""
+    """The names of the lane parameters: those of every collar, the arms of unbalanced
+    modes, the shapes of the modes at the watched place, what each station has of its
+    own, and the shapes there."""
     modes, stations = range(1, options.modes + 1), range(1, options.stations + 1)
     arms = (f"unbalance_arm_{n}" for n in options.eccentric)
     own = (f"{name}_{j}" for j in stations for name in STATION)
@@ -75,21 +102,33 @@ def aux_of(options: Options) -> tuple[str, ...]:
     return (*SHARED, *local, *(apart.aux_of(options) if options.apart else ()))
 
 
-def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
-    """The lane buffer for an observer with so many rows, with a deviation beside the states or without."""
+def rows_of(
+    options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None
+) -> Rows:
+    """The lane buffer for an observer with so many rows, with a deviation beside the
+    states or without."""
     states = 4 * options.modes + 4
     companions = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
     pushed = apart.pushed(options) if options.apart else 0
-    return Rows(states + companions, len(aux_of(options)), width, observed, companions, apart=pushed)
+    return Rows(
+        states + companions, len(aux_of(options)), width, observed, companions, apart=pushed
+    )
 
 
 @lru_cache
 def make_right_hand_side(lanes: int, options: Options, *, tangent: bool = False) -> Any:
-    """The compiled right-hand side for a number of lanes and these options; with ``tangent`` that of a deviation
-    besides, which is the difference of the slopes at two states ``STEP`` times the deviation about the motion, as
+    """The compiled right-hand side for a number of lanes and these options; with
+    ``tangent`` that of a deviation besides, which is the difference of the slopes at
+    two states ``STEP`` times the deviation about the motion, as
     :func:`nsdrill.scalar.in_lanes` has it."""
-    helpers = {"np": np, "fma": fma, "sincos": sincos, "slip_factors": slip_factors, "multiple_sine": multiple_sine}
+    helpers = {
+        "np": np,
+        "fma": fma,
+        "sincos": sincos,
+        "slip_factors": slip_factors,
+        "multiple_sine": multiple_sine,
+    }
     if options.apart:
         helpers |= {"first_slip": first_slip, "hyperbolic": hyperbolic, "kept": kept}
     function = define("right_hand_side", text(lanes, options, tangent=tangent), **helpers)
@@ -103,7 +142,10 @@ def text(lanes: int, options: Options, *, tangent: bool = False) -> str:
     pushes = len(rows.pushed) // 2
     for sign in ("+", "-") if tangent else ():
         lines += Writer(lanes, options, rows, sign).lines()
-        pairs = [(rows.acceleration + k, rows.acceleration + rows.own_slopes + k) for k in range(rows.own_slopes)]
+        pairs = [
+            (rows.acceleration + k, rows.acceleration + rows.own_slopes + k)
+            for k in range(rows.own_slopes)
+        ]
         pairs += [(rows.push + k, rows.push + pushes + k) for k in range(pushes)]
         for own, other in pairs:
             value, follows = (f"b[{lanes * n} + i]" for n in (own, other))
@@ -112,10 +154,15 @@ def text(lanes: int, options: Options, *, tangent: bool = False) -> str:
     if tangent and options.apart:
         aux, names = aux_of(options), states_of(options.modes)
         for k, name in enumerate(apart.velocities(options)):
-            places = (*(rows.aux_now + aux.index(f"{word}_{k}") for word in ("above", "below")),
-                      rows.own + names.index(name))  # fmt: skip
+            places = (
+                *(rows.aux_now + aux.index(f"{word}_{k}") for word in ("above", "below")),
+                rows.own + names.index(name),
+            )
             one, two, deviation = (f"b[{lanes * n} + i]" for n in places)
-            lines += [f"    for i in range({lanes}):", f"        {deviation} = ({one} - {two}) * {0.5 / STEP!r}"]
+            lines += [
+                f"    for i in range({lanes}):",
+                f"        {deviation} = ({one} - {two}) * {0.5 / STEP!r}",
+            ]
     return "\n".join([*lines, *Writer(lanes, options, rows).lines(), ""])
 
 
@@ -128,7 +175,8 @@ def total(terms: list[tuple[str, str]], last: str = "") -> str:
 
 
 class Writer:
-    """Writes the loops, of states moved by ``sign`` times ``STEP`` times the deviation if there is a sign."""
+    """Writes the loops, of states moved by ``sign`` times ``STEP`` times the deviation
+    if there is a sign."""
 
     def __init__(self, lanes: int, options: Options, rows: Rows, sign: str = "") -> None:
         modes = options.modes
@@ -144,7 +192,10 @@ class Writer:
             moved = dict(enumerate(apart.velocities(options)))
             place |= {f"push_{k}": rows.push + k for k in moved}
             kept = {"+": "above", "-": "below"}
-            place |= {f"moved_{k}": place[f"{kept[sign]}_{k}" if sign else name] for k, name in moved.items()}
+            place |= {
+                f"moved_{k}": place[f"{kept[sign]}_{k}" if sign else name]
+                for k, name in moved.items()
+            }
         self.row = {name: f"b[{lanes * number} + i]" for name, number in place.items()}
         self.sign = sign
         if sign:
@@ -182,7 +233,8 @@ class Writer:
     total = staticmethod(total)
 
     def loop(self, body: list[str]) -> list[str]:
-        # A length that the compiler does not know keeps it from unrolling the short loops of few lanes.
+        # A length that the compiler does not know keeps it from unrolling the short
+        # loops of few lanes.
         few = self.options.apart and self.lanes <= FEW
         length = f"min({self.lanes}, len(b))" if few else f"{self.lanes}"
         return [f"    for i in range({length}):", *(f"        {line}" for line in body)]
@@ -196,21 +248,40 @@ class Writer:
     def rock(self) -> list[str]:
         """Interference with the lobed surface and force."""
         return [
-            *self.load("drive_speed", "time", "phase", "twist", "z", "bit_speed", "rock_stiffness",
-                       "surface_amplitude", "bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic"),
+            *self.load(
+                "drive_speed",
+                "time",
+                "phase",
+                "twist",
+                "z",
+                "bit_speed",
+                "rock_stiffness",
+                "surface_amplitude",
+                "bit_smoothing",
+                "bit_decay",
+                "bit_rise",
+                "bit_dynamic",
+            ),
             "s, c = sincos(twist + fma(drive_speed, time, phase))",
             f"lobe = multiple_sine(s, c, {self.options.lobes})",
             "force = rock_stiffness * max(fma(surface_amplitude, lobe, -z), 0.0)",
-        ]  # fmt: skip
+        ]
 
     def _bit(self) -> list[str]:
         """Force and torque of the rock; the sums over the stations begin."""
         return [
             *self.rock(),
             "g, decayed, _ = slip_factors(bit_speed, 1.0, bit_smoothing, bit_decay)",
-            *self.store(cosine="c", sine="s", force="force", friction="0.0", pressed="0.0", slipping="0.0",
-                         torque="force * (g * fma(bit_rise, decayed, bit_dynamic))"),
-        ]  # fmt: skip
+            *self.store(
+                cosine="c",
+                sine="s",
+                force="force",
+                friction="0.0",
+                pressed="0.0",
+                slipping="0.0",
+                torque="force * (g * fma(bit_rise, decayed, bit_dynamic))",
+            ),
+        ]
 
     def _station(self, j: int) -> list[str]:
         """Place and velocity there, and the drag of the mud."""
@@ -225,16 +296,24 @@ class Writer:
             "reach = np.sqrt(max(fma(px, px, py * py), 1e-60))",
             *([] if self.options.apart else [f"touching_{j} |= 1 if reach > gap_{j} else 0"]),
             f"drag = drag_{j} * np.sqrt(fma(vx, vx, vy * vy))",
-            *self.store(**{
-                f"px_{j}": "px", f"py_{j}": "py", f"reach_{j}": "reach", f"inward_{j}": "fma(px, vx, py * vy)",
-                f"slip_{j}": "fma(bit_speed * collar_radius, reach, fma(px, vy, -(py * vx)))",
-                f"fx_{j}": "-(drag * vx)", f"fy_{j}": "-(drag * vy)",
-            }),
-        ]  # fmt: skip
+            *self.store(
+                **{
+                    f"px_{j}": "px",
+                    f"py_{j}": "py",
+                    f"reach_{j}": "reach",
+                    f"inward_{j}": "fma(px, vx, py * vy)",
+                    f"slip_{j}": "fma(bit_speed * collar_radius, reach, fma(px, vy, -(py * vx)))",
+                    f"fx_{j}": "-(drag * vx)",
+                    f"fy_{j}": "-(drag * vy)",
+                }
+            ),
+        ]
 
     def _wall(self, j: int) -> list[str]:
         """Penetration, normal force, friction against the slip of the collar's surface."""
-        px, py, reach, slip, fx, fy = (f"{name}_{j}" for name in ("px", "py", "reach", "slip", "fx", "fy"))
+        px, py, reach, slip, fx, fy = (
+            f"{name}_{j}" for name in ("px", "py", "reach", "slip", "fx", "fy")
+        )
         made = [
             f"penetration = max({reach} - gap_{j}, 0.0)",
             f"normal = wall_stiffness_{j} * penetration",
@@ -244,26 +323,55 @@ class Writer:
         ]
         if self.options.apart:
             names = (f"normal_{j}", f"load_{j}")
-            made = [*self.load(*names), f"normal, rubbing, per_radius = {', '.join(names)}, 1.0 / {reach}"]
+            made = [
+                *self.load(*names),
+                f"normal, rubbing, per_radius = {', '.join(names)}, 1.0 / {reach}",
+            ]
         return [
-            *self.load(px, py, reach, slip, fx, fy, f"gap_{j}", f"wall_stiffness_{j}", "wall_smoothing", "wall_decay",
-                        "wall_rise", "wall_dynamic", "friction", "pressed", "slipping"),
+            *self.load(
+                px,
+                py,
+                reach,
+                slip,
+                fx,
+                fy,
+                f"gap_{j}",
+                f"wall_stiffness_{j}",
+                "wall_smoothing",
+                "wall_decay",
+                "wall_rise",
+                "wall_dynamic",
+                "friction",
+                "pressed",
+                "slipping",
+            ),
             f"touches = 1.0 if {reach} > gap_{j} else 0.0",
             *made,
             "radial, tangential = normal * per_radius, rubbing * per_radius",
-            *self.store(**{
-                fx: f"fma(tangential, {py}, fma(-radial, {px}, {fx}))",
-                fy: f"fma(-tangential, {px}, fma(-radial, {py}, {fy}))",
-                "friction": "friction + rubbing", "pressed": "pressed + touches",
-                "slipping": f"fma(touches * per_radius, {slip}, slipping)",
-            }),
-        ]  # fmt: skip
+            *self.store(
+                **{
+                    fx: f"fma(tangential, {py}, fma(-radial, {px}, {fx}))",
+                    fy: f"fma(-tangential, {px}, fma(-radial, {py}, {fy}))",
+                    "friction": "friction + rubbing",
+                    "pressed": "pressed + touches",
+                    "slipping": f"fma(touches * per_radius, {slip}, slipping)",
+                }
+            ),
+        ]
 
     def _bending(self, modes: Sequence[int]) -> list[str]:
-        """The forces on these modes, and the accelerations of those that are not eccentric."""
+        """The forces on these modes, and the accelerations of those that are not
+        eccentric."""
         torque = bool(self.options.torque)
         lines = [
-            *self.load("bending", "softening_constant", "softening_force", "force", "structural", "per_lateral_mass"),
+            *self.load(
+                "bending",
+                "softening_constant",
+                "softening_force",
+                "force",
+                "structural",
+                "per_lateral_mass",
+            ),
             "softened = fma(softening_force, force, softening_constant)",
             *(self.load("softening_torque", "torque") if torque else []),
             *(["twisted = softening_torque * torque"] if torque else []),
@@ -271,7 +379,9 @@ class Writer:
         ]
         for n in modes:
             x, vx, y, vy = lateral(n)
-            softer = total([(repr(float(n**2)), "softened")], f"{float(n**3)!r} * twisted" if torque else "")
+            softer = total(
+                [(repr(float(n**2)), "softened")], f"{float(n**3)!r} * twisted" if torque else ""
+            )
             lines += [
                 *self.load(x, vx, y, vy, *(f"phi_{j}_{n}" for j in self.stations)),
                 f"stiffness = fma({float(n**4)!r}, bending, -({softer}))",
@@ -285,13 +395,28 @@ class Writer:
         return lines
 
     def _turning(self) -> list[str]:
-        """The moment, the bit's acceleration, the eccentric modes, which have their forces in place of accelerations so
-        far, and the axial motion."""
+        """The moment, the bit's acceleration, the eccentric modes, which have their
+        forces in place of accelerations so far, and the axial motion."""
         lines = self.load(
-            "cosine", "sine", "twist", "bit_speed", "z", "vz", "force", "torque", "friction",
-            "per_inertia", "per_lateral_mass", "per_axial_mass", "torsional_damping", "torsional_stiffness",
-            "collar_radius", "axial_damping", "axial_stiffness", "wob",
-        )  # fmt: skip
+            "cosine",
+            "sine",
+            "twist",
+            "bit_speed",
+            "z",
+            "vz",
+            "force",
+            "torque",
+            "friction",
+            "per_inertia",
+            "per_lateral_mass",
+            "per_axial_mass",
+            "torsional_damping",
+            "torsional_stiffness",
+            "collar_radius",
+            "axial_damping",
+            "axial_stiffness",
+            "wob",
+        )
         lines.append(
             "moment = fma(torsional_damping, bit_speed, fma(torsional_stiffness, twist, "
             "fma(friction, collar_radius, torque)))"
@@ -303,10 +428,15 @@ class Writer:
             ]
         lines += ["angular = -moment * per_inertia", "centripetal = bit_speed * bit_speed"]
         for n in self.options.eccentric:
-            forward, across = "fma(centripetal, cosine, angular * sine)", "fma(centripetal, sine, -(angular * cosine))"
-            lines += self.store(**{
-                f"ax_{n}": f"fma(unbalance_arm_{n}, {forward}, ax_{n} * per_lateral_mass)",
-                f"ay_{n}": f"fma(unbalance_arm_{n}, {across}, ay_{n} * per_lateral_mass)",
-            })  # fmt: skip
+            forward, across = (
+                "fma(centripetal, cosine, angular * sine)",
+                "fma(centripetal, sine, -(angular * cosine))",
+            )
+            lines += self.store(
+                **{
+                    f"ax_{n}": f"fma(unbalance_arm_{n}, {forward}, ax_{n} * per_lateral_mass)",
+                    f"ay_{n}": f"fma(unbalance_arm_{n}, {across}, ay_{n} * per_lateral_mass)",
+                }
+            )
         axial = "(force - fma(axial_damping, vz, fma(axial_stiffness, z, wob))) * per_axial_mass"
         return lines + self.store(az=axial, bit_acceleration="angular")

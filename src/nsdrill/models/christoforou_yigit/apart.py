@@ -1,14 +1,17 @@
-"""Friction of bit and wall kept apart, for a stepper that treats it implicitly (:mod:`nsdrill.kernel.additive`).
+"""Friction of bit and wall kept apart, for a stepper that treats it implicitly
+(:mod:`nsdrill.kernel.additive`).
 
-The torque of the bit is its force F times an arm a(omega), the friction of the wall its normal force N times a
-coefficient f(v_s), v_s = omega R_c + (x vy - y vx)/r. Forces depend on positions alone, and all accelerations are
-linear in both loads: per unit of torque, u_b = (u_x, u_y, u_alpha) with the moment of the softened span, per unit of
+The torque of the bit is its force F times an arm a(omega), the friction of the wall its
+normal force N times a coefficient f(v_s), v_s = omega R_c + (x vy - y vx)/r. Forces
+depend on positions alone, and all accelerations are linear in both loads: per unit of
+torque, u_b = (u_x, u_y, u_alpha) with the moment of the softened span, per unit of
 friction u_w. A stage that moves velocities by c times the push therefore has
 
     omega = omega* - c (K_bb F a(omega) + K_bw N f(v_s)),    v_s = v_s* - c (K_wb F a(omega) + K_ww N f(v_s))
 
-with K = -w u and the directions w_b = (0, 0, 1), w_w = (-y/r, x/r, R_c) of the slips. Two equations, which Newton's
-method solves jointly. The loads are those of its last tangent, so that they agree with the velocities to rounding.
+with K = -w u and the directions w_b = (0, 0, 1), w_w = (-y/r, x/r, R_c) of the slips.
+Two equations, which Newton's method solves jointly. The loads are those of its last
+tangent, so that they agree with the velocities to rounding.
 """
 
 from __future__ import annotations
@@ -39,21 +42,37 @@ from nsdrill.models.christoforou_yigit.unit_loads import (
 )
 from nsdrill.scalar import STEP
 
-# Auxiliary rows: bit speed and slip at the wall as they are found, the slip without friction and the normal force; what
-# each load takes from each slip; accelerations of a unit of friction; slopes of both laws and coefficient at the wall.
+# Auxiliary rows: bit speed and slip at the wall as they are found, the slip without
+# friction and the normal force; what each load takes from each slip; accelerations of a
+# unit of friction; slopes of both laws and coefficient at the wall.
 OWN = (
-    "found_speed", "found_slip", "free_slip", "normal", "bb", "bw", "wb", "ww", "unit_x", "unit_y", "unit_turn",
-    "slope", "slope_w", "coefficient",
-)  # fmt: skip
+    "found_speed",
+    "found_slip",
+    "free_slip",
+    "normal",
+    "bb",
+    "bw",
+    "wb",
+    "ww",
+    "unit_x",
+    "unit_y",
+    "unit_turn",
+    "slope",
+    "slope_w",
+    "coefficient",
+)
 
 
 @lru_cache
-def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...], aux: tuple[str, ...]) -> Any:
+def make_solve(
+    lanes: int, options: Options, rows: Rows, columns: tuple[str, ...], aux: tuple[str, ...]
+) -> Any:
     """The compiled ``solve(buffer, touching)`` for a number of lanes and these options.
 
-    It reads what the right-hand side has left of the positions: cosine and sine of the bit angle, the bit's force, the
-    collar's radius and its slip times that. It moves the velocities in ``stage``, and leaves the loads, the pushes, and
-    direction and decay factor of the bit's law; those of the wall only if some lane is ``touching``.
+    It reads what the right-hand side has left of the positions: cosine and sine of the
+    bit angle, the bit's force, the collar's radius and its slip times that. It moves
+    the velocities in ``stage``, and leaves the loads, the pushes, and direction and
+    decay factor of the bit's law; those of the wall only if some lane is ``touching``.
     """
     W, law, tangent = lanes, options.friction, int(rows.companions > 0)
     x_, vx_, y_, vy_ = (W * (rows.stage + i) for i in range(4))
@@ -62,7 +81,9 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
     push_ = W * (rows.push + len(rows.pushed[: len(rows.pushed) // (1 + tangent)]) - 1)
     relax_, falling_ = W * rows.relax, W * rows.falling
     A = {name: W * (rows.aux_now + i) for i, name in enumerate(aux)}
-    cosine_, sine_, direction_, decay_ = (A[name] for name in ("cosine", "sine", "direction", "decay"))
+    cosine_, sine_, direction_, decay_ = (
+        A[name] for name in ("cosine", "sine", "direction", "decay")
+    )
     force_, torque_, radius_, slip_ = (A[name] for name in ("force", "torque", "radius", "slip"))
     radial_, tangential_, friction_ = A["radial"], A["tangential"], A["friction"]
     (
@@ -84,10 +105,21 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
     P = {name: W * (rows.parameter + i) for i, name in enumerate(columns)}
     gap_, k_w_, hertz = P["gap"], P["wall_stiffness"], options.hertz
     iml_, iJ_, q_, soft_, R_c_ = (
-        P[name] for name in ("per_lateral_mass", "per_inertia", "unbalance_arm", "softening_torque", "collar_radius")
+        P[name]
+        for name in (
+            "per_lateral_mass",
+            "per_inertia",
+            "unbalance_arm",
+            "softening_torque",
+            "collar_radius",
+        )
     )
-    eps_w_, tau_w_, rise_w_, mu_w_ = (P[f"wall_{name}"] for name in ("smoothing", "decay", "rise", "dynamic"))
-    eps_b_, tau_b_, rise_b_, mu_b_ = (P[f"bit_{name}"] for name in ("smoothing", "decay", "rise", "dynamic"))
+    eps_w_, tau_w_, rise_w_, mu_w_ = (
+        P[f"wall_{name}"] for name in ("smoothing", "decay", "rise", "dynamic")
+    )
+    eps_b_, tau_b_, rise_b_, mu_b_ = (
+        P[f"bit_{name}"] for name in ("smoothing", "decay", "rise", "dynamic")
+    )
     rational = law == RATIONAL
     held, along = options.stabilizer, options.axial_friction
     room_ = P["clearance"] if held else 0
@@ -104,7 +136,8 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
 
     @inlined
     def corrected(b, i):  # type: ignore[no-untyped-def]
-        # One iteration for the bit alone: its arm, direction and decay factor with their slopes, and the step.
+        # One iteration for the bit alone: its arm, direction and decay factor with
+        # their slopes, and the step.
         omega, relaxed = b[omega_ + i], b[bb_ + i]
         arm, slope, g, dg, decayed, ddecayed = bit_rates(
             law, omega, b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
@@ -132,7 +165,8 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
 
     @compiled(types.void(BUFFER, types.int64), W, *options, tangent)
     def solve(b, touching):  # type: ignore[no-untyped-def]
-        # Many short loops: of a long one the processor holds too little to work on two registers of lanes at once.
+        # Many short loops: of a long one the processor holds too little to work on two
+        # registers of lanes at once.
         for i in range(W):
             relax, force = b[relax_ + i], b[force_ + i]
             eps, tau, rise, mu = b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
@@ -157,7 +191,11 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
             for i in range(W):
                 _, step, arm, slope, g, dg, decayed, ddecayed = corrected(b, i)
                 relax, torque = b[relax_ + i], b[force_ + i] * fma(slope, step, arm)
-                push_x, push_y, push = b[push_x_ + i] * torque, b[push_y_ + i] * torque, b[push_ + i] * torque
+                push_x, push_y, push = (
+                    b[push_x_ + i] * torque,
+                    b[push_y_ + i] * torque,
+                    b[push_ + i] * torque,
+                )
                 b[torque_ + i] = torque
                 push_on(b, i, places, relax, push_x, push_y, push)
                 b[direction_ + i] = fma(dg, step, g)
@@ -174,10 +212,19 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
             rub(b)
             return
         for i in range(W):
-            x, y, r, relax, q, R_c = (b[x_ + i], b[y_ + i], b[radius_ + i], b[relax_ + i], b[q_ + i], b[R_c_ + i])
+            x, y, r, relax, q, R_c = (
+                b[x_ + i],
+                b[y_ + i],
+                b[radius_ + i],
+                b[relax_ + i],
+                b[q_ + i],
+                b[R_c_ + i],
+            )
             per_r = 1.0 / r
             normal = wall_force(r, b[gap_ + i], b[k_w_ + i], hertz)
-            wx, wy, turn_w = unit_friction(x, y, per_r, b[cosine_ + i], b[sine_ + i], q, R_c, b[iml_ + i], b[iJ_ + i])
+            wx, wy, turn_w = unit_friction(
+                x, y, per_r, b[cosine_ + i], b[sine_ + i], q, R_c, b[iml_ + i], b[iJ_ + i]
+            )
             bx, by, turn = b[push_x_ + i], b[push_y_ + i], b[push_ + i]
             # What each load takes from each slip, per unit of its law.
             ww = taken_around(x, y, per_r, R_c, wx, wy, turn_w) * normal
@@ -194,14 +241,18 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
             b[wb_ + i] = relax * wb
             b[ww_ + i] = c_ww
             b[falling_ + i] = fma(ww, b[rise_w_ + i] * b[tau_w_ + i], b[falling_ + i])
-            b[rubbing_ + i] = first_slip(free, c_ww, b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i])
+            b[rubbing_ + i] = first_slip(
+                free, c_ww, b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i]
+            )
         for i in range(W):
             omega, step, _, _, _, _, _, _, slip, step_w, _, _ = corrected_both(b, i)
             following, following_w = omega + step, slip + step_w
             b[omega_ + i] = kept(omega, following)
             b[rubbing_ + i] = kept(slip, following_w)
         for i in range(W):
-            _, step, arm, slope, g, dg, decayed, ddecayed, slip, step_w, f, slope_w = corrected_both(b, i)
+            _, step, arm, slope, g, dg, decayed, ddecayed, slip, step_w, f, slope_w = (
+                corrected_both(b, i)
+            )
             torque = b[force_ + i] * fma(slope, step, arm)
             friction = b[normal_ + i] * fma(slope_w, step_w, f)
             b[torque_ + i] = torque
@@ -226,14 +277,21 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
 
 @lru_cache
 def make_deviation(
-    lanes: int, options: Options, rows: Rows, columns: tuple[str, ...], aux: tuple[str, ...], place: int
+    lanes: int,
+    options: Options,
+    rows: Rows,
+    columns: tuple[str, ...],
+    aux: tuple[str, ...],
+    place: int,
 ) -> Any:
-    """The compiled ``deviate(buffer)``, after :func:`make_solve` beside a deviation: moves the velocities of the
-    deviation as the solve has moved those of the motion, and leaves its pushes.
+    """The compiled ``deviate(buffer)``, after :func:`make_solve` beside a deviation:
+    moves the velocities of the deviation as the solve has moved those of the motion,
+    and leaves its pushes.
 
-    How unit loads, slip and normal force change with positions is the difference at two places, ``STEP`` times the
-    deviation to either side; how the loads change with the slips is exact. Contacts count as at the start of the step:
-    their functions stand among the observer's rows, at ``place``.
+    How unit loads, slip and normal force change with positions is the difference at two
+    places, ``STEP`` times the deviation to either side; how the loads change with the
+    slips is exact. Contacts count as at the start of the step: their functions stand
+    among the observer's rows, at ``place``.
     """
     W, hertz, lobes, own = lanes, options.hertz, options.lobes, rows.own
     x_, vx_, y_, vy_ = (W * (rows.stage + i) for i in range(4))
@@ -243,19 +301,36 @@ def make_deviation(
     relax_ = W * rows.relax
     A = {name: W * (rows.aux_now + i) for i, name in enumerate(aux)}
     P = {name: W * (rows.parameter + i) for i, name in enumerate(columns)}
-    cosine_, sine_, force_, torque_, friction_ = (A[n] for n in ("cosine", "sine", "force", "torque", "friction"))
+    cosine_, sine_, force_, torque_, friction_ = (
+        A[n] for n in ("cosine", "sine", "force", "torque", "friction")
+    )
     radius_ = A["radius"]
-    bb_, bw_, wb_, ww_, wx_, wy_, turn_w_ = (A[n] for n in ("bb", "bw", "wb", "ww", "unit_x", "unit_y", "unit_turn"))
-    slope_, slope_w_, coefficient_, normal_ = (A[n] for n in ("slope", "slope_w", "coefficient", "normal"))
+    bb_, bw_, wb_, ww_, wx_, wy_, turn_w_ = (
+        A[n] for n in ("bb", "bw", "wb", "ww", "unit_x", "unit_y", "unit_turn")
+    )
+    slope_, slope_w_, coefficient_, normal_ = (
+        A[n] for n in ("slope", "slope_w", "coefficient", "normal")
+    )
     iml_, iJ_, q_, soft_, R_c_, gap_, k_w_, k_c_, s0_ = (
-        P[name] for name in ("per_lateral_mass", "per_inertia", "unbalance_arm", "softening_torque", "collar_radius",
-                             "gap", "wall_stiffness", "rock_stiffness", "surface_amplitude")
-    )  # fmt: skip
+        P[name]
+        for name in (
+            "per_lateral_mass",
+            "per_inertia",
+            "unbalance_arm",
+            "softening_torque",
+            "collar_radius",
+            "gap",
+            "wall_stiffness",
+            "rock_stiffness",
+            "surface_amplitude",
+        )
+    )
     rock_, wall_ = (W * (rows.observer + place + RATES * c) for c in range(2))
 
     @inlined
     def units(x, y, c, s, q, soft, radius, per_mass, per_inertia, vx, vy, gap, k_w):  # type: ignore[no-untyped-def]
-        # All that depends on positions: unit loads, the part of the slip that the collar's motion makes, normal force.
+        # All that depends on positions: unit loads, the part of the slip that the
+        # collar's motion makes, normal force.
         r = np.sqrt(max(fma(x, x, y * y), 1e-60))
         per_r = 1.0 / r
         bx, by, turn = unit_torque(x, y, c, s, q, soft, per_mass, per_inertia)
@@ -272,22 +347,52 @@ def make_deviation(
             c, s, q, soft, R_c = b[cosine_ + i], b[sine_ + i], b[q_ + i], b[soft_ + i], b[R_c_ + i]
             per_mass, per_inertia, gap, k_w = b[iml_ + i], b[iJ_ + i], b[gap_ + i], b[k_w_ + i]
             e = STEP
-            one = units(fma(e, dx, x), fma(e, dy, y), fma(-e * dphi, s, c), fma(e * dphi, c, s), q, soft, R_c, per_mass,
-                        per_inertia, vx, vy, gap, k_w)  # fmt: skip
-            two = units(fma(-e, dx, x), fma(-e, dy, y), fma(e * dphi, s, c), fma(-e * dphi, c, s), q, soft, R_c,
-                        per_mass, per_inertia, vx, vy, gap, k_w)  # fmt: skip
+            one = units(
+                fma(e, dx, x),
+                fma(e, dy, y),
+                fma(-e * dphi, s, c),
+                fma(e * dphi, c, s),
+                q,
+                soft,
+                R_c,
+                per_mass,
+                per_inertia,
+                vx,
+                vy,
+                gap,
+                k_w,
+            )
+            two = units(
+                fma(-e, dx, x),
+                fma(-e, dy, y),
+                fma(e * dphi, s, c),
+                fma(-e * dphi, c, s),
+                q,
+                soft,
+                R_c,
+                per_mass,
+                per_inertia,
+                vx,
+                vy,
+                gap,
+                k_w,
+            )
             half = 0.5 / e
             bx, by, turn = unit_torque(x, y, c, s, q, soft, per_mass, per_inertia)
             on = 1.0 if (b[wall_ + i] > 0.0) and (b[radius_ + i] > gap) else 0.0
             torque, friction, force = b[torque_ + i], on * b[friction_ + i], b[force_ + i]
-            # An arm of a bit off the rock does not matter: torque over force is taken where there is some.
+            # An arm of a bit off the rock does not matter: torque over force is taken
+            # where there is some.
             surface = b[s0_ + i] * lobes * multiple_cosine(c, lobes)
             dforce = b[k_c_ + i] * fma(surface, dphi, -b[dz_ + i]) if b[rock_ + i] > 0.0 else 0.0
             dtorque = dforce * torque / max(force, 1e-300)
             wx, wy, turn_w = on * b[wx_ + i], on * b[wy_ + i], on * b[turn_w_ + i]
             steep, steep_w = b[slope_ + i], on * b[slope_w_ + i]
             dslip = (one[6] - two[6]) * half
-            dfriction = fma(b[coefficient_ + i], (one[7] - two[7]) * half, b[normal_ + i] * steep_w * dslip) * on
+            dfriction = (
+                fma(b[coefficient_ + i], (one[7] - two[7]) * half, b[normal_ + i] * steep_w * dslip)
+                * on
+            )
             push_x = half * fma(one[0] - two[0], torque, (one[3] - two[3]) * friction)
             push_y = half * fma(one[1] - two[1], torque, (one[4] - two[4]) * friction)
             push = half * fma(one[2] - two[2], torque, (one[5] - two[5]) * friction)

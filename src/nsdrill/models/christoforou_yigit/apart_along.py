@@ -1,14 +1,17 @@
-"""Friction of bit and wall kept apart where the wall's acts along the hole too, in lanes some of which touch.
+"""Friction of bit and wall kept apart where the wall's acts along the hole too, in
+lanes some of which touch.
 
-The slip has two components, v_t around the hole and v_z along it, and one load N f(|v|) that acts against it. Along the
-hole it meets another mass, and nothing couples there. Of a stage that moves velocities by c times the push, with
-s = |v| and D_k = s + c K_kk N f(s),
+The slip has two components, v_t around the hole and v_z along it, and one load N f(|v|)
+that acts against it. Along the hole it meets another mass, and nothing couples there.
+Of a stage that moves velocities by c times the push, with s = |v| and D_k = s + c K_kk
+N f(s),
 
     v_t = (v_t* - c K_tb T) s / D_t,    v_z = v_z* s / D_z
 
-so the slip is known with s, which is the root of sqrt((v_t* - c K_tb T)^2 + (v_z* D_t / D_z)^2) = D_t; with one mass in
-place of two that is s + c K N f(s) = |v*|. Newton's method solves it jointly with the equation of the bit (as
-:mod:`.apart` has it), in each lane until that is done.
+so the slip is known with s, which is the root of sqrt((v_t* - c K_tb T)^2 + (v_z* D_t /
+D_z)^2) = D_t; with one mass in place of two that is s + c K N f(s) = |v*|. Newton's
+method solves it jointly with the equation of the bit (as :mod:`.apart` has it), in each
+lane until that is done.
 """
 
 from __future__ import annotations
@@ -40,29 +43,76 @@ LEAST = 1e-12  # m/s, of a slip that is divided by
 
 
 @lru_cache
-def make_along(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...], aux: tuple[str, ...]) -> Any:
-    """The compiled ``rub(buffer)`` for a number of lanes and these options, after the part of
-    :func:`.apart.make_solve` that concerns the bit alone."""
+def make_along(
+    lanes: int, options: Options, rows: Rows, columns: tuple[str, ...], aux: tuple[str, ...]
+) -> Any:
+    """The compiled ``rub(buffer)`` for a number of lanes and these options, after the
+    part of :func:`.apart.make_solve` that concerns the bit alone."""
     W, law, hertz = lanes, options.friction, options.hertz
     x_, vx_, y_, vy_, _, vz_ = (W * (rows.stage + i) for i in range(6))
     speed_ = W * (rows.stage + 7)
     push_x_, push_y_, push_z_, push_ = (W * (rows.push + i) for i in range(4))
     relax_, falling_ = W * rows.relax, W * rows.falling
     A = {name: W * (rows.aux_now + i) for i, name in enumerate(aux)}
-    cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
-        A[name] for name in ("cosine", "sine", "direction", "decay", "force", "torque", "radius", "slip", "radial",
-                             "tangential", "friction")
-    )  # fmt: skip
+    (
+        cosine_,
+        sine_,
+        direction_,
+        decay_,
+        force_,
+        torque_,
+        radius_,
+        slip_,
+        radial_,
+        tangential_,
+        friction_,
+    ) = (
+        A[name]
+        for name in (
+            "cosine",
+            "sine",
+            "direction",
+            "decay",
+            "force",
+            "torque",
+            "radius",
+            "slip",
+            "radial",
+            "tangential",
+            "friction",
+        )
+    )
     omega_, size_, free_, normal_, bb_, bw_, wb_, ww_, wx_, wy_, wt_, slope_ = (
-        A[name] for name in ("found_speed", "found_slip", "free_slip", "normal", "bb", "bw", "wb", "ww", "unit_x",
-                             "unit_y", "unit_turn", "slope")
-    )  # fmt: skip
+        A[name]
+        for name in (
+            "found_speed",
+            "found_slip",
+            "free_slip",
+            "normal",
+            "bb",
+            "bw",
+            "wb",
+            "ww",
+            "unit_x",
+            "unit_y",
+            "unit_turn",
+            "slope",
+        )
+    )
     free_z_, zz_ = (A[name] for name in ALONG)
     P = {name: W * (rows.parameter + i) for i, name in enumerate(columns)}
-    gap_, k_w_, rate_, ima_ = (P[name] for name in ("gap", "wall_stiffness", "penetration_rate", "per_axial_mass"))
-    iml_, iJ_, q_, R_c_ = (P[name] for name in ("per_lateral_mass", "per_inertia", "unbalance_arm", "collar_radius"))
-    eps_w_, tau_w_, rise_w_, mu_w_ = (P[f"wall_{name}"] for name in ("smoothing", "decay", "rise", "dynamic"))
-    eps_b_, tau_b_, rise_b_, mu_b_ = (P[f"bit_{name}"] for name in ("smoothing", "decay", "rise", "dynamic"))
+    gap_, k_w_, rate_, ima_ = (
+        P[name] for name in ("gap", "wall_stiffness", "penetration_rate", "per_axial_mass")
+    )
+    iml_, iJ_, q_, R_c_ = (
+        P[name] for name in ("per_lateral_mass", "per_inertia", "unbalance_arm", "collar_radius")
+    )
+    eps_w_, tau_w_, rise_w_, mu_w_ = (
+        P[f"wall_{name}"] for name in ("smoothing", "decay", "rise", "dynamic")
+    )
+    eps_b_, tau_b_, rise_b_, mu_b_ = (
+        P[f"bit_{name}"] for name in ("smoothing", "decay", "rise", "dynamic")
+    )
     places = (push_x_, push_y_, push_, vx_, vy_, speed_)
 
     @inlined
@@ -77,7 +127,8 @@ def make_along(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
         per, per_z = 1.0 / D, 1.0 / D_z
         around, ratio = fma(-c_wb, arm, b[free_ + i]), D * per_z
         bent = fma(df, size, -f)
-        # Shares of the load around the hole and along it, as they change with the size of the slip.
+        # Shares of the load around the hole and along it, as they change with the size
+        # of the slip.
         share, share_z = around * f * per, along * f * per_z
         dshare, dshare_z = around * bent * per * per, along * bent * per_z * per_z
         whole = max(np.sqrt(fma(around, around, along * along * ratio * ratio)), 1e-300)
@@ -97,17 +148,35 @@ def make_along(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
         )
         found = fma(dshare, step_s, fma(-c_wb * slope * f * per, step, share))
         return (
-            omega, size, step, step_s, far, fma(slope, step, arm), found, fma(dshare_z, step_s, share_z), slope,
-            fma(dg, step, g), fma(ddecayed, step, decayed),
-        )  # fmt: skip
+            omega,
+            size,
+            step,
+            step_s,
+            far,
+            fma(slope, step, arm),
+            found,
+            fma(dshare_z, step_s, share_z),
+            slope,
+            fma(dg, step, g),
+            fma(ddecayed, step, decayed),
+        )
 
     @compiled(types.void(BUFFER), W, *options)
     def rub(b):  # type: ignore[no-untyped-def]
         for i in range(W):
-            x, y, r, relax, q, R_c = b[x_ + i], b[y_ + i], b[radius_ + i], b[relax_ + i], b[q_ + i], b[R_c_ + i]
+            x, y, r, relax, q, R_c = (
+                b[x_ + i],
+                b[y_ + i],
+                b[radius_ + i],
+                b[relax_ + i],
+                b[q_ + i],
+                b[R_c_ + i],
+            )
             per_r = 1.0 / r
             normal = wall_force(r, b[gap_ + i], b[k_w_ + i], hertz)
-            wx, wy, turn_w = unit_friction(x, y, per_r, b[cosine_ + i], b[sine_ + i], q, R_c, b[iml_ + i], b[iJ_ + i])
+            wx, wy, turn_w = unit_friction(
+                x, y, per_r, b[cosine_ + i], b[sine_ + i], q, R_c, b[iml_ + i], b[iJ_ + i]
+            )
             bx, by, turn = b[push_x_ + i], b[push_y_ + i], b[push_ + i]
             ww = taken_around(x, y, per_r, R_c, wx, wy, turn_w) * normal
             wb = taken_around(x, y, per_r, R_c, bx, by, turn) * b[force_ + i]
@@ -123,16 +192,22 @@ def make_along(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
             b[free_z_ + i] = b[vz_ + i] - b[rate_ + i]
             b[ww_ + i] = relax * ww
             b[zz_ + i] = relax * (normal * b[ima_ + i])
-            b[falling_ + i] = fma(max(ww, normal * b[ima_ + i]), b[rise_w_ + i] * b[tau_w_ + i], b[falling_ + i])
+            b[falling_ + i] = fma(
+                max(ww, normal * b[ima_ + i]), b[rise_w_ + i] * b[tau_w_ + i], b[falling_ + i]
+            )
         for i in range(W):
             free, along, c_ww, c_zz = b[free_ + i], b[free_z_ + i], b[ww_ + i], b[zz_ + i]
             eps, tau, rise, mu = b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i]
             steep = eps * (rise + mu)
             ratio = fma(c_ww, steep, 1.0) / fma(c_zz, steep, 1.0)  # as the collar holds
-            size = first_slip(np.sqrt(fma(free, free, along * along * ratio * ratio)), c_ww, eps, tau, rise, mu)
+            size = first_slip(
+                np.sqrt(fma(free, free, along * along * ratio * ratio)), c_ww, eps, tau, rise, mu
+            )
             f, _ = hyperbolic(size, eps, tau, rise, mu)
             ratio = fma(c_ww, f, size + LEAST) / fma(c_zz, f, size + LEAST)  # as it slips
-            size = first_slip(np.sqrt(fma(free, free, along * along * ratio * ratio)), c_ww, eps, tau, rise, mu)
+            size = first_slip(
+                np.sqrt(fma(free, free, along * along * ratio * ratio)), c_ww, eps, tau, rise, mu
+            )
             f, _ = hyperbolic(size, eps, tau, rise, mu)
             b[size_ + i] = max(size, LEAST)
             free_b = fma(-b[bw_ + i], free * f / (fma(c_ww, f, size) + LEAST), b[speed_ + i])
@@ -143,7 +218,8 @@ def make_along(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
             some = 0
             for i in range(W):
                 omega, size, step, step_s, far, _, _, _, _, _, _ = corrected(b, i)
-                more = 1.0 if far > 0.0 else 0.0  # a product, as a choice of stores would not be packed
+                # a product, as a choice of stores would not be packed
+                more = 1.0 if far > 0.0 else 0.0
                 b[omega_ + i] = kept(omega, fma(more, step, omega))
                 b[size_ + i] = max(fma(more, step_s, size), LEAST)
                 some |= 1 if far > 0.0 else 0

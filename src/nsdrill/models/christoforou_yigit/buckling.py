@@ -1,12 +1,15 @@
-"""The axial loads at which a tube buckles: between supports, on the low side of an inclined hole, under its own weight.
+"""The axial loads at which a tube buckles: between supports, on the low side of an
+inclined hole, under its own weight.
 
-Sources: Euler for the span. On the low side of a hole of inclination alpha the sinusoid begins at
-``F_s = 2 sqrt(E I w sin(alpha) / c)`` (Dawson & Paslay 1984) with the half wave
-``pi (E I c / (w sin(alpha)))^(1/4)``, the helix at ``sqrt(2) F_s`` (Chen, Lin & Cheatham 1990), and some authors have
-``(2 sqrt(2) - 1) F_s`` for a helix that is complete (Wu & Juvkam-Wold 1993); all as commonly cited. ``w`` is the weight
-in mud by length and ``c`` the radial clearance. A column that hangs vertical buckles under its own weight at
-``n (E I w^2)^(1/3)`` (Lubinski 1950), where ``n`` depends on its length in units of ``(E I / w)^(1/3)``: 1.94 is the
-value for eight units, not a number for every string.
+Sources: Euler for the span. On the low side of a hole of inclination alpha the sinusoid
+begins at ``F_s = 2 sqrt(E I w sin(alpha) / c)`` (Dawson & Paslay 1984) with the half
+wave ``pi (E I c / (w sin(alpha)))^(1/4)``, the helix at ``sqrt(2) F_s`` (Chen, Lin &
+Cheatham 1990), and some authors have ``(2 sqrt(2) - 1) F_s`` for a helix that is
+complete (Wu & Juvkam-Wold 1993); all as commonly cited. ``w`` is the weight in mud by
+length and ``c`` the radial clearance. A column that hangs vertical buckles under its
+own weight at ``n (E I w^2)^(1/3)`` (Lubinski 1950), where ``n`` depends on its length
+in units of ``(E I / w)^(1/3)``: 1.94 is the value for eight units, not a number for
+every string.
 """
 
 from __future__ import annotations
@@ -18,26 +21,32 @@ import numpy as np
 
 from nsdrill.models.christoforou_yigit.tubes import Tube
 
-# Effective length over length. A beam fixed at one end and pinned at the other has tan(x) = x, x = 4.4934...
+# Effective length over length. A beam fixed at one end and pinned at the other has
+# tan(x) = x, x = 4.4934...
 ENDS = {"fixed_free": 2.0, "fixed_pinned": math.pi / 4.493409457909064, "fixed_fixed": 0.5}
 LONGEST = 100.0  # units of length; a longer column takes more terms than are made
 
 
 def euler(bending: float, span: float, ends: str | None = None) -> float:
-    """Euler load [N] of a span [m] of bending stiffness E I [N m^2], pinned at both ends or with other ``ends``."""
+    """Euler load [N] of a span [m] of bending stiffness E I [N m^2], pinned at both
+    ends or with other ``ends``."""
     return math.pi**2 * bending / ((ENDS[ends] if ends else 1.0) * span) ** 2
 
 
 def sinusoidal(tube: Tube, inclination: Any) -> Any:
-    """Axial load [N] at which a tube on the low side buckles into a sinusoid, at an ``inclination`` [rad] of the hole
-    from the vertical, a number or an array; NaN for a tube that is wider than the hole."""
+    """Axial load [N] at which a tube on the low side buckles into a sinusoid, at an
+    ``inclination`` [rad] of the hole from the vertical, a number or an array; NaN for a
+    tube that is wider than the hole."""
     if not tube.clearance > 0.0:
         return math.nan * np.sin(inclination)
-    return 2.0 * np.sqrt(tube.bending * max(tube.weight, 0.0) * np.sin(inclination) / tube.clearance)
+    return 2.0 * np.sqrt(
+        tube.bending * max(tube.weight, 0.0) * np.sin(inclination) / tube.clearance
+    )
 
 
 def half_wave(tube: Tube, inclination: float) -> float | None:
-    """Half a wave [m] of that sinusoid; None where the tube does not lie on the low side."""
+    """Half a wave [m] of that sinusoid; None where the tube does not lie on the low
+    side."""
     if not tube.clearance > 0.0:
         return None
     pressing = tube.weight * math.sin(inclination)
@@ -45,10 +54,12 @@ def half_wave(tube: Tube, inclination: float) -> float | None:
 
 
 def vertical(tube: Tube) -> float | None:
-    """Force [N] on the lower end of a vertical tube, hinged at both ends, at which it buckles under its own weight;
-    None where the weight does not count, or the tube is longer than :data:`LONGEST` units.
+    """Force [N] on the lower end of a vertical tube, hinged at both ends, at which it
+    buckles under its own weight; None where the weight does not count, or the tube is
+    longer than :data:`LONGEST` units.
 
-    The least W of E I y'''' + ((W - w x) y')' = 0, by sines of both ends: a generalised eigenproblem.
+    The least W of E I y'''' + ((W - w x) y')' = 0, by sines of both ends: a generalised
+    eigenproblem.
     """
     if not tube.weight > 0.0:
         return None

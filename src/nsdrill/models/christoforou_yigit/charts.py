@@ -1,7 +1,8 @@
-"""The numbers of the charts that need no integration: critical speeds, buckling loads, what drives do with torsional
-waves, and how to tune one.
+"""The numbers of the charts that need no integration: critical speeds, buckling loads,
+what drives do with torsional waves, and how to tune one.
 
-Each chart is along values of one axis, of which the caller gives the parameters and the operation one by one.
+Each chart is along values of one axis, of which the caller gives the parameters and the
+operation one by one.
 """
 
 from __future__ import annotations
@@ -16,7 +17,12 @@ from nsdrill.models.christoforou_yigit import buckling, tubes
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
 from nsdrill.models.christoforou_yigit.figures import slope_held, steepest_fall, torsional_matrix
-from nsdrill.models.christoforou_yigit.further import HALF_WAVES, HORIZONTAL, WAVES, lateral_frequencies
+from nsdrill.models.christoforou_yigit.further import (
+    HALF_WAVES,
+    HORIZONTAL,
+    WAVES,
+    lateral_frequencies,
+)
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.waves import axial_waves, torsional_waves
 from nsdrill.models.drives import reflection
@@ -43,9 +49,14 @@ def critical_speeds(axis: str, x: np.ndarray, points: Sequence[Point]) -> Critic
         on_rock.append(axial_waves(parameters, operation.depth, WAVES, on_rock=True))
     lobes = points[0][0].bit.lobes
     return CriticalSpeeds(
-        axis, x, lobes, np.transpose(lateral), np.transpose(torsional), np.transpose(axial) / lobes,
+        axis,
+        x,
+        lobes,
+        np.transpose(lateral),
+        np.transpose(torsional),
+        np.transpose(axial) / lobes,
         np.transpose(on_rock) / lobes,
-    )  # fmt: skip
+    )
 
 
 def buckling_by_inclination(point: Point, x: np.ndarray) -> BucklingLoads:
@@ -53,13 +64,19 @@ def buckling_by_inclination(point: Point, x: np.ndarray) -> BucklingLoads:
     return _buckling("inclination", x, [point] * len(x), x, None)
 
 
-def buckling_along(axis: str, x: np.ndarray, points: Sequence[Point], inclination: float = HORIZONTAL) -> BucklingLoads:
+def buckling_along(
+    axis: str, x: np.ndarray, points: Sequence[Point], inclination: float = HORIZONTAL
+) -> BucklingLoads:
     """The chart ``buckling`` of these points in a hole of this ``inclination`` [rad]."""
     return _buckling(axis, x, points, np.full(len(x), inclination), inclination)
 
 
 def _buckling(
-    axis: str, x: np.ndarray, points: Sequence[Point], inclinations: np.ndarray, inclination: float | None
+    axis: str,
+    x: np.ndarray,
+    points: Sequence[Point],
+    inclinations: np.ndarray,
+    inclination: float | None,
 ) -> BucklingLoads:
     rows, known = [], {}
     for (parameters, operation), angle in zip(points, inclinations, strict=True):
@@ -88,14 +105,17 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
         held = slope_held(driven, k)
         if kind in ("ideal", "lqr"):
             return held, None
-        return held, reflection(gains(driven, k), float(impedance(driven)), frequency, circuit(driven, k))
+        return held, reflection(
+            gains(driven, k), float(impedance(driven)), frequency, circuit(driven, k)
+        )
 
     waves = torsional_waves(parameters, operation.depth, WAVES)
     return drives.drive_card((*REFLECTING, "lqr"), parameters.drive.kind, waves, seen)
 
 
 def drive_tuning(parameters: Parameters, operation: Operation) -> DriveTuning:
-    """The chart ``drive-tuning``, for the inertia of the study's drive, less what its controller compensates."""
+    """The chart ``drive-tuning``, for the inertia of the study's drive, less what its
+    controller compensates."""
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     lumped = math.sqrt(float(k.k_t) / float(k.J))
     matching, frequency = np.geomspace(*MATCHING, CELLS), lumped * np.geomspace(*TUNED, CELLS)
@@ -108,10 +128,15 @@ def drive_tuning(parameters: Parameters, operation: Operation) -> DriveTuning:
 
 
 def _best(
-    parameters: Parameters, k: Coefficients, matching: np.ndarray, frequency: np.ndarray, held: np.ndarray
+    parameters: Parameters,
+    k: Coefficients,
+    matching: np.ndarray,
+    frequency: np.ndarray,
+    held: np.ndarray,
 ) -> tuple[float, float, float]:
-    """Matching, frequency and slope of the best point within the map, from its best cell: where two pairs of
-    eigenvalues meet there is a sharp ridge, whose summit lies between the cells."""
+    """Matching, frequency and slope of the best point within the map, from its best
+    cell: where two pairs of eigenvalues meet there is a sharp ridge, whose summit lies
+    between the cells."""
     from scipy.optimize import minimize
 
     row, column = np.unravel_index(np.argmax(held), held.shape)
@@ -122,7 +147,9 @@ def _best(
         return -float(slopes_held_by_soft_torque(parameters, k, np.array([b]), np.array([f]))[0, 0])
 
     start = np.log([matching[column], frequency[row]])
-    found = minimize(lost, start, method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-6, "maxiter": 800})
+    found = minimize(
+        lost, start, method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-6, "maxiter": 800}
+    )
     b, f = np.exp(np.clip(found.x, low, high))
     return float(b), float(f), -float(found.fun)
 
@@ -130,8 +157,8 @@ def _best(
 def slopes_held_by_soft_torque(
     parameters: Parameters, k: Coefficients, matching: np.ndarray, frequency: np.ndarray
 ) -> np.ndarray:
-    """The slope [N m s/rad] that a soft-torque drive holds for each of these matchings and frequencies [rad/s]: array
-    [frequencies, matchings]."""
+    """The slope [N m s/rad] that a soft-torque drive holds for each of these matchings
+    and frequencies [rad/s]: array [frequencies, matchings]."""
     driven = with_values(
         parameters,
         {
@@ -140,4 +167,6 @@ def slopes_held_by_soft_torque(
             "drive.frequency": np.asarray(frequency, float)[:, None] / (2 * math.pi),
         },
     )
-    return steepest_fall(torsional_matrix(driven, k, gains(driven, k)), k, parameters.drillstring.torsional_damping)
+    return steepest_fall(
+        torsional_matrix(driven, k, gains(driven, k)), k, parameters.drillstring.torsional_damping
+    )

@@ -1,4 +1,5 @@
-"""What ``check`` finds of a study of this model: coefficients, what an engineer reads off them, and warnings."""
+"""What ``check`` finds of a study of this model: coefficients, what an engineer reads
+off them, and warnings."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ from nsdrill.models.numbers import Figure
 from nsdrill.models.operation import Operation
 from nsdrill.models.steepness import implicit
 
-Told = Callable[[float, str, str], str]  # a value in SI units, in those shown in SI or in field units, in words
+# a value in SI units, in those shown in SI or in field units, in words
+Told = Callable[[float, str, str], str]
 
 MEANINGS = {
     "m_c": "modal steel mass of the span",
@@ -47,8 +49,15 @@ MOST_STEPS_A_SECOND = 2000  # a point of 500 s then takes a million steps
 LEAST_PERIODS = 4
 SHARP = 500.0  # smoothing times dynamic_from
 # Numbers that a sheet of the assembly does not give, and that move critical speeds.
-DOUBTED = ("drillstring.eccentricity", "mud.added_mass", "mud.drag", "bit.rock_stiffness", "bit.friction.static",
-           "bit.friction.dynamic", "bit.friction.decay")  # fmt: skip
+DOUBTED = (
+    "drillstring.eccentricity",
+    "mud.added_mass",
+    "mud.drag",
+    "bit.rock_stiffness",
+    "bit.friction.static",
+    "bit.friction.dynamic",
+    "bit.friction.decay",
+)
 LEAST_OFFSET = 1e-6  # m
 MUCH = 0.25  # of the sweep's speeds, by which the part that is said to be critical changes
 NEAR = 0.2  # of the resonance with the lobes
@@ -65,11 +74,21 @@ def every_figure(parameters: Parameters, operation: Operation) -> dict[str, Figu
 
 
 def warnings(study: Any, corners: list[Values], told: Told) -> list[str | None]:
-    """Warnings of a study, with what its points have at the ends of all axes and ramps in ``corners``; None where there
-    is nothing to warn of."""
+    """Warnings of a study, with what its points have at the ends of all axes and ramps
+    in ``corners``; None where there is nothing to warn of."""
     found = [
         one(study, corners, told)
-        for one in (_buckled, _slow, _rounded, _overloaded, _eccentric, _unstable, _on_the_wall, _passed_over, _hangs)
+        for one in (
+            _buckled,
+            _slow,
+            _rounded,
+            _overloaded,
+            _eccentric,
+            _unstable,
+            _on_the_wall,
+            _passed_over,
+            _hangs,
+        )
     ]
     if study.swept or not study.ramped:  # else there is no observed window
         found.append(_few_periods(study, corners, told))
@@ -95,20 +114,24 @@ def _buckled(study: Any, corners: list[Values], told: Told) -> str | None:
     if wall.law == "linear" and wall.stiffness <= -least:
         return (
             f"Unheld: at {told(worst, 'N', 'kN')} the lateral stiffness of the span is "
-            f"{told(least, 'N/m', 'N/m')}, and a wall of {told(wall.stiffness, 'N/m', 'N/m')} is too "
-            "soft to hold it: the collar goes on through the wall and the run fails. Shorten the span, lower the "
+            f"{told(least, 'N/m', 'N/m')}, and a wall of {told(wall.stiffness, 'N/m', 'N/m')} is "
+            f"too "
+            "soft to hold it: the collar goes on through the wall and the run fails. Shorten the "
+            "span, lower the "
             "weight on bit or take a stiffer wall."
         )
     return (
         f"Buckled: at {told(worst, 'N', 'kN')} the lateral stiffness of the span is negative "
-        f"({told(least, 'N/m', 'N/m')}; Euler load {told(load, 'N', 'kN')}). The collar leans on the "
+        f"({told(least, 'N/m', 'N/m')}; Euler load {told(load, 'N', 'kN')}). The collar leans on "
+        f"the "
         "wall there; that is allowed, but no whirl inside the hole exists. Shorten the span or "
         "lower the weight on bit if it is not meant."
     )
 
 
 def _slow(study: Any, corners: list[Values], told: Told) -> str | None:
-    """An explicit method takes about (slope of the friction) / 3.3 steps a second while the bit sticks."""
+    """An explicit method takes about (slope of the friction) / 3.3 steps a second while
+    the bit sticks."""
 
     def steps(at: Values) -> tuple[float, str, float]:
         if implicit(study.simulation.method, study.model, at).any():
@@ -116,30 +139,41 @@ def _slow(study: Any, corners: list[Values], told: Told) -> str | None:
         k = derive(at.parameters, *at.operation)
         law = at.parameters.bit.friction
         key = "b1" if law.law == "rational" else "smoothing"
-        return float(steepest(at.parameters, k) * at.operation[1] / k.J / 3.3), key, float(getattr(law, key))
+        return (
+            float(steepest(at.parameters, k) * at.operation[1] / k.J / 3.3),
+            key,
+            float(getattr(law, key)),
+        )
 
     rate, key, value = max(map(steps, corners))
     if rate <= MOST_STEPS_A_SECOND:
         return None
     return (
-        f"Slow: the friction at the bit is so steep ({key} {value:g} s/rad) that a stuck bit takes about "
+        f"Slow: the friction at the bit is so steep ({key} {value:g} s/rad) that a stuck bit "
+        f"takes about "
         f"{rate:.3g} steps per simulated second. A smaller {key} is faster in proportion, and "
         "simulation.method: auto takes steps that do not depend on it, where it can."
     )
 
 
 def _rounded(study: Any, corners: list[Values], told: Told) -> str | None:
-    """The smoothing takes the peak off the linear law, which has all its fall below the speed dynamic_from."""
+    """The smoothing takes the peak off the linear law, which has all its fall below the
+    speed dynamic_from."""
     laws = [law for at in corners if (law := at.parameters.bit.friction).law == "linear"]
     if not laws:
         return None
-    sharpness, law = min(((law.smoothing * law.dynamic_from, law) for law in laws), key=itemgetter(0))
+    sharpness, law = min(
+        ((law.smoothing * law.dynamic_from, law) for law in laws), key=itemgetter(0)
+    )
     if sharpness >= SHARP:
         return None
     return (
-        f"Rounded: with smoothing {law.smoothing:g} s/rad and dynamic_from {law.dynamic_from:g} rad/s their product is "
-        f"{sharpness:.3g}. Below {SHARP:g} the smoothing takes off the peak of the linear law, and stick-slip ends at "
-        f"a lower speed than it should. Raise bit.friction.smoothing to {SHARP / law.dynamic_from:.3g} s/rad."
+        f"Rounded: with smoothing {law.smoothing:g} s/rad and dynamic_from {law.dynamic_from:g} "
+        f"rad/s their product is "
+        f"{sharpness:.3g}. Below {SHARP:g} the smoothing takes off the peak of the linear law, "
+        f"and stick-slip ends at "
+        f"a lower speed than it should. Raise bit.friction.smoothing to "
+        f"{SHARP / law.dynamic_from:.3g} s/rad."
     )
 
 
@@ -148,7 +182,12 @@ def _overloaded(study: Any, corners: list[Values], told: Told) -> str | None:
     limited = [at for at in corners if at.parameters.drive.torque_limit is not None]
     return overloaded(
         [
-            (mean_torque(at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)), limit)
+            (
+                mean_torque(
+                    at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)
+                ),
+                limit,
+            )
             for at in limited
             for limit in [at.parameters.drive.torque_limit]
         ],
@@ -158,7 +197,13 @@ def _overloaded(study: Any, corners: list[Values], told: Told) -> str | None:
 
 def _eccentric(study: Any, corners: list[Values], told: Told) -> str | None:
     gap, offset = min(
-        ((float(derive(at.parameters, *at.operation).gap), at.parameters.drillstring.eccentricity) for at in corners),
+        (
+            (
+                float(derive(at.parameters, *at.operation).gap),
+                at.parameters.drillstring.eccentricity,
+            )
+            for at in corners
+        ),
         key=lambda pair: pair[0] - pair[1],
     )
     if offset <= gap:
@@ -175,17 +220,25 @@ def _speeds(study: Any, corners: list[Values]) -> tuple[float, float]:
 
 
 def _on_the_wall(study: Any, corners: list[Values], told: Told) -> str | None:
-    """The imbalance can hold the collar at the wall in the whole sweep, which begins above the speed for that."""
+    """The imbalance can hold the collar at the wall in the whole sweep, which begins
+    above the speed for that."""
     slowest, fastest = _speeds(study, corners)
     if any(at.parameters.modes.lateral == "frozen" for at in corners):
         return None
     reached = [
-        (wall_speed(at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)), at)
+        (
+            wall_speed(
+                at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)
+            ),
+            at,
+        )
         for at in corners
     ]
     if any(speed is None or speed > slowest for speed, _ in reached):
         return None
-    highest, at = max(((speed, at) for speed, at in reached if speed is not None), key=itemgetter(0))
+    highest, at = max(
+        ((speed, at) for speed, at in reached if speed is not None), key=itemgetter(0)
+    )
     if highest == 0.0:
         return None  # it is buckled, which is said elsewhere
     own = at.parameters.drillstring.eccentricity
@@ -194,23 +247,29 @@ def _on_the_wall(study: Any, corners: list[Values], told: Told) -> str | None:
         for speed in sorted({slowest, fastest})
     ]
     free = ", ".join(
-        f"at {told(speed, 'rad/s', 'rpm')} " + (f"up to {told(offset, 'm', 'mm')}" if offset > LEAST_OFFSET else "none")
+        f"at {told(speed, 'rad/s', 'rpm')} "
+        + (f"up to {told(offset, 'm', 'mm')}" if offset > LEAST_OFFSET else "none")
         for speed, offset in ends
     )
     return (
-        f"Wall: from {told(highest, 'rad/s', 'rpm')} on the imbalance can bring the collar to the wall, and the whole "
-        f"sweep, from {told(slowest, 'rad/s', 'rpm')} on, lies above that. A collar that passes through that speed "
-        "reaches the wall and may stay there; one that starts centred above it need not. The eccentricity is "
-        f"{told(own, 'm', 'mm')}; too small to bring it there would be {free}. A shorter span helps as well."
+        f"Wall: from {told(highest, 'rad/s', 'rpm')} on the imbalance can bring the collar to the "
+        f"wall, and the whole "
+        f"sweep, from {told(slowest, 'rad/s', 'rpm')} on, lies above that. A collar that passes "
+        f"through that speed "
+        "reaches the wall and may stay there; one that starts centred above it need not. The "
+        "eccentricity is "
+        f"{told(own, 'm', 'mm')}; too small to bring it there would be {free}. A shorter span "
+        f"helps as well."
     )
 
 
 def passed_over(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
-    """The critical speeds below the speed at which a sweep that carries the state along the speed begins: a string
-    that is brought up to speed passes through them, and what it meets there may last; the sweep has not met it. Of each
-    the ``name``, what it is in ``words``, its least (``min``) and greatest (``max``) value over the corners where it
-    lies below, and ``from`` where the sweep begins, all along the ``axis`` rotary_speed [rad/s]; ``everywhere`` where
-    it lies below at all of them."""
+    """The critical speeds below the speed at which a sweep that carries the state along
+    the speed begins: a string that is brought up to speed passes through them, and what
+    it meets there may last; the sweep has not met it. Of each the ``name``, what it is
+    in ``words``, its least (``min``) and greatest (``max``) value over the corners
+    where it lies below, and ``from`` where the sweep begins, all along the ``axis``
+    rotary_speed [rad/s]; ``everywhere`` where it lies below at all of them."""
     if study.along != "rotary_speed" or study.procedure == "same":
         return []
     start = _speeds(study, corners)[1 if study.procedure == "down" else 0]
@@ -224,15 +283,21 @@ def passed_over(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
                 found.setdefault(name, []).append(float(speed))
     return [
         {
-            "axis": "rotary_speed", "name": name, "words": CRITICAL[name], "min": min(speeds), "max": max(speeds),
-            "from": start, "everywhere": len(speeds) == len(first),
+            "axis": "rotary_speed",
+            "name": name,
+            "words": CRITICAL[name],
+            "min": min(speeds),
+            "max": max(speeds),
+            "from": start,
+            "everywhere": len(speeds) == len(first),
         }
         for name, speeds in found.items()
-    ]  # fmt: skip
+    ]
 
 
 def _met_already(name: str, at: Values) -> bool:
-    """Whether the first run has what is met at a critical speed from its start on, or never meets it."""
+    """Whether the first run has what is met at a critical speed from its start on, or
+    never meets it."""
     if name == "lobe_resonance":
         return float(at.parameters.bit.surface_amplitude) == 0.0
     gap = float(derive(at.parameters, *at.operation).gap)
@@ -252,28 +317,39 @@ def _passed_over(study: Any, corners: list[Values], told: Told) -> str | None:
     some = "" if all(one["everywhere"] for one in found) else ", in a part of the study,"
     lasting = " or ".join(LASTING[one["name"]] for one in found)
     return (
-        f"Start: the sweep begins at {told(found[0]['from'], 'rad/s', 'rpm')}, which lies{some} above "
-        f"{' and '.join(each)}. A string that is brought up to speed passes through that, and may {lasting} from there "
-        f"on; this sweep does not, so a point may look safe that is not. Begin the sweep below {least}."
+        f"Start: the sweep begins at {told(found[0]['from'], 'rad/s', 'rpm')}, which lies{some} "
+        f"above "
+        f"{' and '.join(each)}. A string that is brought up to speed passes through that, and may "
+        f"{lasting} from there "
+        f"on; this sweep does not, so a point may look safe that is not. Begin the sweep below "
+        f"{least}."
     )
 
 
 def _eccentricity_at(at: Values) -> float:
-    """The greatest eccentricity [m] with which the collar stays off the wall at this point; at most its own."""
+    """The greatest eccentricity [m] with which the collar stays off the wall at this
+    point; at most its own."""
     low, high = 0.0, float(at.parameters.drillstring.eccentricity)
     for _ in range(40):
         middle = 0.5 * (low + high)
         tried = with_values(at.parameters, {"drillstring.eccentricity": middle})
         reached = wall_speed(tried, Operation(*at.operation), derive(tried, *at.operation))
-        low, high = (middle, high) if reached is None or reached > float(at.operation[2]) else (low, middle)
+        low, high = (
+            (middle, high) if reached is None or reached > float(at.operation[2]) else (low, middle)
+        )
     return low
 
 
 def _hangs(study: Any, corners: list[Values], told: Told) -> str | None:
-    """Numbers of which half or twice the value moves a critical speed through much of the sweep."""
+    """Numbers of which half or twice the value moves a critical speed through much of
+    the sweep."""
     slowest, fastest = _speeds(study, corners)
-    middle = Operation(*(float(sum(column)) / len(corners) for column in zip(*(at.operation for at in corners),
-                                                                            strict=True)))  # fmt: skip
+    middle = Operation(
+        *(
+            float(sum(column)) / len(corners)
+            for column in zip(*(at.operation for at in corners), strict=True)
+        )
+    )
     base = corners[0].parameters
     before = _critical(base, middle)
     free = [key for key in DOUBTED if key not in study.axes and key not in study.drawn]
@@ -287,18 +363,30 @@ def _hangs(study: Any, corners: list[Values], told: Told) -> str | None:
             if law.dynamic > law.static:
                 continue
             for name, speed in _critical(tried, middle).items():
-                moved = abs(_part(name, speed, slowest, fastest) - _part(name, before[name], slowest, fastest))
+                moved = abs(
+                    _part(name, speed, slowest, fastest)
+                    - _part(name, before[name], slowest, fastest)
+                )
                 if moved >= MUCH and (worst is None or moved > worst[0]):
                     worst = moved, factor, name, speed
         if worst is not None:
             _, factor, name, speed = worst
-            was, now = (told(one, "rad/s", "rpm") if one is not None else "no speed" for one in (before[name], speed))
-            said.append(f"{'half' if factor < 1 else 'twice'} {key} moves {CRITICAL[name]} from {was} to {now}")
+            was, now = (
+                told(one, "rad/s", "rpm") if one is not None else "no speed"
+                for one in (before[name], speed)
+            )
+            said.append(
+                f"{'half' if factor < 1 else 'twice'} {key} moves {CRITICAL[name]} from "
+                f"{was} to {now}"
+            )
     if not said:
         return None
-    speeds = told(slowest, "rad/s", "rpm") + (f" to {told(fastest, 'rad/s', 'rpm')}" if fastest > slowest else "")
+    speeds = told(slowest, "rad/s", "rpm") + (
+        f" to {told(fastest, 'rad/s', 'rpm')}" if fastest > slowest else ""
+    )
     return (
-        f"Hangs: at {speeds} the answer hangs on numbers that are rarely known well: {'; '.join(said)}. Say what they "
+        f"Hangs: at {speeds} the answer hangs on numbers that are rarely known well: "
+        f"{'; '.join(said)}. Say what they "
         "may be in the section uncertain, or run the study with both ends."
     )
 
@@ -315,20 +403,26 @@ LASTING = {"wall_speed": "stay on the wall", "lobe_resonance": "go on bouncing"}
 def _critical(parameters: Parameters, operation: Operation) -> dict[str, float | None]:
     """The critical speeds of the motions that are free."""
     modes = parameters.modes
-    free = {"wall_speed": modes.lateral, "stick_slip_onset": modes.torsional, "lobe_resonance": modes.axial}
+    free = {
+        "wall_speed": modes.lateral,
+        "stick_slip_onset": modes.torsional,
+        "lobe_resonance": modes.axial,
+    }
     found = figures(parameters, operation, averaged=False)
     return {name: found[name].value for name, mode in free.items() if mode == "free"}
 
 
 def _part(name: str, critical: float | None, slowest: float, fastest: float) -> float:
-    """The part of the sweep's speeds on the critical side of a ``critical`` speed, or near it."""
+    """The part of the sweep's speeds on the critical side of a ``critical`` speed, or
+    near it."""
     low, high = {
         "wall_speed": (critical, math.inf),
         "stick_slip_onset": (0.0, critical),
         "lobe_resonance": (
-            None if critical is None else (1 - NEAR) * critical, None if critical is None else (1 + NEAR) * critical
+            None if critical is None else (1 - NEAR) * critical,
+            None if critical is None else (1 + NEAR) * critical,
         ),
-    }[name]  # fmt: skip
+    }[name]
     if low is None or high is None:
         return 0.0
     if fastest == slowest:
@@ -338,7 +432,11 @@ def _part(name: str, critical: float | None, slowest: float, fastest: float) -> 
 
 def _unstable(study: Any, corners: list[Values], told: Told) -> str | None:
     """A drive that swings the string by itself, as gains of the wrong sign make it."""
-    driven = [at for at in corners if not at.parameters.drive.ideal and at.parameters.modes.torsional == "free"]
+    driven = [
+        at
+        for at in corners
+        if not at.parameters.drive.ideal and at.parameters.modes.torsional == "free"
+    ]
     found = [
         (root, at.operation[0], at.parameters.drive.kind)
         for at in driven
@@ -353,6 +451,8 @@ def _few_periods(study: Any, corners: list[Values], told: Told) -> str | None:
     if study.simulation.observe >= LEAST_PERIODS * period:
         return None
     return (
-        f"Short: the torsional period at the greatest depth is {period:.3g} s; the observed window of "
-        f"{study.simulation.observe:g} s holds fewer than {LEAST_PERIODS}. Lengthen simulation.observe."
+        f"Short: the torsional period at the greatest depth is {period:.3g} s; the observed "
+        f"window of "
+        f"{study.simulation.observe:g} s holds fewer than {LEAST_PERIODS}. Lengthen "
+        f"simulation.observe."
     )

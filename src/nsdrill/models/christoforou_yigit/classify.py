@@ -1,4 +1,5 @@
-"""From features to labels: which critical responses, of which kind, how severe. Plain numpy, rerunnable on a file."""
+"""From features to labels: which critical responses, of which kind, how severe. Plain
+numpy, rerunnable on a file."""
 
 from __future__ import annotations
 
@@ -10,7 +11,16 @@ import numpy as np
 from nsdrill.models.christoforou_yigit.section import in_the_bit_frame
 from nsdrill.observe.labels import motions, responses, severities
 from nsdrill.observe.thresholds import Thresholds
-from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, FORWARD, IRREGULAR, LOW_SIDE, NO_WHIRL, OK, WHIRL
+from nsdrill.variables import (
+    BACKWARD,
+    BACKWARD_ROLLING,
+    FORWARD,
+    IRREGULAR,
+    LOW_SIDE,
+    NO_WHIRL,
+    OK,
+    WHIRL,
+)
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -18,12 +28,14 @@ Array = np.ndarray[Any, np.dtype[Any]]
 def classify(
     features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array | None = None
 ) -> dict[str, Array]:
-    """The labels ``response``, ``whirl_kind``, the three severities and ``settled`` of runs with these features;
-    and, where the features include returns to the Poincare section, ``motion`` and ``period``, for which the natural
-    sizes of the states ``sizes`` (..., 8) are needed.
+    """The labels ``response``, ``whirl_kind``, the three severities and ``settled`` of
+    runs with these features; and, where the features include returns to the Poincare
+    section, ``motion`` and ``period``, for which the natural sizes of the states
+    ``sizes`` (..., 8) are needed.
 
-    All arrays have one shape; runs that did not end well (``status`` not ok) get zeros. A bit that does not turn at all
-    (mean speed zero, an infinite or undefined index) sticks.
+    All arrays have one shape; runs that did not end well (``status`` not ok) get zeros.
+    A bit that does not turn at all (mean speed zero, an infinite or undefined index)
+    sticks.
     """
     t = thresholds
     ok = status == OK
@@ -34,29 +46,46 @@ def classify(
         features["wall_contact_fraction"] >= t.whirl.rolling_contact
     )
     still_around = np.abs(ratio) < t.whirl.direction
-    low_side = still_around & (features["wall_contact_fraction"] >= t.whirl.rolling_contact) & _low(features, whirl)
+    low_side = (
+        still_around
+        & (features["wall_contact_fraction"] >= t.whirl.rolling_contact)
+        & _low(features, whirl)
+    )
     kind = np.select(
         [~whirl, rolling, low_side, still_around, ratio > 0.0],
         [NO_WHIRL, BACKWARD_ROLLING, LOW_SIDE, IRREGULAR, FORWARD],
         default=BACKWARD,
     )
     settled = features["half_difference"] <= t.settled.tolerance
-    labels = {"response": response, "whirl_kind": kind, **severities(features, response, t), "settled": settled}
+    labels = {
+        "response": response,
+        "whirl_kind": kind,
+        **severities(features, response, t),
+        "settled": settled,
+    }
     labels = {name: np.where(ok, value, 0).astype(np.int8) for name, value in labels.items()}
     if "section_radius" in features and sizes is not None:
         at_rest = still(features, sizes, t.motion.absolute)
-        labels |= motions(features, status, labels["settled"], in_the_bit_frame(features), sizes, at_rest, t)
+        labels |= motions(
+            features, status, labels["settled"], in_the_bit_frame(features), sizes, at_rest, t
+        )
     return labels
 
 
 def _low(features: Mapping[str, Array], like: Array) -> Array:
-    """Whether the collar is on average in the lower half of an inclined hole; nowhere in a vertical one."""
+    """Whether the collar is on average in the lower half of an inclined hole; nowhere
+    in a vertical one."""
     with np.errstate(invalid="ignore"):
-        return np.asarray(features["y_mean"] < 0.0) if "y_mean" in features else np.zeros(like.shape, bool)
+        return (
+            np.asarray(features["y_mean"] < 0.0)
+            if "y_mean" in features
+            else np.zeros(like.shape, bool)
+        )
 
 
 def still(features: Mapping[str, Array], sizes: Array, absolute: float) -> Array:
-    """Whether bit and collar do not move beyond ``absolute`` times the natural ``sizes`` (..., 8) of their states."""
+    """Whether bit and collar do not move beyond ``absolute`` times the natural
+    ``sizes`` (..., 8) of their states."""
     least = np.nan_to_num(features["section_radius"], nan=np.inf).min(axis=-1)
     return np.asarray(
         (features["axial_max"] - features["axial_min"] <= absolute * sizes[..., 4])

@@ -1,7 +1,9 @@
-"""From parameters and an operating point to the lumped coefficients of the equations of motion.
+"""From parameters and an operating point to the lumped coefficients of the equations of
+motion.
 
-The span between stabilisers is simply supported with deflection shape sin(pi x / l); the pipe is as long as the depth
-less the collars, and a third of its mass moves with its lower end.
+The span between stabilisers is simply supported with deflection shape sin(pi x / l);
+the pipe is as long as the depth less the collars, and a third of its mass moves with
+its lower end.
 """
 
 from __future__ import annotations
@@ -61,14 +63,17 @@ UNITS = {
 
 
 def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float) -> Coefficients:
-    """The coefficients at operating points: depth [m], weight on bit [N], top-drive speed [rad/s], scalars or arrays
-    that broadcast together. Raises ValueError where a depth does not exceed the collar length."""
+    """The coefficients at operating points: depth [m], weight on bit [N], top-drive
+    speed [rad/s], scalars or arrays that broadcast together. Raises ValueError where a
+    depth does not exceed the collar length."""
     string, mud, well, bit = parameters.drillstring, parameters.mud, parameters.well, parameters.bit
     collar, pipe, steel = string.collar, string.pipe, string.material
     pipe_length = np.asarray(depth, dtype=float) - collar.length
     if np.any(pipe_length <= 0.0):
         length = np.max(collar.length)
-        raise ValueError(f"depth: found {np.min(depth):g} m, allowed: more than the collar length, {length:g} m")
+        raise ValueError(
+            f"depth: found {np.min(depth):g} m, allowed: more than the collar length, {length:g} m"
+        )
 
     area_c, second_c = ring(collar.outer_diameter, collar.inner_diameter)
     area_p, second_p = ring(pipe.outer_diameter, pipe.inner_diameter)
@@ -79,7 +84,9 @@ def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float
     bending = steel.young_modulus * second_c
     bit_radius = well.diameter / 2
     speed = np.asarray(rotary_speed, dtype=float)
-    rate = np.maximum(bit.cutting.c1 * np.asarray(wob, dtype=float) * np.sqrt(speed) + bit.cutting.c2, 0.0)
+    rate = np.maximum(
+        bit.cutting.c1 * np.asarray(wob, dtype=float) * np.sqrt(speed) + bit.cutting.c2, 0.0
+    )
     depth_of_cut = 2 * math.pi * rate / speed
     values = {
         "m_c": m_c,
@@ -106,12 +113,14 @@ def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float
 
 def ring(outer: Float, inner: Float) -> tuple[Any, Any]:
     """Area [m^2] and second moment of area [m^4] of a ring."""
-    return math.pi / 4 * (power(outer, 2) - power(inner, 2)), math.pi / 64 * (power(outer, 4) - power(inner, 4))
+    return math.pi / 4 * (power(outer, 2) - power(inner, 2)), math.pi / 64 * (
+        power(outer, 4) - power(inner, 4)
+    )
 
 
 def one_by_one(function: Callable[[float], float], values: Any) -> Any:
-    """A function of the mathematical library at every value: numpy's own have bits that depend on the processor and on
-    the length of an array."""
+    """A function of the mathematical library at every value: numpy's own have bits that
+    depend on the processor and on the length of an array."""
     if np.ndim(values) == 0:
         return function(float(values))
     values = np.asarray(values, dtype=float)
@@ -119,8 +128,8 @@ def one_by_one(function: Callable[[float], float], values: Any) -> Any:
 
 
 def power(base: Float, exponent: int) -> Any:
-    """``base`` to a whole power, number by number: numpy's own on arrays is another one in the last bit, and a point
-    of a sweep has the bits of a run of its own."""
+    """``base`` to a whole power, number by number: numpy's own on arrays is another one
+    in the last bit, and a point of a sweep has the bits of a run of its own."""
     if np.ndim(base) == 0:
         return float(base) ** exponent
     values, places = np.unique(base, return_inverse=True)
@@ -131,7 +140,9 @@ def at(coefficients: Coefficients, index: int) -> Coefficients:
     """The coefficients of one operating point out of arrays."""
     return Coefficients(
         **{
-            item.name: float(np.ravel(value)[index]) if np.ndim(value := getattr(coefficients, item.name)) else value
+            item.name: float(np.ravel(value)[index])
+            if np.ndim(value := getattr(coefficients, item.name))
+            else value
             for item in fields(coefficients)
         }
     )

@@ -18,15 +18,18 @@ from nsdrill.variables import MODEL
 
 
 def states(parameters: Parameters) -> tuple[str, ...]:
-    """The names of the states of a string with this drive, the angle of the set point last."""
+    """The names of the states of a string with this drive, the angle of the set point
+    last."""
     if parameters.drive.kind == "dc_motor":
         return variables.MOTOR_STATE_NAMES
     return variables.STATE_NAMES if parameters.drive.ideal else variables.DRIVEN_STATE_NAMES
 
 
 def options(parameters: Parameters) -> tuple[str, ...]:
-    """What brings features of its own: stabilisers with room or friction, and an inclined hole."""
-    # Not from the whole of what is compiled in: one of that, the number of lobes, may be an axis.
+    """What brings features of its own: stabilisers with room or friction, and an
+    inclined hole."""
+    # Not from the whole of what is compiled in: one of that, the number of lobes, may
+    # be an axis.
     there = {
         "stabilizers": parameters.stabilizer.clearance is not None,
         "inclined": is_used(parameters.well.inclination),
@@ -35,7 +38,8 @@ def options(parameters: Parameters) -> tuple[str, ...]:
 
 
 def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Any]) -> dict[str, Any]:
-    """The ``gap`` [m] between collar and wall, which the pictures draw; None where it is not one number."""
+    """The ``gap`` [m] between collar and wall, which the pictures draw; None where it
+    is not one number."""
     values = [axes.get(key, ()) for key in ("well.diameter", "drillstring.collar.outer_diameter")]
     if any(len(axis) > 1 for axis in values):
         return {"gap": None}
@@ -48,27 +52,54 @@ def hole(parameters: Parameters) -> tuple[float, float]:
     return parameters.well.diameter / 2, parameters.drillstring.collar.outer_diameter / 2
 
 
-# Of what is drawn, that which stands still with a mode. The torque on the bit follows the load as well as the speed.
+# Of what is drawn, that which stands still with a mode. The torque on the bit follows
+# the load as well as the speed.
 MODES = {
-    "axial": ("z", "vz", "bit_force", "section_axial", "section_axial_velocity", "axial_max", "lift_off_fraction"),
+    "axial": (
+        "z",
+        "vz",
+        "bit_force",
+        "section_axial",
+        "section_axial_velocity",
+        "axial_max",
+        "lift_off_fraction",
+    ),
     "torsional": ("twist", "bit_speed", "section_twist", "section_bit_speed", "stick_slip_index"),
-    "lateral": ("x", "y", "radius", "radial_velocity", "wall_force", "section_radius", "section_radial_velocity",
-                "section_whirl_angle", "radius_max", "wall_contact_fraction", "whirl_ratio"),
-}  # fmt: skip
+    "lateral": (
+        "x",
+        "y",
+        "radius",
+        "radial_velocity",
+        "wall_force",
+        "section_radius",
+        "section_radial_velocity",
+        "section_whirl_angle",
+        "radius_max",
+        "wall_contact_fraction",
+        "whirl_ratio",
+    ),
+}
 
 DESCRIPTION = Description(
     name=MODEL,
-    title="The axial, torsional and lateral oscillator of Christoforou and Yigit: rock, wall, lobes",
+    title="The axial, torsional and lateral oscillator of Christoforou and Yigit: rock, wall, "
+    "lobes",
     parameters=Parameters,
     initial=Initial,
     meanings={
         "bit.friction.static": "Coefficient at rest; all laws but rational",
         "bit.friction.dynamic": "Coefficient at high speed; all laws but rational",
-        "bit.friction.smoothing": "Steepness of the sign change at zero speed; all laws but rational",
-        "bit.friction.decay": "Rate at which friction falls from static to dynamic; laws hyperbolic and exponential",
+        "bit.friction.smoothing": "Steepness of the sign change at zero speed; all laws but "
+        "rational",
+        "bit.friction.decay": "Rate at which friction falls from static to dynamic; laws "
+        "hyperbolic and exponential",
     },
     states=states,
-    several_states=(variables.STATE_NAMES, variables.DRIVEN_STATE_NAMES, variables.MOTOR_STATE_NAMES),
+    several_states=(
+        variables.STATE_NAMES,
+        variables.DRIVEN_STATE_NAMES,
+        variables.MOTOR_STATE_NAMES,
+    ),
     labels=variables.LABELS,
     features=variables.FEATURES,
     derived=DRILLED,
@@ -84,11 +115,29 @@ DESCRIPTION = Description(
     relations=relations,
     units_by={"well.stiffness": ("well.law", {"linear": "N/m", "hertz": "N/m^1.5"})},
     grazing=(
-        Grazing(101, "lift_off", "rock", "lost", "the bit begins to leave the rock: bit-bounce", "lift_off"),
         Grazing(
-            102, "wall_reached", "wall", "reached", "the collar comes to touch the wall: the first impacts", "wall"
+            101,
+            "lift_off",
+            "rock",
+            "lost",
+            "the bit begins to leave the rock: bit-bounce",
+            "lift_off",
         ),
-        Grazing(103, "wall_lost", "wall", "lost", "the collar begins to leave the wall that it was held against"),
+        Grazing(
+            102,
+            "wall_reached",
+            "wall",
+            "reached",
+            "the collar comes to touch the wall: the first impacts",
+            "wall",
+        ),
+        Grazing(
+            103,
+            "wall_lost",
+            "wall",
+            "lost",
+            "the collar begins to leave the wall that it was held against",
+        ),
         STICK_ONSET,
     ),
     compiled=("bit.lobes",),
@@ -97,7 +146,8 @@ DESCRIPTION = Description(
     checks="nsdrill.models.christoforou_yigit.checks",
     charts="nsdrill.models.christoforou_yigit.charts",
     example_axis=("bit.rock_stiffness", "10 MN/m", "100 MN/m"),
-    example_slice="{x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}",
+    example_slice="{x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, "
+    "points: 60}}",
     attributes=attributes,
     hole=hole,
     options=options,

@@ -1,31 +1,38 @@
-"""The drives of the main model: the law of the controller (:mod:`nsdrill.models.drives`) with the numbers of this
-string, its linear-quadratic regulator, and the circuit of a DC motor.
+"""The drives of the main model: the law of the controller
+(:mod:`nsdrill.models.drives`) with the numbers of this string, its linear-quadratic
+regulator, and the circuit of a DC motor.
 
-The top has two states, lag = phi_d - Omega t and its speed omega_d. With the twist psi, counted from the set point, and
-the torque of the pipe T_p:
+The top has two states, lag = phi_d - Omega t and its speed omega_d. With the twist psi,
+counted from the set point, and the torque of the pipe T_p:
 
     lag'       = omega_d - Omega
-    J omega_d' = -K_i lag - K_p (omega_d - Omega) - G_t (psi - lag) - G_w (omega - Omega) - T_p
+    J omega_d' = -K_i lag - K_p (omega_d - Omega) - G_t (psi - lag) - G_w (omega -
+    Omega) - T_p
     T_p        = k_t (lag - psi) + c_s (omega_d - omega)
 
 An ideal drive has no states: lag is zero and omega_d is Omega.
 
-A **DC motor** has a torque of its own, T_m = n K i, with the current i of its armature, the gear ratio n and the
-constant K of the motor, at the constant voltage at which it idles with the set speed, n K Omega:
+A **DC motor** has a torque of its own, T_m = n K i, with the current i of its armature,
+the gear ratio n and the constant K of the motor, at the constant voltage at which it
+idles with the set speed, n K Omega:
 
     L i' + R i = n K (Omega - omega_d)       that is       (L/R) T_m' = (n K)^2/R (Omega - omega_d) - T_m
     J omega_d' = T_m - T_p
 
-With ``gains`` the voltage follows the motion, so that steady drilling is at the set speed:
+With ``gains`` the voltage follows the motion, so that steady drilling is at the set
+speed:
 
-    V = n K Omega + R I* - [K_I (i - I*) + K_1 lag + K_2 (omega_d - Omega) + K_3 (psi - psi*) + K_4 (omega - Omega)]
+    V = n K Omega + R I* - [K_I (i - I*) + K_1 lag + K_2 (omega_d - Omega) + K_3 (psi -
+    psi*) + K_4 (omega - Omega)]
 
-with the current I* and the twist psi* of steady drilling; in terms of the torque each gain of the bracket is times
-n K/R (:func:`regulator`; Sarker, Rideout & Butt 2012).
+with the current I* and the twist psi* of steady drilling; in terms of the torque each
+gain of the bracket is times n K/R (:func:`regulator`; Sarker, Rideout & Butt 2012).
 
-So ``motor_damping``, (n K)^2/R, and ``circuit_time``, L/R, say all that the circuit does (Sarker, Rideout & Butt 2012
-have such a motor; its numbers are those of Christoforou & Yigit as reported). Its states are motor_torque and, as
-states come in pairs, motor_impulse, the integral of that torque (n K times the charge), on which nothing depends.
+So ``motor_damping``, (n K)^2/R, and ``circuit_time``, L/R, say all that the circuit
+does (Sarker, Rideout & Butt 2012 have such a motor; its numbers are those of
+Christoforou & Yigit as reported). Its states are motor_torque and, as states come in
+pairs, motor_impulse, the integral of that torque (n K times the charge), on which
+nothing depends.
 """
 
 from __future__ import annotations
@@ -43,7 +50,8 @@ from nsdrill.models.drives import DIGITS, LAWS, Circuit, Gains, Seen, impedance_
 
 
 def impedance(parameters: Parameters) -> Any:
-    """The torsional impedance of the pipe, Ip sqrt(rho G) [N m s/rad]: what a wave from below meets nothing in."""
+    """The torsional impedance of the pipe, Ip sqrt(rho G) [N m s/rad]: what a wave from
+    below meets nothing in."""
     pipe, steel = parameters.drillstring.pipe, parameters.drillstring.material
     polar = math.pi / 32 * (power(pipe.outer_diameter, 4) - power(pipe.inner_diameter, 4))
     return impedance_of(polar, steel.density, steel.shear_modulus)
@@ -63,9 +71,10 @@ def circuit(parameters: Parameters, k: Coefficients) -> Circuit | None:
 
 
 class Regulator(NamedTuple):
-    """What the voltage of a motor makes of the motion, as torque at the string: numbers, or arrays over operating
-    points. The torque of steady drilling [N m] and its twist [rad]; then of the deviation of torque [1], lag [N m/rad],
-    drive speed [N m s/rad], twist [N m/rad] and bit speed [N m s/rad]."""
+    """What the voltage of a motor makes of the motion, as torque at the string:
+    numbers, or arrays over operating points. The torque of steady drilling [N m] and
+    its twist [rad]; then of the deviation of torque [1], lag [N m/rad], drive speed
+    [N m s/rad], twist [N m/rad] and bit speed [N m s/rad]."""
 
     steady_motor_torque: Any
     steady_twist: Any
@@ -82,17 +91,23 @@ class Regulator(NamedTuple):
 
 
 def regulator(parameters: Parameters, k: Coefficients, wob: Any, rotary_speed: Any) -> Regulator:
-    """The law of the voltage of a DC motor with gains, at a weight on bit [N] and a rotary speed [rad/s]."""
+    """The law of the voltage of a DC motor with gains, at a weight on bit [N] and a
+    rotary speed [rad/s]."""
     drive = parameters.drive
-    torque = wob * bit_arm(parameters, k, rotary_speed) + parameters.drillstring.torsional_damping * rotary_speed
+    torque = (
+        wob * bit_arm(parameters, k, rotary_speed)
+        + parameters.drillstring.torsional_damping * rotary_speed
+    )
     per_volt = drive.gear * drive.torque_constant / drive.resistance
     current, *others = drive.gains or (0.0,) * 5
-    return Regulator(torque, -torque / k.k_t, current / drive.resistance, *(per_volt * gain for gain in others))
+    return Regulator(
+        torque, -torque / k.k_t, current / drive.resistance, *(per_volt * gain for gain in others)
+    )
 
 
 def gains(parameters: Parameters, k: Coefficients) -> Gains:
-    """The law of the drive at operating points with the coefficients ``k``; not of an ideal one. InputError where an
-    LQR has no gains."""
+    """The law of the drive at operating points with the coefficients ``k``; not of an
+    ideal one. InputError where an LQR has no gains."""
     drive = parameters.drive
     made: Gains
     if drive.kind in LAWS:
@@ -103,8 +118,9 @@ def gains(parameters: Parameters, k: Coefficients) -> Gains:
 
 
 def _lqr(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
-    """Gains that minimise the integral of state_weight (lag^2 + ...) + torque_weight T_m^2, by the Riccati equation of
-    the linear string with states (lag, omega_d - Omega, psi - lag, omega - Omega) and without friction at the bit."""
+    """Gains that minimise the integral of state_weight (lag^2 + ...) + torque_weight
+    T_m^2, by the Riccati equation of the linear string with states (lag, omega_d -
+    Omega, psi - lag, omega - Omega) and without friction at the bit."""
     numbers = np.broadcast_arrays(
         k.J,
         k.k_t,
@@ -114,13 +130,21 @@ def _lqr(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
         drive.state_weight,
         drive.torque_weight,
     )
-    distinct, places = np.unique(np.stack([value.ravel() for value in numbers], axis=1), axis=0, return_inverse=True)
+    distinct, places = np.unique(
+        np.stack([value.ravel() for value in numbers], axis=1), axis=0, return_inverse=True
+    )
     found = np.array([_regulator(*row) for row in distinct.tolist()])[places.ravel()]
     return Gains(drive.inertia, *(column.reshape(numbers[0].shape) for column in found.T))
 
 
 def _regulator(
-    J: float, k_t: float, c_t: float, inertia: float, c_s: float, state_weight: float, torque_weight: float
+    J: float,
+    k_t: float,
+    c_t: float,
+    inertia: float,
+    c_s: float,
+    state_weight: float,
+    torque_weight: float,
 ) -> list[float]:
     from scipy.linalg import solve_continuous_are
 
@@ -134,11 +158,15 @@ def _regulator(
     )
     force = np.array([[0.0], [1.0 / inertia], [0.0], [0.0]])
     try:
-        cost = solve_continuous_are(system, force, state_weight * np.eye(4), np.array([[torque_weight]]))
+        cost = solve_continuous_are(
+            system, force, state_weight * np.eye(4), np.array([[torque_weight]])
+        )
     except (np.linalg.LinAlgError, ValueError) as error:
         raise InputError(
-            f"drive.kind: lqr finds no gains for a string with J = {J:.3g} kg m^2 and k_t = {k_t:.3g} N m/rad: the "
-            "Riccati equation cannot be solved to any use. Change drive.torque_weight or drive.state_weight, or take "
+            f"drive.kind: lqr finds no gains for a string with J = {J:.3g} kg m^2 and k_t = "
+            f"{k_t:.3g} N m/rad: the "
+            "Riccati equation cannot be solved to any use. Change drive.torque_weight or "
+            "drive.state_weight, or take "
             "another kind."
         ) from error
     return [float(f"{value:.{DIGITS}g}") for value in (force.T @ cost / torque_weight)[0]]

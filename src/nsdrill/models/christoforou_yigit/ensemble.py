@@ -1,29 +1,35 @@
-"""The states from which an operating point is started: the one given, many drawn at random, or a grid over two of them.
+"""The states from which an operating point is started: the one given, many drawn at
+random, or a grid over two of them.
 
-**Draws.** Start ``k`` has nine numbers of its own, uniform in [0, 1): the words 9 k ... 9 k + 8 of the Philox 4x64
-counter-based generator (Salmon et al. 2011) whose key is the seed, their upper 53 bits. So start ``k`` is the same
-however many there are, and the same at every operating point: differences between operating points are not noise of the
+**Draws.** Start ``k`` has nine numbers of its own, uniform in [0, 1): the words 9 k ...
+9 k + 8 of the Philox 4x64 counter-based generator (Salmon et al. 2011) whose key is the
+seed, their upper 53 bits. So start ``k`` is the same however many there are, and the
+same at every operating point: differences between operating points are not noise of the
 draw.
 
-**Sizes.** The numbers are scaled by natural sizes of the operating point, so that the ensemble reaches everywhere a
-string can be without anything being broken: with ``spread`` Q = 1, and for smaller Q nearer to steady drilling,
+**Sizes.** The numbers are scaled by natural sizes of the operating point, so that the
+ensemble reaches everywhere a string can be without anything being broken: with
+``spread`` Q = 1, and for smaller Q nearer to steady drilling,
 
 ====================  ==========================================================================================
 lateral position      uniform over the disc of radius Q c0 about the hole axis, c0 the gap: never beyond the wall
 lateral velocity      uniform over the disc of radius Q max(c0 w_b, R_c Omega): the gap times the bending
-                      frequency, or the speed of rolling along the wall, whichever is faster
+                      frequency, or the speed of rolling along the wall, whichever is
+                      faster
 axial position        uniform within Q 2 (d + s0) of the static position -d, d = W/(k_a + k_c): from off
                       the rock to some three times the static penetration
 axial velocity        uniform within Q 2 s0 n_b Omega of zero
 twist                 uniform from (1 - Q) psi_0 to (1 - Q) psi_0 - Q 1.5 T_s/k_t, psi_0 = -T_0/k_t the twist of steady
-                      drilling: from an unwound string to half as much again as the torque at rest T_s winds it up
+                      drilling: from an unwound string to half as much again as the
+                      torque at rest T_s winds it up
 bit speed             uniform within Q Omega of Omega: from stuck to twice the drive speed
 drive angle           uniform over a turn
 ====================  ==========================================================================================
 
-T_s and T_0 are the torques of rock and torsional damping at mean bit force W, with the static friction coefficient and
-with that of the drive speed. Only sums, products and square roots of correctly rounded arithmetic depend on the
-operating point, so the states have the same bits wherever they are made.
+T_s and T_0 are the torques of rock and torsional damping at mean bit force W, with the
+static friction coefficient and with that of the drive speed. Only sums, products and
+square roots of correctly rounded arithmetic depend on the operating point, so the
+states have the same bits wherever they are made.
 """
 
 from __future__ import annotations
@@ -49,15 +55,22 @@ LOBE_SPEEDS = 2.0  # times the greatest speed of the rock under the bit
 
 
 def starting_states(
-    parameters: Parameters, initial: Initial, depth: Any, wob: Any, rotary_speed: Any, start: Any = 0
+    parameters: Parameters,
+    initial: Initial,
+    depth: Any,
+    wob: Any,
+    rotary_speed: Any,
+    start: Any = 0,
 ) -> Array:
-    """States with the drive angle last, shape (points, states + 1), of the starts ``start`` (numbers from 0; without
-    meaning where ``initial`` has one state only) at the operating points depth [m], wob [N], rotary_speed [rad/s]: 1-D
-    arrays of one length, or scalars."""
+    """States with the drive angle last, shape (points, states + 1), of the starts
+    ``start`` (numbers from 0; without meaning where ``initial`` has one state only) at
+    the operating points depth [m], wob [N], rotary_speed [rad/s]: 1-D arrays of one
+    length, or scalars."""
     if not initial.starts:
         return initial_states(parameters, initial, depth, wob, rotary_speed)
     depth, wob, rotary_speed, start = np.broadcast_arrays(
-        *(np.atleast_1d(np.asarray(value, float)) for value in (depth, wob, rotary_speed)), np.atleast_1d(start)
+        *(np.atleast_1d(np.asarray(value, float)) for value in (depth, wob, rotary_speed)),
+        np.atleast_1d(start),
     )
     checked_starts(initial, start)
     if initial.slice:
@@ -66,7 +79,8 @@ def starting_states(
 
 
 def reach_of_collar(k: Coefficients, speed: Any, spread: float) -> tuple[Any, Any]:
-    """How far off the axis of the hole [m] and how fast [m/s] the collar may be in an ensemble."""
+    """How far off the axis of the hole [m] and how fast [m/s] the collar may be in an
+    ensemble."""
     fastest = spread * np.maximum(k.gap * np.sqrt(k.k_bend / k.m_l), k.collar_radius * speed)
     return spread * k.gap, fastest
 
@@ -82,7 +96,8 @@ def string_and_bit(
     twist: Array,
     bit_speed: Array,
 ) -> dict[str, Array]:
-    """The axial and torsional states of an ensemble, from numbers in (-1, 1), that of the twist in (0, 1)."""
+    """The axial and torsional states of an ensemble, from numbers in (-1, 1), that of
+    the twist in (0, 1)."""
     bit, q = parameters.bit, spread
     rest = wob / (k.k_a + bit.rock_stiffness)
     lobes = bit.lobes * speed * bit.surface_amplitude
@@ -97,14 +112,18 @@ def string_and_bit(
     }
 
 
-def _slice(parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array) -> Array:
+def _slice(
+    parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array
+) -> Array:
     states = initial_states(parameters, initial, depth, wob, speed)
     for name, values in slice_points(initial, STATE_NAMES, start).items():
         states[:, -1 if name == STATE_NAMES[-1] else STATE_NAMES.index(name)] = values
     return frozen(parameters, states, wob, speed)
 
 
-def _ensemble(parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array) -> Array:
+def _ensemble(
+    parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array
+) -> Array:
     k, q = derive(parameters, depth, wob, speed), initial.spread
     u = _shapes(initial.seed, initial.ensemble)[start]
     gap, fastest = reach_of_collar(k, speed, q)
@@ -118,7 +137,9 @@ def _ensemble(parameters: Parameters, initial: Initial, depth: Array, wob: Array
     }
     drawn = np.stack([by_name[name] for name in STATE_NAMES], axis=1)
     if not parameters.drive.ideal:  # it begins at the set point
-        drawn = np.concatenate([drawn[:, :-1], np.zeros((len(drawn), 1)), speed[:, None], drawn[:, -1:]], axis=1)
+        drawn = np.concatenate(
+            [drawn[:, :-1], np.zeros((len(drawn), 1)), speed[:, None], drawn[:, -1:]], axis=1
+        )
     if parameters.drive.kind == "dc_motor":
         drawn = np.concatenate([drawn[:, :-1], np.zeros((len(drawn), 2)), drawn[:, -1:]], axis=1)
     return frozen(parameters, drawn, wob, speed)
@@ -126,8 +147,8 @@ def _ensemble(parameters: Parameters, initial: Initial, depth: Array, wob: Array
 
 @lru_cache(maxsize=4)
 def _shapes(seed: int, count: int) -> Array:
-    """Of every start: x, y and vx, vy in the unit disc; z and vz in (-1, 1); twist in (0, 1); bit speed in (-1, 1); the
-    drive angle in a turn."""
+    """Of every start: x, y and vx, vy in the unit disc; z and vz in (-1, 1); twist in
+    (0, 1); bit speed in (-1, 1); the drive angle in a turn."""
     shapes = hypercube(seed, count, DRAWS)
     for first in (0, 2):
         shapes[:, first : first + 2] = in_the_disc(shapes[:, first : first + 2])

@@ -1,15 +1,19 @@
 """What happens inside a step: a quantity turns, or crosses a level.
 
-In a packed step that is so in a few of the lanes only, for one quantity or another. So the events are noted in a list,
-lane after lane and step after step, and when it is full they are located side by side: the arithmetic is packed however
-few lanes there are. When that is depends on the neighbours; what comes out must not. So the lists are emptied before
-anything is read, and whatever is added up is added in each lane's own order of time.
+In a packed step that is so in a few of the lanes only, for one quantity or another. So
+the events are noted in a list, lane after lane and step after step, and when it is full
+they are located side by side: the arithmetic is packed however few lanes there are.
+When that is depends on the neighbours; what comes out must not. So the lists are
+emptied before anything is read, and whatever is added up is added in each lane's own
+order of time.
 
-A list is a few columns of the observer's store. An event has value, slope and second derivative of its quantity at both
-ends of the step, the length of the step, its lane and its kind, a level, and, once located, the result. There is one
-list for turns, whose result is the extreme value, and one for crossings, whose result is the time above the level; at
-the wall also how far the collar and its surface move meanwhile. The tops of the bit torque have a list of their own:
-the torque is no polynomial, as the friction of a bit that breaks loose falls within a part of a step.
+A list is a few columns of the observer's store. An event has value, slope and second
+derivative of its quantity at both ends of the step, the length of the step, its lane
+and its kind, a level, and, once located, the result. There is one list for turns, whose
+result is the extreme value, and one for crossings, whose result is the time above the
+level; at the wall also how far the collar and its surface move meanwhile. The tops of
+the bit torque have a list of their own: the torque is no polynomial, as the friction of
+a bit that breaks loose falls within a part of a step.
 """
 
 from __future__ import annotations
@@ -55,29 +59,34 @@ from nsdrill.observe.interpolant import (
 
 PLACES = tuple(SIDE_BY_SIDE * i for i in range(COLUMNS))
 G0, D0, C0, G1, D1, C1, LENGTH, LANE, KIND, LEVEL, RESULT = PLACES[:11]
-# At the wall: whether the rest is there; the speed of the collar's centre along the wall and that of the bit, with
-# their rates, at both ends; how far the centre goes along the wall and by how much the string turns.
+# At the wall: whether the rest is there; the speed of the collar's centre along the
+# wall and that of the bit, with their rates, at both ends; how far the centre goes
+# along the wall and by how much the string turns.
 SLIDES_KNOWN = PLACES[11]
 SLIDE = PLACES[12:20]
 WHIRL0, DWHIRL0, WHIRL1, DWHIRL1, SPEED0, DSPEED0, SPEED1, DSPEED1 = SLIDE
 ROLLED, TURNED = PLACES[20:22]
 ROOM = PLACES[22]  # of a turn of the squared radius the square of the stabilisers' clearance
-# A top of the bit torque has the interference first, then: by how much the bit turns, its speed with its rate and the
-# torque with its rate at both ends, and the law of the bit with the rock's stiffness.
+# A top of the bit torque has the interference first, then: by how much the bit turns,
+# its speed with its rate and the torque with its rate at both ends, and the law of the
+# bit with the rock's stiffness.
 TURN, W0, DW0, W1, DW1, T0, DT0, T1, DT1, SMOOTHING, DECAY, RISE, DYNAMIC = PLACES[11:]
-# What turns. (Its level: the surface, for interference and squared radius; for twist and bit speed the drive's speed.)
-# And a bit speed at the end of a step that is above or below both of its neighbours; and the speed of the drive.
+# What turns. (Its level: the surface, for interference and squared radius; for twist
+# and bit speed the drive's speed.) And a bit speed at the end of a step that is above
+# or below both of its neighbours; and the speed of the drive.
 Z, SPEED, TWIST, U, RHO, SPEED_END, TOP = range(7)
-# What is crossed: the rock's surface, the speed below which the bit is stuck, the wall, which the collar touches and,
-# before it, the stabilisers; and grazes of rock, wall and stabilisers. In the order of ``PARTS``: each kind has a sum
-# of its own: a graze comes to light only when the list of turns is full, and among the crossings it would stand now
-# here, now there.
+# What is crossed: the rock's surface, the speed below which the bit is stuck, the wall,
+# which the collar touches and, before it, the stabilisers; and grazes of rock, wall and
+# stabilisers. In the order of ``PARTS``: each kind has a sum of its own: a graze comes
+# to light only when the list of turns is full, and among the crossings it would stand
+# now here, now there.
 ROCK, STUCK, WALL, STABILIZER, ROCK_GRAZE, WALL_GRAZE, STABILIZER_GRAZE = range(len(PARTS))
 
 
 @inlined
 def note(store, place, kind, i, h, g0, d0, c0, g1, d1, c1, level):  # type: ignore[no-untyped-def]
-    """Put an event of lane i into the list at ``place`` of the store; True where the list is now full."""
+    """Put an event of lane i into the list at ``place`` of the store; True where the
+    list is now full."""
     count = int(store[place + COUNT])
     k = place + count
     store[k + G0] = g0
@@ -96,7 +105,8 @@ def note(store, place, kind, i, h, g0, d0, c0, g1, d1, c1, level):  # type: igno
 
 @inlined
 def note_rows(b, store, place, kind, i, h, rows, minus, level):  # type: ignore[no-untyped-def]
-    """Note an event of a quantity whose value, slope less ``minus`` and second derivative are in these rows."""
+    """Note an event of a quantity whose value, slope less ``minus`` and second
+    derivative are in these rows."""
     g0_, d0_, c0_, g1_, d1_, c1_ = rows
     return note(
         store,
@@ -135,8 +145,9 @@ def squared_radius(b, i, x_, vx_, ax_, y_, vy_, ay_):  # type: ignore[no-untyped
 
 @inlined
 def least_of(g0, g1, d0, d1, h):  # type: ignore[no-untyped-def]
-    """An estimate, on the safe side, of the least value inside a step of a quantity with one turn there. (A least value
-    that is above the level matters to nobody and need not be located.)"""
+    """An estimate, on the safe side, of the least value inside a step of a quantity
+    with one turn there. (A least value that is above the level matters to nobody and
+    need not be located.)"""
     return min(g0, g1) - h * max(abs(d0), abs(d1))
 
 
@@ -154,10 +165,24 @@ def note_slide(b, store, k, i, x_rows, y_rows, bit_rows):  # type: ignore[no-unt
     y0_, vy0_, ay0_, y1_, vy1_, ay1_ = y_rows
     speed0_, alpha0_, per_r0_, dr0_, speed1_, alpha1_, per_r1_, dr1_ = bit_rows
     whirl0, dwhirl0 = slide(
-        b[x0_ + i], b[vx0_ + i], b[ax0_ + i], b[y0_ + i], b[vy0_ + i], b[ay0_ + i], b[per_r0_ + i], b[dr0_ + i]
+        b[x0_ + i],
+        b[vx0_ + i],
+        b[ax0_ + i],
+        b[y0_ + i],
+        b[vy0_ + i],
+        b[ay0_ + i],
+        b[per_r0_ + i],
+        b[dr0_ + i],
     )
     whirl1, dwhirl1 = slide(
-        b[x1_ + i], b[vx1_ + i], b[ax1_ + i], b[y1_ + i], b[vy1_ + i], b[ay1_ + i], b[per_r1_ + i], b[dr1_ + i]
+        b[x1_ + i],
+        b[vx1_ + i],
+        b[ax1_ + i],
+        b[y1_ + i],
+        b[vy1_ + i],
+        b[ay1_ + i],
+        b[per_r1_ + i],
+        b[dr1_ + i],
     )
     store[k + WHIRL0] = whirl0
     store[k + DWHIRL0] = dwhirl0
@@ -171,7 +196,8 @@ def note_slide(b, store, k, i, x_rows, y_rows, bit_rows):  # type: ignore[no-unt
 
 @inlined
 def polynomial(store, k, of_rate):  # type: ignore[no-untyped-def]
-    """Coefficients of event k's quantity, or of its rate times the step, and the slope at the step's end."""
+    """Coefficients of event k's quantity, or of its rate times the step, and the slope
+    at the step's end."""
     h = store[k + LENGTH]
     g0, d0, c0 = store[k + G0], h * store[k + D0], h * h * store[k + C0]
     g1, d1, c1 = store[k + G1], h * store[k + D1], h * h * store[k + C1]
@@ -184,7 +210,8 @@ def polynomial(store, k, of_rate):  # type: ignore[no-untyped-def]
 
 @inlined
 def locate_turns(store):  # type: ignore[no-untyped-def]
-    """The extreme value of each quantity of the list. (Rows after the last event are computed for nothing.)"""
+    """The extreme value of each quantity of the list. (Rows after the last event are
+    computed for nothing.)"""
     for k in range(TURNS, TURNS + SIDE_BY_SIDE):
         of_rate = store[k + KIND] == SPEED or store[k + KIND] == TOP
         p0, p1, p2, p3, p4, p5, end_slope = polynomial(store, k, of_rate)
@@ -194,8 +221,8 @@ def locate_turns(store):  # type: ignore[no-untyped-def]
 
 @inlined
 def locate_crossings(store):  # type: ignore[no-untyped-def]
-    """The time in each step of the list for which the quantity, or its rate, is above the level, and what happens at
-    the wall meanwhile."""
+    """The time in each step of the list for which the quantity, or its rate, is above
+    the level, and what happens at the wall meanwhile."""
     for k in range(CROSSINGS, CROSSINGS + SIDE_BY_SIDE):
         of_rate = store[k + KIND] == STUCK
         p0, p1, p2, p3, p4, p5, end_slope = polynomial(store, k, of_rate)
@@ -233,8 +260,8 @@ def locate_crossings(store):  # type: ignore[no-untyped-def]
 
 @inlined
 def slid(g0, d0, g1, d1, first, second, above_start, above_top, above_end, whole):  # type: ignore[no-untyped-def]
-    """The integral over theta, on the wall, of a speed with these values and slopes at the ends of the step; less that
-    over the ``whole`` step."""
+    """The integral over theta, on the wall, of a speed with these values and slopes at
+    the ends of the step; less that over the ``whole`` step."""
     at_end = integral_of_cubic(g0, d0, g1, d1, 1.0)
     return above(
         integral_of_cubic(g0, d0, g1, d1, first),
@@ -248,10 +275,11 @@ def slid(g0, d0, g1, d1, first, second, above_start, above_top, above_end, whole
 
 @inlined
 def locate_tops(store, number):  # type: ignore[no-untyped-def]
-    """The greatest bit torque of each step of the list: force times arm, of which both follow from the continuous
-    solution. Twice the torque is computed where the cubic through values and slopes at the ends of a bracket has its
-    top, and the bracket shrinks to that point. What is found is never above the greatest torque, and below it by less
-    than the tolerance of the integration."""
+    """The greatest bit torque of each step of the list: force times arm, of which both
+    follow from the continuous solution. Twice the torque is computed where the cubic
+    through values and slopes at the ends of a bracket has its top, and the bracket
+    shrinks to that point. What is found is never above the greatest torque, and below
+    it by less than the tolerance of the integration."""
     for k in range(TOPS, TOPS + SIDE_BY_SIDE):
         h = store[k + LENGTH]
         pressing = quintic(
@@ -263,13 +291,19 @@ def locate_tops(store, number):  # type: ignore[no-untyped-def]
             h * h * store[k + C1],
         )
         _, q1, q2, q3, q4, q5 = quintic(
-            0.0, h * store[k + W0], h * h * store[k + DW0], store[k + TURN], h * store[k + W1], h * h * store[k + DW1]
+            0.0,
+            h * store[k + W0],
+            h * h * store[k + DW0],
+            store[k + TURN],
+            h * store[k + W1],
+            h * h * store[k + DW1],
         )
         turning, per_h = derivative(q1, q2, q3, q4, q5), 1.0 / h
         law = store[k + SMOOTHING], store[k + DECAY], store[k + RISE], store[k + DYNAMIC]
         low = 0.0, store[k + T0], h * store[k + DT0]
         high = 1.0, store[k + T1], h * store[k + DT1]
-        # Not as a loop, which the compiler would not unroll, and so not vectorise what is around it.
+        # Not as a loop, which the compiler would not unroll, and so not vectorise what
+        # is around it.
         low, high = closer(low, high, pressing, turning, per_h, number, law)
         low, high = closer(low, high, pressing, turning, per_h, number, law)
         store[k + RESULT] = max(low[1], high[1])
@@ -277,15 +311,17 @@ def locate_tops(store, number):  # type: ignore[no-untyped-def]
 
 @inlined
 def closer(low, high, pressing, turning, per_h, number, law):  # type: ignore[no-untyped-def]
-    """A smaller bracket around the top of the bit torque, of the friction law of this number. Each of its ends has
-    theta, torque and slope."""
+    """A smaller bracket around the top of the bit torque, of the friction law of this
+    number. Each of its ends has theta, torque and slope."""
     low_theta, low_torque, low_rate = low
     high_theta, high_torque, high_rate = high
     p0, p1, p2, p3, p4, p5 = pressing
     w1, w2, w3, w4, w5, _ = turning
     smoothing, decay, rise, dynamic = law
     width = high_theta - low_theta
-    theta = fma(width, top_of_cubic(low_torque, width * low_rate, high_torque, width * high_rate), low_theta)
+    theta = fma(
+        width, top_of_cubic(low_torque, width * low_rate, high_torque, width * high_rate), low_theta
+    )
     u, du = value(p0, p1, p2, p3, p4, p5, theta), slope(p1, p2, p3, p4, p5, theta)
     omega = per_h * value(w1, w2, w3, w4, w5, 0.0, theta)
     alpha = per_h * slope(w2, w3, w4, w5, 0.0, theta)
@@ -293,14 +329,23 @@ def closer(low, high, pressing, turning, per_h, number, law):  # type: ignore[no
     torque = max(u, 0.0) * arm
     rate = fma(du if u > 0.0 else 0.0, arm, max(u, 0.0) * darm * alpha)
     rising = rate > 0.0 or (u <= 0.0 and du > 0.0)
-    low = theta if rising else low_theta, torque if rising else low_torque, rate if rising else low_rate
-    high = high_theta if rising else theta, high_torque if rising else torque, high_rate if rising else rate
+    low = (
+        theta if rising else low_theta,
+        torque if rising else low_torque,
+        rate if rising else low_rate,
+    )
+    high = (
+        high_theta if rising else theta,
+        high_torque if rising else torque,
+        high_rate if rising else rate,
+    )
     return low, high
 
 
 @inlined
 def keep(store, ring, peaks, height):  # type: ignore[no-untyped-def]
-    """Put a peak into a ring of the store that begins with the number of those that came before."""
+    """Put a peak into a ring of the store that begins with the number of those that
+    came before."""
     count = int(store[ring])
     store[ring + 1 + count % max(peaks, 1)] = height
     store[ring] = count + 1
@@ -308,13 +353,16 @@ def keep(store, ring, peaks, height):  # type: ignore[no-untyped-def]
 
 @lru_cache
 def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, Any]:
-    """The compiled (attend, settle) for a number of lanes, a row layout and these options.
+    """The compiled (attend, settle) for a number of lanes, a row layout and these
+    options.
 
-    ``attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top, held)`` takes the
-    events of the step just made: for what turns and for what is crossed an integer with a bit for every lane in which
-    it does; ``held`` are the lanes that come to the stabilisers or leave them, ``highs`` and ``lows`` those where the
-    bit speed at the step's start is above or below its neighbours.
-    ``settle(b, store)`` empties the lists: whoever wants to read the measurements calls it first.
+    ``attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall,
+    top, held)`` takes the events of the step just made: for what turns and for what is
+    crossed an integer with a bit for every lane in which it does; ``held`` are the
+    lanes that come to the stabilisers or leave them, ``highs`` and ``lows`` those where
+    the bit speed at the step's start is above or below its neighbours.
+    ``settle(b, store)`` empties the lists: whoever wants to read the measurements calls
+    it first.
     """
     W, driven, friction, stabilizer = lanes, options.driven, options.friction, options.stabilizer
     h_ = W * rows.step
@@ -360,7 +408,9 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
         )
     )
     lag0_, top0_, pull0_, lag1_, top1_, pull1_ = top_rows
-    u_rows = tuple(own[f"{name}_{when}"] for when in ("before", "now") for name in ("u", "du", "ddu"))
+    u_rows = tuple(
+        own[f"{name}_{when}"] for when in ("before", "now") for name in ("u", "du", "ddu")
+    )
     torque0_, dtorque0_, torque1_, dtorque1_ = (
         own[f"{name}_{when}"] for when in ("before", "now") for name in ("torque", "dtorque")
     )
@@ -378,15 +428,32 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
     parts_, rolled_, rolled_grazes_ = own[PARTS[0]], own["rolled_crossings"], own["rolled_grazes"]
     u0_, du0_, _, u1_, du1_, _ = u_rows
     torque_max_, floor_, growth_ = own["torque_max"], own["torque_floor"], own["margin_growth"]
-    # By what turns: where its greatest and its least value stand, in which ring its peaks, and what decides on them.
+    # By what turns: where its greatest and its least value stand, in which ring its
+    # peaks, and what decides on them.
     greatest_ = np.array(
-        [own[name] for name in ("z_max", "speed_max", "twist_max", "u_max", "rho_max", "spare", "drive_max")]
+        [
+            own[name]
+            for name in (
+                "z_max",
+                "speed_max",
+                "twist_max",
+                "u_max",
+                "rho_max",
+                "spare",
+                "drive_max",
+            )
+        ]
     )
     least_ = np.array(
-        [own[name] for name in ("z_min", "speed_min", "twist_min", "spare", "spare", "spare", "drive_min")]
+        [
+            own[name]
+            for name in ("z_min", "speed_min", "twist_min", "spare", "spare", "spare", "drive_min")
+        ]
     )
     ring_of = np.array([0, 1, -1, -1, 2, 1, -1])
-    low_ = np.array([own[f"low_{ring}"] for ring in ("z", "speed", "else", "else", "else", "speed", "else")])
+    low_ = np.array(
+        [own[f"low_{ring}"] for ring in ("z", "speed", "else", "else", "else", "speed", "else")]
+    )
     to_high, to_margin = (W * PEAK.index(name) for name in ("high", "margin"))
 
     @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows))
@@ -407,12 +474,14 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
         locate_turns(store)
         for k in range(TURNS, TURNS + int(store[TURNS + COUNT])):
             i, kind, found = int(store[k + LANE]), int(store[k + KIND]), store[k + RESULT]
-            # Without branches that no processor could guess: what has no place is put into the spare one.
+            # Without branches that no processor could guess: what has no place is put
+            # into the spare one.
             rising = store[k + (C0 if kind in (SPEED, TOP) else D0)] > 0.0
             row = (greatest_[kind] if rising else least_[kind]) + i
             b[row] = max(b[row], found) if rising else min(b[row], found)
-            # A greatest value becomes a peak as soon as the quantity has fallen far enough below it; of the radius
-            # every one is a peak, as its least values are not located.
+            # A greatest value becomes a peak as soon as the quantity has fallen far
+            # enough below it; of the radius every one is a peak, as its least values
+            # are not located.
             row = low_[kind] + i
             low, high = b[row], b[row + to_high]
             margin = fma(b[growth_ + i], abs(found), b[row + to_margin])
@@ -423,11 +492,14 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
             peak = rising if kind == RHO else fallen
             keep(
                 store,
-                RINGS + (RINGS_OF_PEAKS * i + ring_of[kind]) * (peaks + 1) if peak and peaks > 0 else SPARE,
+                RINGS + (RINGS_OF_PEAKS * i + ring_of[kind]) * (peaks + 1)
+                if peak and peaks > 0
+                else SPARE,
                 peaks,
                 found if kind == RHO else high,
             )
-            # A graze, both ends on one side of the surface and the turn on the other, is two crossings. It is rare.
+            # A graze, both ends on one side of the surface and the turn on the other,
+            # is two crossings. It is rare.
             level = store[k + LEVEL]
             above0, above1, above = store[k + G0] > level, store[k + G1] > level, found > level
             if kind in (U, RHO) and above0 == above1 and above0 != above:
@@ -452,7 +524,11 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
                     settle_crossings(b, store)
                 if stabilizer and kind == RHO:
                     level = store[k + ROOM]
-                    above0, above1, above = store[k + G0] > level, store[k + G1] > level, found > level
+                    above0, above1, above = (
+                        store[k + G0] > level,
+                        store[k + G1] > level,
+                        found > level,
+                    )
                     grazes = above0 == above1 and above0 != above
                     if grazes and note(
                         store,
@@ -486,8 +562,17 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
         settle_crossings(b, store)
         settle_tops(b, store)
 
-    @compiled(types.void(BUFFER, BUFFER, *[types.int64] * 13), W, *astuple(rows), driven, friction, stabilizer)
-    def attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top, held):  # type: ignore[no-untyped-def]
+    @compiled(
+        types.void(BUFFER, BUFFER, *[types.int64] * 13),
+        W,
+        *astuple(rows),
+        driven,
+        friction,
+        stabilizer,
+    )
+    def attend(  # type: ignore[no-untyped-def]
+        b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top, held
+    ):
         while z != 0:
             i = lowest_bit(z)
             z &= z - 1
@@ -500,7 +585,18 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
             ends &= ends - 1
             omega = b[speed0_ + i]
             if note(
-                store, TURNS, SPEED_END, i, 0.0, omega, 1.0 if (highs >> i) & 1 else -1.0, 0.0, omega, 0.0, 0.0, 0.0
+                store,
+                TURNS,
+                SPEED_END,
+                i,
+                0.0,
+                omega,
+                1.0 if (highs >> i) & 1 else -1.0,
+                0.0,
+                omega,
+                0.0,
+                0.0,
+                0.0,
             ):
                 settle_turns(b, store)
         # The twist, and its rate: the bit speed less the drive's.
@@ -521,7 +617,9 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
         while top != 0:
             i = lowest_bit(top)
             top &= top - 1
-            if note_rows(b, store, TURNS, TOP, i, b[h_ + i], top_rows, b[drive_ + i], b[drive_ + i]):
+            if note_rows(
+                b, store, TURNS, TOP, i, b[h_ + i], top_rows, b[drive_ + i], b[drive_ + i]
+            ):
                 settle_turns(b, store)
         while u != 0:
             i = lowest_bit(u)
@@ -536,12 +634,15 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
             rho &= rho - 1
             k, level = TURNS + int(store[TURNS + COUNT]), b[gap_ + i] * b[gap_ + i]
             full = note_radius(b, store, TURNS, RHO, i, b[h_ + i], x_rows, y_rows, level)
-            # It may be a graze if the turn lies towards the wall and the squared radius could get there at its slopes.
+            # It may be a graze if the turn lies towards the wall and the squared radius
+            # could get there at its slopes.
             outside = store[k + G0] > level
             grazes = outside == (store[k + G1] > level) and outside != (store[k + D0] > 0.0)
             if grazes:
                 steepest = b[h_ + i] * max(abs(store[k + D0]), abs(store[k + D1]))
-                grazes = min(abs(store[k + G0] - level), abs(store[k + G1] - level)) < 2.0 * steepest
+                grazes = (
+                    min(abs(store[k + G0] - level), abs(store[k + G1] - level)) < 2.0 * steepest
+                )
             store[k + SLIDES_KNOWN] = 1.0 if grazes else 0.0
             if stabilizer:
                 store[k + ROOM] = b[room_ + i] * b[room_ + i]
@@ -560,7 +661,8 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
             i = lowest_bit(torque)
             torque &= torque - 1
             k, h, k_c = TOPS + int(store[TOPS + COUNT]), b[h_ + i], b[k_c_ + i]
-            # Most tops are far below the greatest. (Not that found so far: what it is depends on the neighbours.)
+            # Most tops are far below the greatest. (Not that found so far: what it is
+            # depends on the neighbours.)
             highest = max(b[torque0_ + i], b[torque1_ + i])
             if highest + 0.5 * h * max(b[dtorque0_ + i], -b[dtorque1_ + i]) < b[floor_ + i]:
                 continue
@@ -584,21 +686,27 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
             i = lowest_bit(stuck)
             stuck &= stuck - 1
             drive = b[drive_ + i]
-            if note_rows(b, store, CROSSINGS, STUCK, i, b[h_ + i], twist_rows, drive, b[stuck_ + i] - drive):
+            if note_rows(
+                b, store, CROSSINGS, STUCK, i, b[h_ + i], twist_rows, drive, b[stuck_ + i] - drive
+            ):
                 settle_crossings(b, store)
         while wall != 0:
             i = lowest_bit(wall)
             wall &= wall - 1
             k = CROSSINGS + int(store[CROSSINGS + COUNT])
             note_slide(b, store, k, i, x_rows, y_rows, slide_rows)
-            if note_radius(b, store, CROSSINGS, WALL, i, b[h_ + i], x_rows, y_rows, b[gap_ + i] * b[gap_ + i]):
+            if note_radius(
+                b, store, CROSSINGS, WALL, i, b[h_ + i], x_rows, y_rows, b[gap_ + i] * b[gap_ + i]
+            ):
                 settle_crossings(b, store)
         if stabilizer:
             while held != 0:
                 i = lowest_bit(held)
                 held &= held - 1
                 level = b[room_ + i] * b[room_ + i]
-                if note_radius(b, store, CROSSINGS, STABILIZER, i, b[h_ + i], x_rows, y_rows, level):
+                if note_radius(
+                    b, store, CROSSINGS, STABILIZER, i, b[h_ + i], x_rows, y_rows, level
+                ):
                     settle_crossings(b, store)
 
     return attend, settle

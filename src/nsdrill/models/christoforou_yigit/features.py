@@ -1,10 +1,13 @@
-"""What is measured while a run is integrated, in constant memory and on the continuous solution.
+"""What is measured while a run is integrated, in constant memory and on the continuous
+solution.
 
-Every packed step is examined in all lanes at once: sums over time, and a bit for every lane in which something happens
-inside the step: a quantity turns (its slope changes sign) or crosses a level (see :mod:`.events`). The
-extremes of a quantity lie at its turns or at the ends of the window, so nothing else is compared.
+Every packed step is examined in all lanes at once: sums over time, and a bit for every
+lane in which something happens inside the step: a quantity turns (its slope changes
+sign) or crosses a level (see :mod:`.events`). The extremes of a quantity lie at its
+turns or at the ends of the window, so nothing else is compared.
 
-The observed window has two halves, measured separately, so that their agreement tells whether the run has settled.
+The observed window has two halves, measured separately, so that their agreement tells
+whether the run has settled.
 """
 
 from __future__ import annotations
@@ -43,7 +46,15 @@ from nsdrill.models.christoforou_yigit.layout import (
 )
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.rhs import AUX, MAIN, PARAMETERS, STATES, aux_of, columns_of, rows_of
+from nsdrill.models.christoforou_yigit.rhs import (
+    AUX,
+    MAIN,
+    PARAMETERS,
+    STATES,
+    aux_of,
+    columns_of,
+    rows_of,
+)
 from nsdrill.models.christoforou_yigit.section import ENTRY, bit_angle_crossing
 from nsdrill.observe.interpolant import position_and_velocity
 
@@ -54,14 +65,16 @@ SECOND = 32  # the bit of lane 0 in the second set of a number: there are no mor
 
 @inlined
 def half_plane_angle(x, y):  # type: ignore[no-untyped-def]
-    """The whirl angle within its half plane, from 0 to pi; whole half turns are counted apart."""
+    """The whirl angle within its half plane, from 0 to pi; whole half turns are counted
+    apart."""
     angle = math.atan2(y, x)
     return angle + math.pi if y < 0.0 else angle
 
 
 @inlined
 def turns(before, now):  # type: ignore[no-untyped-def]
-    """Whether a slope changes its sign; the turn is a maximum where it was positive before."""
+    """Whether a slope changes its sign; the turn is a maximum where it was positive
+    before."""
     return (before > 0.0) != (now > 0.0)
 
 
@@ -73,37 +86,55 @@ def both_sets(bits):  # type: ignore[no-untyped-def]
 
 
 @lru_cache
-def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
-    """The compiled (observer, marker) for a number of lanes and these options, with a deviation beside the states or
-    without, and beside so many rows of ``others``."""
+def make_observer(
+    lanes: int, options: Options = MAIN, tangent: bool = False, others: int = 0
+) -> tuple[Any, Any]:
+    """The compiled (observer, marker) for a number of lanes and these options, with a
+    deviation beside the states or without, and beside so many rows of ``others``."""
     rows = rows_of(options, len(OBSERVED) + others, tangent=tangent)
     W, lobes, driven, friction = lanes, options.lobes, options.driven, options.friction
     stabilizer, weight = options.stabilizer, options.weight
     room_ = W * (rows.parameter + columns_of(options).index("clearance")) if stabilizer else 0
     # The drive's states, which an ideal one has not.
-    lag0_, top0_, pull0_ = W * (rows.start + 8), W * (rows.start + 9), W * (rows.start_acceleration + 4)
+    lag0_, top0_, pull0_ = (
+        W * (rows.start + 8),
+        W * (rows.start + 9),
+        W * (rows.start_acceleration + 4),
+    )
     lag1_, top1_, pull1_ = W * (rows.stage + 8), W * (rows.stage + 9), W * (rows.acceleration + 4)
     x0_, vx0_, y0_, vy0_, z0_, vz0_, twist0_, speed0_ = (W * (rows.start + i) for i in range(8))
     ax0_, ay0_, az0_, alpha0_ = (W * (rows.start_acceleration + i) for i in range(4))
     x1_, vx1_, y1_, vy1_, z1_, vz1_, twist1_, speed1_ = (W * (rows.stage + i) for i in range(8))
     ax1_, ay1_, az1_, alpha1_ = (W * (rows.acceleration + i) for i in range(4))
     cosine_, sine_, direction_, decay_, radius_now_ = (
-        W * (rows.aux_now + AUX.index(name)) for name in ("cosine", "sine", "direction", "decay", "radius")
+        W * (rows.aux_now + AUX.index(name))
+        for name in ("cosine", "sine", "direction", "decay", "radius")
     )
     h_, moves_, window_ = W * rows.step, W * rows.moves, W * rows.window
     parameter = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
     own = {name: W * (rows.observer + i) for i, name in enumerate(OBSERVED)}
     gap_, k_c_, s0_, stuck_, drive_ = (
-        parameter[n] for n in ("gap", "rock_stiffness", "surface_amplitude", "stuck_below", "drive_speed")
+        parameter[n]
+        for n in ("gap", "rock_stiffness", "surface_amplitude", "stuck_below", "drive_speed")
     )
-    eps_, tau_, rise_, mu_ = (parameter[n] for n in ("bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic"))
+    eps_, tau_, rise_, mu_ = (
+        parameter[n] for n in ("bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic")
+    )
     apart, aux = options.apart, aux_of(options)
     bb_, slope_ = (W * (rows.aux_now + aux.index(name)) if apart else 0 for name in ("bb", "slope"))
     before_, now_, level_ = own["u_before"], own["u_now"], own["level"]
-    rock_crossings_, stuck_crossings_, wall_crossings_, held_crossings_, rock_grazes_, wall_grazes_, held_grazes_ = (
-        own[name] for name in PARTS
+    (
+        rock_crossings_,
+        stuck_crossings_,
+        wall_crossings_,
+        held_crossings_,
+        rock_grazes_,
+        wall_grazes_,
+        held_grazes_,
+    ) = (own[name] for name in PARTS)
+    rolled_crossings_, turned_crossings_, rolled_grazes_, turned_grazes_ = (
+        own[name] for name in SLIDES
     )
-    rolled_crossings_, turned_crossings_, rolled_grazes_, turned_grazes_ = (own[name] for name in SLIDES)
     parts_, parts_count = own[PARTS[0]], len(PARTS) + len(SLIDES)
     low_, growth_, floor_ = own["low_z"], own["margin_growth"], own["torque_floor"]
     per_rtol_ = W * (rows.control + CONTROL.index("per_rtol"))
@@ -147,13 +178,17 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
 
     @compiled(types.void(BUFFER, BUFFER), W, *options, tangent, others)
     def observer(b, store):  # type: ignore[no-untyped-def]
-        # One bit a lane: which quantities turn inside the step, which levels are crossed, whether the collar stays on
-        # the wall or passes from one half plane to the other. Two such sets share a number, as each is one more sum
-        # that the registers must hold: the second has its bits above those of all lanes.
-        z_speed = twist_u = torque_rho = rock_stuck = wall_along = passing = returning = top_turns = held = 0
+        # One bit a lane: which quantities turn inside the step, which levels are
+        # crossed, whether the collar stays on the wall or passes from one half plane to
+        # the other. Two such sets share a number, as each is one more sum that the
+        # registers must hold: the second has its bits above those of all lanes.
+        z_speed = twist_u = torque_rho = rock_stuck = wall_along = passing = returning = (
+            top_turns
+        ) = held = 0
 
-        # The quantities at the end of the step, the lanes that are observed, and those where the bit gets faster. With
-        # one division for two quotients, torsional and lateral.
+        # The quantities at the end of the step, the lanes that are observed, and those
+        # where the bit gets faster. With one division for two quotients, torsional and
+        # lateral.
         seen_climbs = 0
         for i in range(W):
             omega, alpha = b[speed1_ + i], b[alpha1_ + i]
@@ -163,7 +198,9 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
             speed = amplitude * lobes * omega
             u = fma(amplitude, sine, -b[z1_ + i])
             du = fma(speed, cosine, -b[vz1_ + i])
-            ddu = fma(amplitude * lobes, alpha * cosine, fma(-speed * lobes, omega * sine, -b[az1_ + i]))
+            ddu = fma(
+                amplitude * lobes, alpha * cosine, fma(-speed * lobes, omega * sine, -b[az1_ + i])
+            )
             # The bit torque is force times arm; the arm changes with the bit speed.
             g, decayed = b[direction_ + i], b[decay_ + i]
             k_c = b[k_c_ + i]
@@ -174,7 +211,15 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
             r = b[radius_now_ + i]
             inverse = 1.0 / (flat * r)
             arm, darm = bit_slope(
-                friction, omega, g, decayed, r * inverse, b[eps_ + i], b[tau_ + i], b[rise_ + i], b[mu_ + i]
+                friction,
+                omega,
+                g,
+                decayed,
+                r * inverse,
+                b[eps_ + i],
+                b[tau_ + i],
+                b[rise_ + i],
+                b[mu_ + i],
             )
             b[u1_ + i] = u
             b[du1_ + i] = du
@@ -199,22 +244,30 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
             r0, r1, dr0, dr1 = b[r0_ + i], b[r1_ + i], b[dr0_ + i], b[dr1_ + i]
             u0, u, du0, du = b[u0_ + i], b[u1_ + i], b[du0_ + i], b[du1_ + i]
 
-            # What happens inside the step. The bit is no bit where the lane is not observed.
+            # What happens inside the step. The bit is no bit where the lane is not
+            # observed.
             bit = (1 << i) if b[moves_ + i] * b[window_ + i] != 0.0 else 0
             far = bit << SECOND
             z_speed |= bit if turns(b[vz0_ + i], b[vz1_ + i]) else 0
-            speed_turn, torque_top = turns(b[alpha0_ + i], alpha), b[dT0_ + i] > 0.0 and b[dT1_ + i] <= 0.0
+            speed_turn, torque_top = (
+                turns(b[alpha0_ + i], alpha),
+                b[dT0_ + i] > 0.0 and b[dT1_ + i] <= 0.0,
+            )
             if apart:
-                # Where friction holds the bit at the end of a step much longer than it has an own time, the polynomial
-                # of the step undershoots, as its acceleration jumps inside, and the bit creeps, so that the sign of the
-                # acceleration is that of rounding: the speed at the end counts. A bit that is held all the while has
-                # the torque that balances the string's, which has no top inside.
+                # Where friction holds the bit at the end of a step much longer than it
+                # has an own time, the polynomial of the step undershoots, as its
+                # acceleration jumps inside, and the bit creeps, so that the sign of the
+                # acceleration is that of rounding: the speed at the end counts. A bit
+                # that is held all the while has the torque that balances the string's,
+                # which has no top inside.
                 holds = b[bb_ + i] * b[slope_ + i] > HOLDS
                 counts = holds and bit != 0
                 b[speed_min_ + i] = min(b[speed_min_ + i], omega if counts else b[speed_min_ + i])
                 b[speed_max_ + i] = max(b[speed_max_ + i], omega if counts else b[speed_max_ + i])
                 speed_turn = speed_turn and not holds
-                torque_top = torque_top and not (holds and abs(b[eps_ + i] * b[speed0_ + i]) < CREEPS)
+                torque_top = torque_top and not (
+                    holds and abs(b[eps_ + i] * b[speed0_ + i]) < CREEPS
+                )
             z_speed |= far if speed_turn else 0
             if driven:  # the twist of the pipe, from which the torque at the surface follows
                 twist_u |= bit if turns(b[speed0_ + i] - b[top0_ + i], omega - b[top1_ + i]) else 0
@@ -240,13 +293,15 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
             wall_along |= bit if (rho0 > level) != (rho1 > level) else 0
             wall_along |= far if (rho0 > level) and (rho1 > level) else 0
 
-            # Time on each side of a level: whole steps here, steps with a crossing below.
+            # Time on each side of a level: whole steps here, steps with a crossing
+            # below.
             shown = h if bit != 0 else 0.0
             b[on_rock_ + i] += shown if (rock0 and rock1) else 0.0
             b[unstuck_ + i] += shown if (free0 and free1) else 0.0
 
-            # Integrals over the step: trapezoids corrected by the slopes; exact for the interpolant of the twist. The
-            # squared accelerations by Simpson's rule, with the middle from the interpolant.
+            # Integrals over the step: trapezoids corrected by the slopes; exact for the
+            # interpolant of the twist. The squared accelerations by Simpson's rule,
+            # with the middle from the interpolant.
             sixth = shown * (1.0 / 6.0)
             b[radius_ + i] += shown * fma(h * (1.0 / 12.0), dr0 - dr1, 0.5 * (r0 + r1))
             b[twist_sum_ + i] += shown * fma(
@@ -257,7 +312,11 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
             if driven:
                 b[twist_sum_ + i] -= shown * fma(
                     h,
-                    fma(h * (1.0 / 120.0), b[pull0_ + i] + b[pull1_ + i], 0.1 * (b[top0_ + i] - b[top1_ + i])),
+                    fma(
+                        h * (1.0 / 120.0),
+                        b[pull0_ + i] + b[pull1_ + i],
+                        0.1 * (b[top0_ + i] - b[top1_ + i]),
+                    ),
                     0.5 * (b[lag0_ + i] + b[lag1_ + i]),
                 )
             if weight:
@@ -276,7 +335,9 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
             aym = fma(steep, vy1 - vy0, -0.25 * (ay0 + ay1))
             azm = fma(steep, b[vz1_ + i] - b[vz0_ + i], -0.25 * (az0 + az1))
             b[lateral_ + i] += sixth * fma(
-                4.0, fma(axm, axm, aym * aym), fma(ax0, ax0, fma(ay0, ay0, fma(ax1, ax1, ay1 * ay1)))
+                4.0,
+                fma(axm, axm, aym * aym),
+                fma(ax0, ax0, fma(ay0, ay0, fma(ax1, ax1, ay1 * ay1))),
             )
             b[axial_ + i] += sixth * fma(4.0 * azm, azm, fma(az0, az0, az1 * az1))
 
@@ -292,7 +353,8 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
                 due = angle >= b[level_ + i] and b[moves_ + i] * b[window_ + i] != 0.0
                 returning |= (1 << i) if due else 0
 
-        # Whirl: half turns counted as the orbit passes from one half plane to the other.
+        # Whirl: half turns counted as the orbit passes from one half plane to the
+        # other.
         while passing != 0:
             i = lowest_bit(passing)
             passing &= passing - 1
@@ -326,18 +388,30 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
                 )
                 turned = fma(b[drive_ + i], h, b[twist1_ + i] - b[twist0_ + i])
                 b[on_wall_ + i] += shown
-                b[rolled_ + i] += shown * fma(h * (1.0 / 12.0), dwhirl0 - dwhirl1, 0.5 * (whirl0 + whirl1))
+                b[rolled_ + i] += shown * fma(
+                    h * (1.0 / 12.0), dwhirl0 - dwhirl1, 0.5 * (whirl0 + whirl1)
+                )
                 b[turned_ + i] += turned if counts else 0.0
 
-        # While the bit creeps, the steps are so long for its steep friction that the acceleration at their ends is more
-        # error than motion. So a peak of the bit speed may also show in the speeds at the ends alone.
+        # While the bit creeps, the steps are so long for its steep friction that the
+        # acceleration at their ends is more error than motion. So a peak of the bit
+        # speed may also show in the speeds at the ends alone.
         climbed, turned = int(store[CLIMBED]), int(store[SPEED_TURNED])
         changed = (climbs ^ climbed) & seen
         store[CLIMBED], store[SPEED_TURNED] = climbed ^ changed, (turned & ~seen) | speed_turns
         changed &= ~(turned | speed_turns)
         highs, lows = changed & climbed, changed & ~climbed
 
-        happens = z_turns | speed_turns | changed | twist_turns | u_turns | torque_tops | rho_turns | top_turns
+        happens = (
+            z_turns
+            | speed_turns
+            | changed
+            | twist_turns
+            | u_turns
+            | torque_tops
+            | rho_turns
+            | top_turns
+        )
         if (happens | rock | stuck | wall | held) != 0:
             attend(
                 b,
@@ -398,7 +472,8 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
                 store[entry + 7] = omega
                 store[entry + 8] = level
                 store[ring] = count + 1
-                # By number, not by adding up: the levels of a long run are multiples of the spacing.
+                # By number, not by adding up: the levels of a long run are multiples of
+                # the spacing.
                 b[level_ + i] = (np.rint(level / store[SPACING]) + 1.0) * store[SPACING]
 
         for i in range(W):
@@ -416,15 +491,21 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
     )
     def marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         settle(b, store)
-        # The lane stands at the mark: its state is in the stage rows, and the quantities at the end of the step are
-        # its.
+        # The lane stands at the mark: its state is in the stage rows, and the
+        # quantities at the end of the step are its.
         angle = half_plane_angle(b[x1_ + i], b[y1_ + i])
         rho = fma(b[x1_ + i], b[x1_ + i], b[y1_ + i] * b[y1_ + i])
         lag, top = b[lag1_ + i] if driven else 0.0, b[top1_ + i] if driven else 0.0
         pipe = b[twist1_ + i] - lag if driven else b[twist1_ + i]
-        heights, sizes = (b[z1_ + i], b[speed1_ + i], 0.0), (b[z_size_ + i], b[speed_size_ + i], np.inf)
+        heights, sizes = (
+            (b[z1_ + i], b[speed1_ + i], 0.0),
+            (b[z_size_ + i], b[speed_size_ + i], np.inf),
+        )
         peaks, returns = int(store[PEAKS]), int(store[RETURNS])
-        width, width_of_section = RINGS_OF_PEAKS * (peaks + 1), 1 + ENTRY * returns if returns > 0 else 0
+        width, width_of_section = (
+            RINGS_OF_PEAKS * (peaks + 1),
+            1 + ENTRY * returns if returns > 0 else 0,
+        )
         rings = RINGS + i * width
         section = RINGS + W * width + i * width_of_section
         if mark == OPENS:
@@ -434,7 +515,8 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
                 store[section + k] = 0.0
             turned = b[twist1_ + i] + fma(b[drive_ + i], b[time_ + i], b[phase_ + i])
             b[level_ + i] = (np.floor(turned / store[SPACING]) + 1.0) * store[SPACING]
-            store[SPEED_TURNED] = int(store[SPEED_TURNED]) | (1 << i)  # there is no step before the first
+            # there is no step before the first
+            store[SPEED_TURNED] = int(store[SPEED_TURNED]) | (1 << i)
             tolerances = PROMINENCE / b[per_rtol_ + i]
             b[growth_ + i] = tolerances
             for k in range(len(PEAKING)):
@@ -466,10 +548,13 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
             report[first + half_count + 1] = angle
             report[first + half_count + 2] = lag
             if mark == CLOSES:
-                # What may become a peak is one if the quantity has fallen from it far enough by now.
+                # What may become a peak is one if the quantity has fallen from it far
+                # enough by now.
                 for k in range(len(PEAKING) - 1 if peaks > 0 else 0):
                     row = low_ + k * peak_width + i
-                    if b[row + to_high] - heights[k] > fma(b[growth_ + i], abs(heights[k]), b[row + to_margin]):
+                    if b[row + to_high] - heights[k] > fma(
+                        b[growth_ + i], abs(heights[k]), b[row + to_margin]
+                    ):
                         keep(store, rings + k * (peaks + 1), peaks, b[row + to_high])
                 for k in range(width):
                     report[column + 2 * half_report + k] = store[rings + k]

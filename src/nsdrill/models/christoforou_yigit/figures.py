@@ -1,4 +1,5 @@
-"""What an engineer reads off the coefficients at one operating point: natural frequencies, critical speeds, margins."""
+"""What an engineer reads off the coefficients at one operating point: natural
+frequencies, critical speeds, margins."""
 
 from __future__ import annotations
 
@@ -16,32 +17,52 @@ from nsdrill.models.numbers import Figure
 from nsdrill.models.operation import Operation
 
 
-def figures(parameters: Parameters, operation: Operation, averaged: bool = True) -> dict[str, Figure]:
-    """The figures by name; without those ``averaged`` over a cycle, which take longer, if False."""
+def figures(
+    parameters: Parameters, operation: Operation, averaged: bool = True
+) -> dict[str, Figure]:
+    """The figures by name; without those ``averaged`` over a cycle, which take longer,
+    if False."""
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     bit = parameters.bit
     contact = math.sqrt((k.k_a + bit.rock_stiffness) / k.m_a)
     torque = mean_torque(parameters, operation, k)
     stiffness = lateral_stiffness(parameters, operation, k)
     return {
-        "axial_free": Figure(math.sqrt(k.k_a / k.m_a), "rad/s", "axial frequency, bit off the rock", "axial"),
+        "axial_free": Figure(
+            math.sqrt(k.k_a / k.m_a), "rad/s", "axial frequency, bit off the rock", "axial"
+        ),
         "axial_contact": Figure(contact, "rad/s", "axial frequency, bit on the rock", "axial"),
         "torsional": Figure(math.sqrt(k.k_t / k.J), "rad/s", "torsional frequency"),
         "lateral": Figure(
-            math.sqrt(stiffness / k.m_l) if stiffness > 0 else None, "rad/s", "lateral frequency at this WOB", "lateral"
+            math.sqrt(stiffness / k.m_l) if stiffness > 0 else None,
+            "rad/s",
+            "lateral frequency at this WOB",
+            "lateral",
         ),
         "lateral_stiffness": Figure(stiffness, "N/m", "lateral stiffness at this WOB", "lateral"),
         "buckling_margin": Figure(
-            float(1 - operation.wob / k.buckling_load), "1", "1 - WOB / buckling load of the span", "buckling"
+            float(1 - operation.wob / k.buckling_load),
+            "1",
+            "1 - WOB / buckling load of the span",
+            "buckling",
         ),
         "wall_speed": Figure(
-            wall_speed(parameters, operation, k), "rad/s", "speed at which forward whirl reaches the wall", "lateral"
+            wall_speed(parameters, operation, k),
+            "rad/s",
+            "speed at which forward whirl reaches the wall",
+            "lateral",
         ),
         "lobe_resonance": Figure(
-            contact / bit.lobes, "rad/s", "speed at which the lobes excite the axial contact mode", "axial"
+            contact / bit.lobes,
+            "rad/s",
+            "speed at which the lobes excite the axial contact mode",
+            "axial",
         ),
         "lift_off_wob": Figure(
-            lift_off_wob(parameters, operation, k), "N", "WOB below which steady contact is lost", "axial"
+            lift_off_wob(parameters, operation, k),
+            "N",
+            "WOB below which steady contact is lost",
+            "axial",
         ),
         "mean_torque": Figure(torque, "N m", "steady torque at the surface"),
         "static_twist": Figure(float(-torque / k.k_t), "rad", "steady twist of the string"),
@@ -58,23 +79,32 @@ def _lateral(parameters: Parameters, stiffness: float, k: Coefficients) -> dict[
         critical = math.sqrt(stiffness / mass_in_swirl(k, swirl)) if stiffness > 0 else None
         own = math.sqrt(stiffness / k.m_c) / swirl if stiffness > 0 else None
         found = {
-            "critical_speed": Figure(critical, "rad/s", "critical speed of forward whirl in mud that turns", "lateral"),
-            "fluid_whirl": Figure(own, "rad/s", "speed above which mud that turns drives whirl by itself", "lateral"),
+            "critical_speed": Figure(
+                critical, "rad/s", "critical speed of forward whirl in mud that turns", "lateral"
+            ),
+            "fluid_whirl": Figure(
+                own, "rad/s", "speed above which mud that turns drives whirl by itself", "lateral"
+            ),
         }
     across, _ = weights(parameters)
     if across > 0:
-        found["side_load"] = Figure(float(across), "N", "weight of the span across the hole, as it bends", "lateral")
+        found["side_load"] = Figure(
+            float(across), "N", "weight of the span across the hole, as it bends", "lateral"
+        )
     return found
 
 
 def mass_in_swirl(k: Coefficients, swirl: float) -> float:
-    """The mass of the span [kg] that turns with the bit in mud that turns with ``swirl`` of its speed: its inertia
-    force at radius r is this times Omega^2 r."""
+    """The mass of the span [kg] that turns with the bit in mud that turns with
+    ``swirl`` of its speed: its inertia force at radius r is this times Omega^2 r."""
     return float(k.m_c + k.m_f * (1.0 - swirl) ** 2)
 
 
-def _torsion(parameters: Parameters, operation: Operation, k: Coefficients, averaged: bool) -> dict[str, Figure]:
-    """What decides on stick-slip: the string with its drive, linear, and the fall of friction with bit speed."""
+def _torsion(
+    parameters: Parameters, operation: Operation, k: Coefficients, averaged: bool
+) -> dict[str, Figure]:
+    """What decides on stick-slip: the string with its drive, linear, and the fall of
+    friction with bit speed."""
     law_of_drive = None if parameters.drive.ideal else gains(parameters, k)
     matrix = torsional_matrix(parameters, k, law_of_drive)
     held = float(steepest_fall(matrix, k, parameters.drillstring.torsional_damping))
@@ -82,9 +112,13 @@ def _torsion(parameters: Parameters, operation: Operation, k: Coefficients, aver
     below = onset(parameters, k, least) if least > 0.0 else None
     found = {
         "slope_held": Figure(
-            held, "N m s/rad", "steepest fall of the bit's friction torque with speed that steady drilling withstands"
+            held,
+            "N m s/rad",
+            "steepest fall of the bit's friction torque with speed that steady drilling withstands",
         ),
-        "stick_slip_onset": Figure(below, "rad/s", "speed below which steady drilling is unstable to stick-slip"),
+        "stick_slip_onset": Figure(
+            below, "rad/s", "speed below which steady drilling is unstable to stick-slip"
+        ),
     }
     if averaged:
         found["stick_slip_fold"] = Figure(
@@ -95,19 +129,31 @@ def _torsion(parameters: Parameters, operation: Operation, k: Coefficients, aver
     if law_of_drive is None:
         return found
     frequency = math.sqrt(float(k.k_t) / float(k.J))
-    reflected = reflection(law_of_drive, float(impedance(parameters)), frequency, circuit(parameters, k))
-    found |= {"pipe_impedance": Figure(float(impedance(parameters)), "N m s/rad", "torsional impedance of the pipe")}
+    reflected = reflection(
+        law_of_drive, float(impedance(parameters)), frequency, circuit(parameters, k)
+    )
+    found |= {
+        "pipe_impedance": Figure(
+            float(impedance(parameters)), "N m s/rad", "torsional impedance of the pipe"
+        )
+    }
     if parameters.drive.regulated:
         pass  # the voltage makes the droop good
     elif parameters.drive.kind == "dc_motor":
         per = 1.0 / float(parameters.drive.motor_damping)
         found["droop"] = Figure(
-            mean_torque(parameters, operation, k) * per, "rad/s", "fall of the motor's speed under the steady torque"
+            mean_torque(parameters, operation, k) * per,
+            "rad/s",
+            "fall of the motor's speed under the steady torque",
         )
     else:
         found |= {
-            "drive_stiffness": Figure(float(law_of_drive.stiffness), "N m/rad", "integral gain of the drive, K_i"),
-            "drive_damping": Figure(float(law_of_drive.damping), "N m s/rad", "proportional gain of the drive, K_p"),
+            "drive_stiffness": Figure(
+                float(law_of_drive.stiffness), "N m/rad", "integral gain of the drive, K_i"
+            ),
+            "drive_damping": Figure(
+                float(law_of_drive.damping), "N m s/rad", "proportional gain of the drive, K_p"
+            ),
         }
     found["drive_reflection"] = Figure(
         None if reflected is None else float(abs(reflected)),
@@ -116,21 +162,30 @@ def _torsion(parameters: Parameters, operation: Operation, k: Coefficients, aver
     )
     if parameters.drive.torque_limit is not None:
         left = float(parameters.drive.torque_limit) - mean_torque(parameters, operation, k)
-        found["torque_reserve"] = Figure(left, "N m", "torque limit of the drive less the steady torque")
+        found["torque_reserve"] = Figure(
+            left, "N m", "torque limit of the drive less the steady torque"
+        )
     roots = np.linalg.eigvals(matrix)
     modes = sorted((root for root in roots if root.imag > 0), key=abs)
     for number, root in enumerate(modes, start=1):
         found |= {
-            f"drive_mode_{number}": Figure(float(abs(root)), "rad/s", f"frequency {number} of string and drive"),
-            f"drive_damping_{number}": Figure(float(-root.real / abs(root)), "1", "its damping ratio, off bottom"),
+            f"drive_mode_{number}": Figure(
+                float(abs(root)), "rad/s", f"frequency {number} of string and drive"
+            ),
+            f"drive_damping_{number}": Figure(
+                float(-root.real / abs(root)), "1", "its damping ratio, off bottom"
+            ),
         }
     return found
 
 
-def torsional_matrix(parameters: Parameters, k: Coefficients, law: Gains | None = None) -> np.ndarray:
-    """The matrix of string and drive [4, 4] for deviations of (lag, drive speed, twist, bit speed) from the set point,
-    without friction at the bit; [2, 2] of the last two with an ideal drive. ``law`` are the :func:`gains` of the drive
-    where they are known already; where these are arrays, so is the matrix, in its first dimensions."""
+def torsional_matrix(
+    parameters: Parameters, k: Coefficients, law: Gains | None = None
+) -> np.ndarray:
+    """The matrix of string and drive [4, 4] for deviations of (lag, drive speed, twist,
+    bit speed) from the set point, without friction at the bit; [2, 2] of the last two
+    with an ideal drive. ``law`` are the :func:`gains` of the drive where they are known
+    already; where these are arrays, so is the matrix, in its first dimensions."""
     c_t = parameters.drillstring.torsional_damping
     J, k_t = float(k.J), float(k.k_t)
     if parameters.drive.ideal and law is None:
@@ -138,7 +193,9 @@ def torsional_matrix(parameters: Parameters, k: Coefficients, law: Gains | None 
     if parameters.drive.kind == "dc_motor":
         return _with_motor(parameters, k, c_t)
     law = law or gains(parameters, k)
-    inertia, stiffness, damping, twist, speed, c_s = np.broadcast_arrays(*(np.asarray(value, float) for value in law))
+    inertia, stiffness, damping, twist, speed, c_s = np.broadcast_arrays(
+        *(np.asarray(value, float) for value in law)
+    )
     matrix = np.zeros((*inertia.shape, 4, 4))
     matrix[..., 0, 1] = matrix[..., 2, 3] = 1.0
     matrix[..., 1, 0] = (twist - stiffness - k_t) / inertia
@@ -151,34 +208,48 @@ def torsional_matrix(parameters: Parameters, k: Coefficients, law: Gains | None 
 
 
 def _with_motor(parameters: Parameters, k: Coefficients, c_t: float) -> np.ndarray:
-    """The matrix of string and DC motor [4, 4]: (motor torque, drive speed, torque of the pipe's spring, bit speed).
-    The angle of the top, which nothing holds at constant voltage, is left out: its eigenvalue is 0. With gains that
-    hold it [5, 5]: (motor torque, lag, drive speed, twist, bit speed)."""
+    """The matrix of string and DC motor [4, 4]: (motor torque, drive speed, torque of
+    the pipe's spring, bit speed). The angle of the top, which nothing holds at constant
+    voltage, is left out: its eigenvalue is 0. With gains that hold it [5, 5]: (motor
+    torque, lag, drive speed, twist, bit speed)."""
     drive, J, k_t = parameters.drive, float(k.J), float(k.k_t)
-    inertia, c_s, per_time = float(drive.top_inertia), float(drive.shaft_damping), 1.0 / float(drive.circuit_time)
+    inertia, c_s, per_time = (
+        float(drive.top_inertia),
+        float(drive.shaft_damping),
+        1.0 / float(drive.circuit_time),
+    )
     if drive.regulated:
         law = regulator(parameters, k, 0.0, 0.0)
         damping = float(drive.motor_damping) + law.drive_speed
         if law.lag + law.twist != 0.0:
             return np.array(
                 [
-                    [-(1.0 + law.torque) * per_time, -law.lag * per_time, -damping * per_time, -law.twist * per_time,
-                     -law.bit_speed * per_time],
+                    [
+                        -(1.0 + law.torque) * per_time,
+                        -law.lag * per_time,
+                        -damping * per_time,
+                        -law.twist * per_time,
+                        -law.bit_speed * per_time,
+                    ],
                     [0.0, 0.0, 1.0, 0.0, 0.0],
                     [1.0 / inertia, -k_t / inertia, -c_s / inertia, k_t / inertia, c_s / inertia],
                     [0.0, 0.0, 0.0, 0.0, 1.0],
                     [0.0, k_t / J, c_s / J, -k_t / J, -(c_t + c_s) / J],
                 ]
-            )  # fmt: skip
+            )
         return np.array(
             [
-                [-(1.0 + law.torque) * per_time, -damping * per_time, -law.lag / k_t * per_time,
-                 -law.bit_speed * per_time],
+                [
+                    -(1.0 + law.torque) * per_time,
+                    -damping * per_time,
+                    -law.lag / k_t * per_time,
+                    -law.bit_speed * per_time,
+                ],
                 [1.0 / inertia, -c_s / inertia, -1.0 / inertia, c_s / inertia],
                 [0.0, k_t, 0.0, -k_t],
                 [0.0, c_s / J, 1.0 / J, -(c_t + c_s) / J],
             ]
-        )  # fmt: skip
+        )
     return np.array(
         [
             [-per_time, -float(drive.motor_damping) * per_time, 0.0, 0.0],
@@ -190,14 +261,19 @@ def _with_motor(parameters: Parameters, k: Coefficients, c_t: float) -> np.ndarr
 
 
 def slope_held(parameters: Parameters, k: Coefficients) -> float:
-    """The steepest fall of the friction torque with bit speed [N m s/rad] with which steady drilling is stable;
-    negative where the drive itself is unstable."""
-    return float(steepest_fall(torsional_matrix(parameters, k), k, parameters.drillstring.torsional_damping))
+    """The steepest fall of the friction torque with bit speed [N m s/rad] with which
+    steady drilling is stable; negative where the drive itself is unstable."""
+    return float(
+        steepest_fall(torsional_matrix(parameters, k), k, parameters.drillstring.torsional_damping)
+    )
 
 
 def steepest_fall(matrix: np.ndarray, k: Coefficients, c_t: float) -> np.ndarray:
-    """As :func:`slope_held`, of strings and drives with these :func:`torsional_matrix` [..., n, n]: array [...]."""
-    if matrix.shape[-1] == 2:  # the drive is ideal: its swings grow where the fall takes more than the damping gives
+    """As :func:`slope_held`, of strings and drives with these :func:`torsional_matrix`
+    [..., n, n]: array [...]."""
+    # the drive is ideal: its swings grow where the fall takes more than the damping
+    # gives
+    if matrix.shape[-1] == 2:
         return np.full(matrix.shape[:-2], float(c_t))
     J = float(k.J)
     step = 2.0 * math.sqrt(J * float(k.k_t))  # a critical damping
@@ -206,15 +282,16 @@ def steepest_fall(matrix: np.ndarray, k: Coefficients, c_t: float) -> np.ndarray
     falling = matrix.copy()
     for _ in range(60):  # it is stable below and unstable above
         middle = 0.5 * (low + high)
-        falling[..., -1, -1] = matrix[..., -1, -1] + middle / J  # a fall is damping taken from the bit
+        # a fall is damping taken from the bit
+        falling[..., -1, -1] = matrix[..., -1, -1] + middle / J
         stable = np.linalg.eigvals(falling).real.max(axis=-1) < 0.0
         low, high = np.where(stable, middle, low), np.where(stable, high, middle)
     return low
 
 
 def growth_at_rest(parameters: Parameters, k: Coefficients) -> complex | None:
-    """The eigenvalue [1/s] of string and drive, without the bit's friction, whose deviations grow fastest; None where
-    all decay, or stay."""
+    """The eigenvalue [1/s] of string and drive, without the bit's friction, whose
+    deviations grow fastest; None where all decay, or stay."""
     roots = np.linalg.eigvals(torsional_matrix(parameters, k))
     worst = roots[np.argmax(roots.real)]
     return complex(worst) if worst.real > 1e-9 * np.abs(roots).max() else None
@@ -227,25 +304,32 @@ def mean_torque(parameters: Parameters, operation: Operation, k: Coefficients) -
     return float(rock + parameters.drillstring.torsional_damping * speed)
 
 
-def lateral_stiffness(parameters: Parameters, operation: Operation, k: Coefficients, waves: int = 1) -> float:
-    """Lateral stiffness [N/m] under the mean axial force and torque, as the study softens it; negative if buckled. It
-    is that of the shape sin(n pi x / l) with n half ``waves``, of which the model has the first: bending grows with
-    n^4, the work of the force with n^2, that of the torque with n^3."""
+def lateral_stiffness(
+    parameters: Parameters, operation: Operation, k: Coefficients, waves: int = 1
+) -> float:
+    """Lateral stiffness [N/m] under the mean axial force and torque, as the study
+    softens it; negative if buckled. It is that of the shape sin(n pi x / l) with n half
+    ``waves``, of which the model has the first: bending grows with n^4, the work of the
+    force with n^2, that of the torque with n^3."""
     string, span = parameters.drillstring, parameters.drillstring.collar.span
     bending = k.k_bend * waves**4
     if string.lateral_softening == "none":
         return float(bending)
     stiffness = bending - operation.wob * (waves * math.pi) ** 2 / (2 * span)
     if string.lateral_softening == "live":
-        torque = mean_torque(parameters, operation, k) - string.torsional_damping * operation.rotary_speed
+        torque = (
+            mean_torque(parameters, operation, k)
+            - string.torsional_damping * operation.rotary_speed
+        )
         stiffness -= torque * (waves * math.pi) ** 3 / (2 * span**2)
     return float(stiffness)
 
 
 def wall_speed(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
-    """Least speed [rad/s] at which drag-limited forward synchronous whirl has the radius of the gap, None if there is
-    none: (k_r (c0 - s0) - m W^2 c0)^2 + (c W^2 c0^2)^2 = (m_e e0 W^2)^2, a quadratic in W^2, with s0 the clearance of
-    the stabilisers, m = m_c + m_f (1 - swirl)^2 and c = c_h (1 - swirl)^2."""
+    """Least speed [rad/s] at which drag-limited forward synchronous whirl has the
+    radius of the gap, None if there is none: (k_r (c0 - s0) - m W^2 c0)^2 + (c W^2
+    c0^2)^2 = (m_e e0 W^2)^2, a quadratic in W^2, with s0 the clearance of the
+    stabilisers, m = m_c + m_f (1 - swirl)^2 and c = c_h (1 - swirl)^2."""
     stiffness = lateral_stiffness(parameters, operation, k)
     unbalance = k.m_e * parameters.drillstring.eccentricity
     swirl, room = parameters.mud.swirl, parameters.stabilizer.clearance or 0.0
@@ -260,15 +344,17 @@ def wall_speed(parameters: Parameters, operation: Operation, k: Coefficients) ->
     discriminant = b * b - 4 * a * c
     if discriminant < 0:
         return None
-    # The stable form of the roots; the smaller positive one is where the gap is first reached.
+    # The stable form of the roots; the smaller positive one is where the gap is first
+    # reached.
     half = -0.5 * (b - math.sqrt(discriminant))
     roots = [root for root in (half / a, c / half) if root > 0]
     return math.sqrt(min(roots)) if roots else None
 
 
 def lift_off_wob(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
-    """Weight on bit [N] below which linear steady contact over the lobes is lost at this speed:
-    s0 K |k_a - m_a w^2 + i c_a w| / |K - m_a w^2 + i c_a w| with K = k_a + k_c and w = n_b Omega."""
+    """Weight on bit [N] below which linear steady contact over the lobes is lost at
+    this speed: s0 K |k_a - m_a w^2 + i c_a w| / |K - m_a w^2 + i c_a w| with K = k_a +
+    k_c and w = n_b Omega."""
     bit = parameters.bit
     w = bit.lobes * operation.rotary_speed
     damping = complex(0, parameters.drillstring.axial_damping * w)

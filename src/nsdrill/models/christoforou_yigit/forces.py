@@ -1,6 +1,8 @@
-"""Forces, energies and powers of given states, in plain numpy: for traces, figures and the energy balance.
+"""Forces, energies and powers of given states, in plain numpy: for traces, figures and
+the energy balance.
 
-The same laws as the compiled right-hand side, written as on the theory page; tests hold the two together.
+The same laws as the compiled right-hand side, written as on the theory page; tests hold
+the two together.
 """
 
 from __future__ import annotations
@@ -13,7 +15,11 @@ import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.drives import gains, regulator
-from nsdrill.models.christoforou_yigit.lateral import rate_of_penetration, stabilizer_radius, weights
+from nsdrill.models.christoforou_yigit.lateral import (
+    rate_of_penetration,
+    stabilizer_radius,
+    weights,
+)
 from nsdrill.models.christoforou_yigit.laws import bit_arm, friction
 from nsdrill.models.christoforou_yigit.parameters import Friction, Parameters
 from nsdrill.models.drives import Gains, motor_torque
@@ -23,9 +29,11 @@ from nsdrill.models.schedule import History
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def _shared(parameters: Parameters, law: Friction, normal: Any, slip: Any, along: Any) -> tuple[Any, Any]:
-    """Friction [N] around the hole and along it, of a slip [m/s] around and ``along``; zero along it where the well
-    has no friction there."""
+def _shared(
+    parameters: Parameters, law: Friction, normal: Any, slip: Any, along: Any
+) -> tuple[Any, Any]:
+    """Friction [N] around the hole and along it, of a slip [m/s] around and ``along``;
+    zero along it where the well has no friction there."""
     if not parameters.well.axial_friction:
         return normal * friction(law, slip), np.zeros_like(slip)
     speed = np.hypot(slip, along)
@@ -34,9 +42,13 @@ def _shared(parameters: Parameters, law: Friction, normal: Any, slip: Any, along
 
 
 def _contacts(
-    parameters: Parameters, operation: Operation | History, k: Coefficients, state: Mapping[str, Array]
+    parameters: Parameters,
+    operation: Operation | History,
+    k: Coefficients,
+    state: Mapping[str, Array],
 ) -> dict[str, Any]:
-    """The loads at bit, wall and stabilisers and the lateral stiffness, bending less softening."""
+    """The loads at bit, wall and stabilisers and the lateral stiffness, bending less
+    softening."""
     string, well, bit = parameters.drillstring, parameters.well, parameters.bit
     x, vx, y, vy, omega = (state[name] for name in ("x", "vx", "y", "vy", "bit_speed"))
     radius = np.hypot(x, y)
@@ -45,15 +57,21 @@ def _contacts(
     surface = amplitude * np.sin(bit.lobes * (state["twist"] + state["drive_angle"]))
     bit_force = bit.rock_stiffness * np.maximum(surface - state["z"], 0.0)
     bit_torque = bit_force * bit_arm(parameters, k, omega)
-    force, torque = {"live": (bit_force, bit_torque), "static": (operation.wob, 0.0), "none": (0.0, 0.0)}[
-        string.lateral_softening
-    ]
+    force, torque = {
+        "live": (bit_force, bit_torque),
+        "static": (operation.wob, 0.0),
+        "none": (0.0, 0.0),
+    }[string.lateral_softening]
     span = string.collar.span
-    softening = force * math.pi**2 / (2 * span) + torque * math.pi**3 / (2 * span**2) + np.zeros_like(omega)
+    softening = (
+        force * math.pi**2 / (2 * span) + torque * math.pi**3 / (2 * span**2) + np.zeros_like(omega)
+    )
     along = state["vz"] - rate_of_penetration(k, operation.rotary_speed)
     penetration = np.maximum(radius - k.gap, 0.0)
     wall_force = well.stiffness * penetration ** (1.5 if well.law == "hertz" else 1.0)
-    rub, rub_along = _shared(parameters, well.friction, wall_force, omega * k.collar_radius + tangential, along)
+    rub, rub_along = _shared(
+        parameters, well.friction, wall_force, omega * k.collar_radius + tangential, along
+    )
     found = {
         "radius": radius,
         "tangential": tangential,
@@ -69,18 +87,23 @@ def _contacts(
         held = (k.k_bend - softening) * np.maximum(radius - clearance, 0.0)
         around = tangential * clearance / np.where(radius > 0, radius, 1.0)
         slip = omega * stabilizer_radius(parameters) + around
-        rub, rub_along = _shared(parameters, parameters.stabilizer.friction, np.abs(held), slip, along)
+        rub, rub_along = _shared(
+            parameters, parameters.stabilizer.friction, np.abs(held), slip, along
+        )
         found["stabilizer_friction"] = rub
         found["axial_friction"] = found["axial_friction"] + rub_along
     return found
 
 
-def forces(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> dict[str, Array]:
+def forces(
+    parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
+) -> dict[str, Array]:
     """Contact forces and what follows from the state.
 
-    ``state`` holds x, vx, y, vy [m, m/s], z, vz, twist [rad], bit_speed [rad/s] and drive_angle [rad], arrays of one
-    shape; and, of a drive that is not ideal, lag [rad] and drive_speed [rad/s]. Gives radius, radial_velocity,
-    whirl_angle (unwrapped along the array), whirl_speed, bit_force, bit_torque, wall_force, wall_friction,
+    ``state`` holds x, vx, y, vy [m, m/s], z, vz, twist [rad], bit_speed [rad/s] and
+    drive_angle [rad], arrays of one shape; and, of a drive that is not ideal, lag [rad]
+    and drive_speed [rad/s]. Gives radius, radial_velocity, whirl_angle (unwrapped along
+    the array), whirl_speed, bit_force, bit_torque, wall_force, wall_friction,
     surface_torque, all SI. ``operation`` may change along the array.
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
@@ -101,10 +124,13 @@ def forces(parameters: Parameters, operation: Operation | History, state: Mappin
     }
 
 
-def energy(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> Array:
-    """Kinetic plus potential energy [J]: T + V of the theory page, with the elastic energy of the wall's contact, the
-    work still to be had from the weight on bit, W z, and that of the collar's weight in an inclined hole. The
-    rock and the lateral softening do their work in :func:`powers`.
+def energy(
+    parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
+) -> Array:
+    """Kinetic plus potential energy [J]: T + V of the theory page, with the elastic
+    energy of the wall's contact, the work still to be had from the weight on bit, W z,
+    and that of the collar's weight in an inclined hole. The rock and the lateral
+    softening do their work in :func:`powers`.
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     string, well = parameters.drillstring, parameters.well
@@ -141,14 +167,18 @@ def energy(parameters: Parameters, operation: Operation | History, state: Mappin
         potential = potential + 0.5 * law.stiffness * state["lag"] ** 2
         if "motor_torque" in state:  # L i^2 / 2
             drive = parameters.drive
-            potential = potential + 0.5 * drive.circuit_time / drive.motor_damping * state["motor_torque"] ** 2
+            potential = (
+                potential
+                + 0.5 * drive.circuit_time / drive.motor_damping * state["motor_torque"] ** 2
+            )
     return np.asarray(kinetic + potential)
 
 
 def _power_of_drive(
     law: Gains, parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
 ) -> Array:
-    """What the controller feeds in [W], but for its spring, whose energy is counted; less what its damping takes."""
+    """What the controller feeds in [W], but for its spring, whose energy is counted;
+    less what its damping takes."""
     top, speed, omega = state["drive_speed"], operation.rotary_speed, state["bit_speed"]
     if "motor_torque" in state:  # V i - R i^2
         torque = state["motor_torque"]
@@ -156,23 +186,36 @@ def _power_of_drive(
         if parameters.drive.regulated:
             k = derive(parameters, operation.depth, operation.wob, speed)
             r = regulator(parameters, k, operation.wob, speed)
-            asked = r.torque * (torque - r.steady_motor_torque) + r.lag * state["lag"] + r.drive_speed * (top - speed)
-            asked = asked + r.twist * (state["twist"] - r.steady_twist) + r.bit_speed * (omega - speed)
+            asked = (
+                r.torque * (torque - r.steady_motor_torque)
+                + r.lag * state["lag"]
+                + r.drive_speed * (top - speed)
+            )
+            asked = (
+                asked + r.twist * (state["twist"] - r.steady_twist) + r.bit_speed * (omega - speed)
+            )
             volts = speed + (r.steady_motor_torque - asked) / parameters.drive.motor_damping
         fed = torque * (volts - torque / parameters.drive.motor_damping)
         return np.asarray(fed - law.shaft_damping * (top - omega) ** 2)
-    torque = motor_torque(law, parameters.drive.torque_limit, state["lag"], top, state["twist"], omega, speed)
+    torque = motor_torque(
+        law, parameters.drive.torque_limit, state["lag"], top, state["twist"], omega, speed
+    )
     spring = law.stiffness * state["lag"] * (top - speed)
     return np.asarray(torque * top + spring - law.shaft_damping * (top - omega) ** 2)
 
 
-def powers(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> dict[str, Array]:
-    """Power [W] that each agent feeds into :func:`energy`; dissipation is negative. Their sum is its rate of change.
+def powers(
+    parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
+) -> dict[str, Array]:
+    """Power [W] that each agent feeds into :func:`energy`; dissipation is negative.
+    Their sum is its rate of change.
 
-    ``drive`` the top drive, ``bit`` the rock (force times velocity, less torque times speed), ``drag`` mud, which also
-    drives where it turns, ``damping`` axial and torsional, ``wall`` wall friction, ``softening`` axial force and torque
-    working on the bent span; with stabilisers ``stabilizer``, their friction as it acts on collar and string
-    (:mod:`.lateral`). Friction along the axis is that of wall and stabilisers.
+    ``drive`` the top drive, ``bit`` the rock (force times velocity, less torque times
+    speed), ``drag`` mud, which also drives where it turns, ``damping`` axial and
+    torsional, ``wall`` wall friction, ``softening`` axial force and torque working on
+    the bent span; with stabilisers ``stabilizer``, their friction as it acts on collar
+    and string (:mod:`.lateral`). Friction along the axis is that of wall and
+    stabilisers.
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     string = parameters.drillstring
@@ -190,8 +233,8 @@ def powers(parameters: Parameters, operation: Operation | History, state: Mappin
     ux, uy = vx + sigma * y, vy - sigma * x
     drag = -k.c_h * np.hypot(ux, uy) * (ux * vx + uy * vy) + k.m_f * sigma**2 * (x * vx + y * vy)
     return {
-        # The spring's energy 1/2 k_t twist^2 changes at the rate k_t twist (omega - drive speed): the drive pays its
-        # part.
+        # The spring's energy 1/2 k_t twist^2 changes at the rate k_t twist (omega -
+        # drive speed): the drive pays its part.
         "drive": -k.k_t * state["twist"] * operation.rotary_speed
         if "lag" not in state
         else (_power_of_drive(gains(parameters, k), parameters, operation, state)),

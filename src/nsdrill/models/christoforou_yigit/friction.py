@@ -1,7 +1,8 @@
 """The friction laws as helpers that inline into the lane loops.
 
-f(v) = g(v) [(mu_s - mu_d) / (1 + tau |v|) + mu_d] with the smoothed direction g(v) = (2/pi) atan(eps v) at the wall; at
-the bit also the other laws of :mod:`.laws`, each given by four numbers. Which law it is, is a compile-time constant.
+f(v) = g(v) [(mu_s - mu_d) / (1 + tau |v|) + mu_d] with the smoothed direction g(v) =
+(2/pi) atan(eps v) at the wall; at the bit also the other laws of :mod:`.laws`, each
+given by four numbers. Which law it is, is a compile-time constant.
 """
 
 from __future__ import annotations
@@ -23,9 +24,12 @@ from nsdrill.models.christoforou_yigit.laws import HYPERBOLIC, LINEAR, RATIONAL
 
 
 @inlined
-def slip_factors(speed: float, unit: float, smoothing: float, decay: float) -> tuple[float, float, float]:
-    """(g(v), 1 / (1 + tau |v|), 1 / unit) at a slip speed v = speed / unit, unit positive. One division, of the product
-    of all that is divided by, serves every quotient."""
+def slip_factors(
+    speed: float, unit: float, smoothing: float, decay: float
+) -> tuple[float, float, float]:
+    """(g(v), 1 / (1 + tau |v|), 1 / unit) at a slip speed v = speed / unit, unit
+    positive. One division, of the product of all that is divided by, serves every
+    quotient."""
     scaled = smoothing * speed
     above, below, base = direction_reduced(scaled, unit)
     decayed = fma(decay, abs(speed), unit)
@@ -38,9 +42,17 @@ def slip_factors(speed: float, unit: float, smoothing: float, decay: float) -> t
 
 @inlined
 def coefficient(
-    speed: float, g: float, decayed: float, per_flat: float, smoothing: float, decay: float, rise: float, dynamic: float
+    speed: float,
+    g: float,
+    decayed: float,
+    per_flat: float,
+    smoothing: float,
+    decay: float,
+    rise: float,
+    dynamic: float,
 ) -> tuple[float, float]:
-    """(f(v), f'(v)) from what :func:`slip_factors` gives and 1 / (1 + (eps v)^2); ``rise`` is mu_s - mu_d."""
+    """(f(v), f'(v)) from what :func:`slip_factors` gives and 1 / (1 + (eps v)^2);
+    ``rise`` is mu_s - mu_d."""
     m = fma(rise, decayed, dynamic)
     fall = rise * decay * decayed * decayed
     return g * m, fma(TWO_OVER_PI * smoothing * per_flat, m, g * (fall if speed < 0.0 else -fall))
@@ -48,10 +60,17 @@ def coefficient(
 
 @inlined
 def shared(
-    slip: float, along: float, unit: float, smoothing: float, decay: float, rise: float, dynamic: float
+    slip: float,
+    along: float,
+    unit: float,
+    smoothing: float,
+    decay: float,
+    rise: float,
+    dynamic: float,
 ) -> tuple[float, float]:
-    """(f(|v|) / (|v| unit), 1 / unit) at a slip v = (slip, along) / unit in two directions, unit positive: times a
-    component of v unit it is the share of the coefficient that acts against that."""
+    """(f(|v|) / (|v| unit), 1 / unit) at a slip v = (slip, along) / unit in two
+    directions, unit positive: times a component of v unit it is the share of the
+    coefficient that acts against that."""
     # The floor matters at rest only, where the quotient has a limit.
     size = np.sqrt(fma(slip, slip, fma(along, along, 1e-60)))
     g, decayed, per_unit = slip_factors(size, unit, smoothing, decay)
@@ -60,15 +79,18 @@ def shared(
 
 @inlined
 def bit_factors(law: int, speed: float, smoothing: float, decay: float) -> tuple[float, float]:
-    """What the ``law`` of the bit takes the longest to compute, and the observer needs once more: the direction and the
-    factor of the falling part; of the rational law tanh(b1 v) and 1 / (1 + b3 v^2)."""
+    """What the ``law`` of the bit takes the longest to compute, and the observer needs
+    once more: the direction and the factor of the falling part; of the rational law
+    tanh(b1 v) and 1 / (1 + b3 v^2)."""
     if law == HYPERBOLIC:
         g, decayed, _ = slip_factors(speed, 1.0, smoothing, decay)
     elif law == RATIONAL:  # one division for both quotients
         less = expm1(-2.0 * abs(smoothing * speed))
         below = fma(decay * speed, speed, 1.0)
         inverse = 1.0 / ((2.0 + less) * below)
-        g = bits_float(float_bits(-less * below * inverse) ^ (float_bits(speed) & -9223372036854775808))
+        g = bits_float(
+            float_bits(-less * below * inverse) ^ (float_bits(speed) & -9223372036854775808)
+        )
         decayed = (2.0 + less) * inverse
     else:
         g = direction(smoothing * speed)
@@ -97,7 +119,8 @@ def bit_slope(
     rise: float,
     dynamic: float,
 ) -> tuple[float, float]:
-    """(arm, d arm / d speed) from what :func:`bit_factors` gives and 1 / (1 + (eps v)^2)."""
+    """(arm, d arm / d speed) from what :func:`bit_factors` gives and 1 / (1 + (eps
+    v)^2)."""
     if law == HYPERBOLIC:
         return coefficient(speed, g, decayed, per_flat, smoothing, decay, rise, dynamic)
     arm = bit_arm(law, speed, g, decayed, rise, dynamic)
@@ -121,7 +144,9 @@ def bit_parts(law: int, speed: float, smoothing: float, decay: float) -> tuple[f
 
 
 @inlined
-def bit_law(law: int, speed: float, smoothing: float, decay: float, rise: float, dynamic: float) -> tuple[float, float]:
+def bit_law(
+    law: int, speed: float, smoothing: float, decay: float, rise: float, dynamic: float
+) -> tuple[float, float]:
     """(arm, d arm / d speed) at a bit speed."""
     g, decayed, per_flat = bit_parts(law, speed, smoothing, decay)
     return bit_slope(law, speed, g, decayed, per_flat, smoothing, decay, rise, dynamic)

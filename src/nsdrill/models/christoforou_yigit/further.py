@@ -1,5 +1,6 @@
-"""Figures that the lumped model leaves out or takes for granted, at one operating point: buckling of collars and pipe,
-the higher lateral modes, what the mud damps, the standing waves of the string, and where the collar lies down."""
+"""Figures that the lumped model leaves out or takes for granted, at one operating
+point: buckling of collars and pipe, the higher lateral modes, what the mud damps, the
+standing waves of the string, and where the collar lies down."""
 
 from __future__ import annotations
 
@@ -29,8 +30,15 @@ ENDS = {
 def further_figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
     """The further figures by name."""
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
-    found = {**_buckling(parameters, operation), **_lateral(parameters, operation, k), **_waves(parameters, operation)}
-    return {name: Figure(value, units, words, group, True) for name, (value, units, words, group) in found.items()}
+    found = {
+        **_buckling(parameters, operation),
+        **_lateral(parameters, operation, k),
+        **_waves(parameters, operation),
+    }
+    return {
+        name: Figure(value, units, words, group, True)
+        for name, (value, units, words, group) in found.items()
+    }
 
 
 Row = tuple[float | None, str, str, str]
@@ -49,9 +57,11 @@ def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
         for ends, words in ENDS.items()
     }
     found["collar_vertical"] = (
-        buckling.vertical(collar), "N", "WOB at which the collars, hinged, buckle in a vertical hole",
+        buckling.vertical(collar),
+        "N",
+        "WOB at which the collars, hinged, buckle in a vertical hole",
         "buckling",
-    )  # fmt: skip
+    )
     for name, tube in (("collar", collar), ("pipe", pipe)):
         load = float(buckling.sinusoidal(tube, HORIZONTAL))
         found |= {
@@ -61,15 +71,27 @@ def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
                 f"load at which the {name} buckles in a horizontal hole",
                 "buckling",
             ),
-            f"{name}_helical": (_number(HELIX * load), "N", "load at which that becomes a helix", "buckling"),
-            f"{name}_half_wave": (buckling.half_wave(tube, HORIZONTAL), "m", "half wave of the sinusoid", "buckling"),
+            f"{name}_helical": (
+                _number(HELIX * load),
+                "N",
+                "load at which that becomes a helix",
+                "buckling",
+            ),
+            f"{name}_half_wave": (
+                buckling.half_wave(tube, HORIZONTAL),
+                "m",
+                "half wave of the sinusoid",
+                "buckling",
+            ),
         }
     return found
 
 
 def _lateral(parameters: Parameters, operation: Operation, k: Coefficients) -> dict[str, Row]:
     found: dict[str, Row] = {}
-    wet, dry = (lateral_frequencies(parameters, operation, k, mass) for mass in (float(k.m_l), float(k.m_c)))
+    wet, dry = (
+        lateral_frequencies(parameters, operation, k, mass) for mass in (float(k.m_l), float(k.m_c))
+    )
     for number in range(2, HALF_WAVES + 1):
         words = f"lateral frequency of {number} half waves, which the model leaves out"
         found[f"lateral_{number}"] = (_number(wet[number - 1]), "rad/s", words, "lateral")
@@ -79,7 +101,9 @@ def _lateral(parameters: Parameters, operation: Operation, k: Coefficients) -> d
     gap = float(k.gap)
     for name, words in (("plane", "in a plane"), ("circular", "on a circle")):
         ratio = mud_damping(k, gap, circular=name == "circular")
-        text = f"damping ratio by the mud, {words} as wide as the clearance; falls with the amplitude"
+        text = (
+            f"damping ratio by the mud, {words} as wide as the clearance; falls with the amplitude"
+        )
         found[f"mud_{name}"] = (ratio, "1", text, "lateral")
     found["wall_inclination"] = (
         wall_inclination(parameters, operation, k),
@@ -88,9 +112,11 @@ def _lateral(parameters: Parameters, operation: Operation, k: Coefficients) -> d
         "lateral",
     )
     found["low_side_swing"] = (
-        low_side_swing(parameters, operation, k), "rad/s", "swing of the collar on the low side of a horizontal hole",
+        low_side_swing(parameters, operation, k),
+        "rad/s",
+        "swing of the collar on the low side of a horizontal hole",
         "lateral",
-    )  # fmt: skip
+    )
     return found
 
 
@@ -100,13 +126,25 @@ def _number(value: float) -> float | None:
 
 def _waves(parameters: Parameters, operation: Operation) -> dict[str, Row]:
     rows: tuple[tuple[str, np.ndarray, str, str], ...] = (
-        ("torsional_wave", torsional_waves(parameters, operation.depth, WAVES), "torsional wave", "rotation"),
-        ("axial_wave", axial_waves(parameters, operation.depth, WAVES), "axial wave, bit off the rock", "axial"),
         (
-            "axial_rock_wave", axial_waves(parameters, operation.depth, WAVES, on_rock=True),
-            "axial wave, bit on the rock", "axial",
+            "torsional_wave",
+            torsional_waves(parameters, operation.depth, WAVES),
+            "torsional wave",
+            "rotation",
         ),
-    )  # fmt: skip
+        (
+            "axial_wave",
+            axial_waves(parameters, operation.depth, WAVES),
+            "axial wave, bit off the rock",
+            "axial",
+        ),
+        (
+            "axial_rock_wave",
+            axial_waves(parameters, operation.depth, WAVES, on_rock=True),
+            "axial wave, bit on the rock",
+            "axial",
+        ),
+    )
     return {
         f"{name}_{number}": (float(value), "rad/s", f"standing {words}, mode {number}", group)
         for name, values, words, group in rows
@@ -115,31 +153,40 @@ def _waves(parameters: Parameters, operation: Operation) -> dict[str, Row]:
 
 
 def lateral_frequencies(
-    parameters: Parameters, operation: Operation, k: Coefficients, mass: float, count: int = HALF_WAVES
+    parameters: Parameters,
+    operation: Operation,
+    k: Coefficients,
+    mass: float,
+    count: int = HALF_WAVES,
 ) -> np.ndarray:
-    """Frequencies [rad/s] of 1, 2, ... half waves of the span with this modal ``mass`` [kg], which is the same for all;
-    NaN where buckled. From E I y'''' + W y'' + m y'' (in time) = 0 of a pinned beam."""
-    stiffness = np.array([lateral_stiffness(parameters, operation, k, number + 1) for number in range(count)])
+    """Frequencies [rad/s] of 1, 2, ... half waves of the span with this modal ``mass``
+    [kg], which is the same for all; NaN where buckled. From E I y'''' + W y'' + m y''
+    (in time) = 0 of a pinned beam."""
+    stiffness = np.array(
+        [lateral_stiffness(parameters, operation, k, number + 1) for number in range(count)]
+    )
     return np.sqrt(np.where(stiffness >= 0.0, stiffness, np.nan) / mass)
 
 
 def mud_damping(k: Coefficients, amplitude: float, *, circular: bool) -> float:
-    """Damping ratio of linear damping that takes as much energy per cycle as the quadratic drag c_h |v| v does at this
-    ``amplitude`` [m]: c_h A / (2 m_l) on a circle, 4 / (3 pi) c_h A / m_l in a plane, at any frequency."""
+    """Damping ratio of linear damping that takes as much energy per cycle as the
+    quadratic drag c_h |v| v does at this ``amplitude`` [m]: c_h A / (2 m_l) on a
+    circle, 4 / (3 pi) c_h A / m_l in a plane, at any frequency."""
     ratio = float(k.c_h) * amplitude / float(k.m_l)
     return ratio / 2 if circular else ratio * 4 / (3 * math.pi)
 
 
 def hung(parameters: Parameters) -> float:
-    """Force [N] on the first mode of the span that lies horizontal, by its weight in mud: the shape sin(pi x / l) has
-    the integral 2 l / pi."""
+    """Force [N] on the first mode of the span that lies horizontal, by its weight in
+    mud: the shape sin(pi x / l) has the integral 2 l / pi."""
     tube: Tube = tubes.collars(parameters)
     return 2 * parameters.drillstring.collar.span / math.pi * tube.weight
 
 
 def wall_inclination(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
-    """Inclination [rad] of the hole at which the span sags as far as the wall, k_r (c0 - s0) = F_g sin(alpha) with the
-    clearance s0 of the stabilisers; None where it does not."""
+    """Inclination [rad] of the hole at which the span sags as far as the wall, k_r (c0
+    - s0) = F_g sin(alpha) with the clearance s0 of the stabilisers; None where it does
+    not."""
     stiffness = lateral_stiffness(parameters, operation, k)
     force = hung(parameters)
     reach = max(stiffness, 0.0) * (float(k.gap) - (parameters.stabilizer.clearance or 0.0))
@@ -147,11 +194,16 @@ def wall_inclination(parameters: Parameters, operation: Operation, k: Coefficien
 
 
 def low_side_swing(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
-    """Frequency [rad/s] of small swings along the wall about the low side of a horizontal hole, sqrt(F_g / (m_l r)) at
-    the radius r of rest, k_r (r - s0) + k_w (r - c0)^p = F_g; None where the collar does not rest on the wall."""
+    """Frequency [rad/s] of small swings along the wall about the low side of a
+    horizontal hole, sqrt(F_g / (m_l r)) at the radius r of rest, k_r (r - s0) + k_w (r
+    - c0)^p = F_g; None where the collar does not rest on the wall."""
     if wall_inclination(parameters, operation, k) is None:
         return None
-    stiffness, force, gap = lateral_stiffness(parameters, operation, k), hung(parameters), float(k.gap)
+    stiffness, force, gap = (
+        lateral_stiffness(parameters, operation, k),
+        hung(parameters),
+        float(k.gap),
+    )
     well = parameters.well
     power, room = 1.5 if well.law == "hertz" else 1.0, parameters.stabilizer.clearance or 0.0
 

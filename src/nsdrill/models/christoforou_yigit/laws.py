@@ -1,18 +1,21 @@
-"""The friction laws of the bit, in plain numpy: its torque over its force, an arm in m, against its speed.
+"""The friction laws of the bit, in plain numpy: its torque over its force, an arm in m,
+against its speed.
 
-With the smoothed direction g(v) = (2/pi) atan(eps v), the radius r_h of the bit and the arm a_c of the cutting torque
-(:mod:`.coefficients`),
+With the smoothed direction g(v) = (2/pi) atan(eps v), the radius r_h of the bit and the
+arm a_c of the cutting torque (:mod:`.coefficients`),
 
     hyperbolic   g [ (2/3) r_h ((mu_s - mu_d) / (1 + tau |v|) + mu_d) + a_c ]
     linear       g [ (2/3) r_h ((mu_s - mu_d) max(1 - |v|/V0, 0) + mu_d) + a_c ]
     exponential  g [ (2/3) r_h ((mu_s - mu_d) exp(-tau |v|) + mu_d) + a_c ]
     rational     b0 [ tanh(b1 v) + b2 v / (1 + b3 v^2) ]
 
-The rational law is smooth and is of the whole torque: it has neither g nor a_c. V0 is the key ``dynamic_from``.
+The rational law is smooth and is of the whole torque: it has neither g nor a_c. V0 is
+the key ``dynamic_from``.
 
-Sources: hyperbolic in the form of Leine 1998; linear Dawson, Lin & Spanos 1987, SPE 16660, as the chapter on drilling
-vibrations of SPE's Advanced Drilling (2008) reports it; exponential and rational as public codes of drill-string models
-have them, the rational one with its numbers in **L** (:mod:`.parameters`).
+Sources: hyperbolic in the form of Leine 1998; linear Dawson, Lin & Spanos 1987, SPE
+16660, as the chapter on drilling vibrations of SPE's Advanced Drilling (2008) reports
+it; exponential and rational as public codes of drill-string models have them, the
+rational one with its numbers in **L** (:mod:`.parameters`).
 """
 
 from __future__ import annotations
@@ -30,8 +33,9 @@ HYPERBOLIC, LINEAR, EXPONENTIAL, RATIONAL = range(len(LAWS))
 
 
 class BitNumbers(NamedTuple):
-    """The four numbers of a law as the lane loops have them, or arrays over operating points: eps [s/rad]; tau or 1/V0
-    [s/rad]; what falls and what stays of the arm [m]. Of the rational law b1, b3, b0 b2 and b0."""
+    """The four numbers of a law as the lane loops have them, or arrays over operating
+    points: eps [s/rad]; tau or 1/V0 [s/rad]; what falls and what stays of the arm [m].
+    Of the rational law b1, b3, b0 b2 and b0."""
 
     bit_smoothing: Any
     bit_decay: Any
@@ -40,28 +44,37 @@ class BitNumbers(NamedTuple):
 
 
 def bit_numbers(parameters: Parameters, k: Coefficients) -> BitNumbers:
-    """The numbers of the law of the bit at operating points with the coefficients ``k``."""
+    """The numbers of the law of the bit at operating points with the coefficients
+    ``k``."""
     law = parameters.bit.friction
     if law.law == "rational":
         return BitNumbers(law.b1, law.b3, law.b0 * law.b2, law.b0)
-    # Both parts of the torque, (2/3) r_h f(omega) + arm g(omega), share g: they are one law with shifted coefficients.
+    # Both parts of the torque, (2/3) r_h f(omega) + arm g(omega), share g: they are one
+    # law with shifted coefficients.
     friction_arm = 2 / 3 * k.bit_radius
     decay = 1 / law.dynamic_from if law.law == "linear" else law.decay
-    rise, dynamic = friction_arm * (law.static - law.dynamic), friction_arm * law.dynamic + k.cutting_arm
+    rise, dynamic = (
+        friction_arm * (law.static - law.dynamic),
+        friction_arm * law.dynamic + k.cutting_arm,
+    )
     return BitNumbers(law.smoothing, decay, rise, dynamic)
 
 
 def friction(law: Friction, speed: Any) -> Any:
-    """The friction coefficient with its sign, f(v), at the wall or of a law of the bit that has one."""
+    """The friction coefficient with its sign, f(v), at the wall or of a law of the bit
+    that has one."""
     return 2 / math.pi * np.arctan(law.smoothing * speed) * _unsmoothed(law, np.abs(speed))
 
 
 def _unsmoothed(law: Friction, size: Any) -> Any:
-    """The friction coefficient at a positive speed without smoothing; products and quotients alone but for exp."""
+    """The friction coefficient at a positive speed without smoothing; products and
+    quotients alone but for exp."""
     name = law.law if isinstance(law, BitFriction) else "hyperbolic"
     if name == "linear":
         assert isinstance(law, BitFriction)
-        return (law.static - law.dynamic) * np.maximum(1 - size / law.dynamic_from, 0.0) + law.dynamic
+        return (law.static - law.dynamic) * np.maximum(
+            1 - size / law.dynamic_from, 0.0
+        ) + law.dynamic
     if name == "exponential":
         return (law.static - law.dynamic) * one_by_one(math.exp, -law.decay * size) + law.dynamic
     return (law.static - law.dynamic) / (1 + law.decay * size) + law.dynamic
@@ -71,7 +84,9 @@ def bit_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
     """The torque of the bit over its force [m], with its sign, at bit speeds [rad/s]."""
     law = parameters.bit.friction
     if law.law == "rational":
-        return law.b0 * (one_by_one(math.tanh, law.b1 * speed) + law.b2 * speed / (1 + law.b3 * speed * speed))
+        return law.b0 * (
+            one_by_one(math.tanh, law.b1 * speed) + law.b2 * speed / (1 + law.b3 * speed * speed)
+        )
     cutting = k.cutting_arm * 2 / math.pi * np.arctan(law.smoothing * speed)
     return 2 / 3 * k.bit_radius * friction(law, speed) + cutting
 
@@ -85,8 +100,8 @@ def running_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
 
 
 def static_arm(parameters: Parameters, k: Coefficients) -> Any:
-    """The arm [m] at rest; of the rational law b0 (1 + b2 / (2 sqrt(b3))), which it stays below: each of its terms at
-    its greatest."""
+    """The arm [m] at rest; of the rational law b0 (1 + b2 / (2 sqrt(b3))), which it
+    stays below: each of its terms at its greatest."""
     law = parameters.bit.friction
     if law.law == "rational":
         return law.b0 * (1 + law.b2 / (2 * np.sqrt(law.b3)))
@@ -94,7 +109,8 @@ def static_arm(parameters: Parameters, k: Coefficients) -> Any:
 
 
 def steepest(parameters: Parameters, k: Coefficients) -> Any:
-    """The slope of the friction torque over the force at rest [m s/rad], without that of cutting."""
+    """The slope of the friction torque over the force at rest [m s/rad], without that
+    of cutting."""
     law = parameters.bit.friction
     if law.law == "rational":
         return law.b0 * (law.b1 + law.b2)
@@ -102,7 +118,8 @@ def steepest(parameters: Parameters, k: Coefficients) -> Any:
 
 
 def fall(parameters: Parameters, k: Coefficients, speed: float) -> float:
-    """How steeply the torque over the force falls with bit speed [m s/rad], without smoothing, at a positive speed."""
+    """How steeply the torque over the force falls with bit speed [m s/rad], without
+    smoothing, at a positive speed."""
     law = parameters.bit.friction
     rise = 2 / 3 * k.bit_radius * (law.static - law.dynamic)
     if law.law == "linear":
@@ -120,13 +137,16 @@ FASTEST = 1e4  # rad/s
 
 
 def onset(parameters: Parameters, k: Coefficients, least: float) -> float | None:
-    """The greatest bit speed [rad/s] at which the torque over the force falls as steeply as ``least`` [m s/rad], which
-    is positive; None where it does so nowhere. Above it every law falls less and less."""
+    """The greatest bit speed [rad/s] at which the torque over the force falls as
+    steeply as ``least`` [m s/rad], which is positive; None where it does so nowhere.
+    Above it every law falls less and less."""
     law = parameters.bit.friction
     start = 0.0
     if law.law == "rational":  # it rises first, and falls the most where b3 v^2 is about 3
         trial = np.geomspace(1e-2, 1e2, 4001) / math.sqrt(law.b3)
-        start = float(trial[int(np.argmax([fall(parameters, k, speed) for speed in trial.tolist()]))])
+        start = float(
+            trial[int(np.argmax([fall(parameters, k, speed) for speed in trial.tolist()]))]
+        )
     if not fall(parameters, k, start) > least:
         return None
     low, high = start, FASTEST
@@ -138,19 +158,24 @@ def onset(parameters: Parameters, k: Coefficients, least: float) -> float | None
     return low
 
 
-_PHASE = np.cos((np.arange(1500) + 0.5) * math.pi / 1500)  # of a cycle, at middles of equal parts of half of it
+# of a cycle, at middles of equal parts of half of it
+_PHASE = np.cos((np.arange(1500) + 0.5) * math.pi / 1500)
 
 
 def averaged_fold(parameters: Parameters, k: Coefficients, held: float, wob: float) -> float | None:
-    """The greatest mean bit speed [rad/s] at which friction sustains a cycle that just comes to rest, v = Omega
-    (1 + cos theta), against ``held`` [N m s/rad], the damping of string and drive; None where it does so nowhere. By
-    energy: held Omega / 2 = -W <arm(v) cos theta>, where what friction gives over a cycle is averaged (first order)."""
+    """The greatest mean bit speed [rad/s] at which friction sustains a cycle that just
+    comes to rest, v = Omega (1 + cos theta), against ``held`` [N m s/rad], the damping
+    of string and drive; None where it does so nowhere. By energy: held Omega / 2 = -W
+    <arm(v) cos theta>, where what friction gives over a cycle is averaged (first
+    order)."""
     if held <= 0.0 or wob <= 0.0:
         return None
     low, high = math.log(1e-3), math.log(FASTEST)
     for _ in range(5):
         speeds = np.exp(np.linspace(low, high, 41))
-        gained = wob * (bit_arm(parameters, k, speeds[:, None] * (1 + _PHASE)) * _PHASE).mean(axis=1)
+        gained = wob * (bit_arm(parameters, k, speeds[:, None] * (1 + _PHASE)) * _PHASE).mean(
+            axis=1
+        )
         fed = np.flatnonzero(gained + 0.5 * held * speeds < 0.0)
         if len(fed) == 0 or fed[-1] + 1 == len(speeds):
             return None

@@ -1,7 +1,9 @@
-"""The lobed surface under the bit without another sine: sin(n phi) and cos(n phi) from sin(phi) and cos(phi).
+"""The lobed surface under the bit without another sine: sin(n phi) and cos(n phi) from
+sin(phi) and cos(phi).
 
-The recurrence of the Chebyshev polynomials, sin((k+1) phi) = 2 cos(phi) sin(k phi) - sin((k-1) phi) and the same for
-the cosine. The number of lobes is a compile-time constant, so that the compiler unrolls it.
+The recurrence of the Chebyshev polynomials, sin((k+1) phi) = 2 cos(phi) sin(k phi) -
+sin((k-1) phi) and the same for the cosine. The number of lobes is a compile-time
+constant, so that the compiler unrolls it.
 """
 
 from __future__ import annotations

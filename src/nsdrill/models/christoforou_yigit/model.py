@@ -1,4 +1,5 @@
-"""The axial, torsional and lateral oscillator of Christoforou and Yigit: four degrees of freedom, rock, wall, lobes."""
+"""The axial, torsional and lateral oscillator of Christoforou and Yigit: four degrees
+of freedom, rock, wall, lobes."""
 
 from __future__ import annotations
 
@@ -10,7 +11,17 @@ import numpy as np
 from nsdrill.abi import Rows
 from nsdrill.errors import InputError
 from nsdrill.models.base import Array, Level, Model, Ramps, Symmetry, Variant
-from nsdrill.models.christoforou_yigit import classify, compare, features, layout, ramp, reduce, rhs, section, tangent
+from nsdrill.models.christoforou_yigit import (
+    classify,
+    compare,
+    features,
+    layout,
+    ramp,
+    reduce,
+    rhs,
+    section,
+    tangent,
+)
 from nsdrill.models.christoforou_yigit.ensemble import starting_states
 from nsdrill.models.christoforou_yigit.forces import forces
 from nsdrill.models.christoforou_yigit.options import Options, is_used, options_of
@@ -32,12 +43,18 @@ class Ramped(Ramps):
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         return ramp.make_ramped(lanes, Options(*variant))
 
-    def pack(self, parameters: Parameters, schedule: Schedule, cuts: Array, thresholds: Thresholds) -> Array:
+    def pack(
+        self, parameters: Parameters, schedule: Schedule, cuts: Array, thresholds: Thresholds
+    ) -> Array:
         return ramp.pack_ramp(parameters, schedule, cuts, thresholds.stuck_below)
 
-    def mend(self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant) -> None:
+    def mend(
+        self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant
+    ) -> None:
         for name in ("twist", "lag")[: 1 + Options(*variant).driven]:
-            samples[:, rhs.states_of(Options(*variant)).index(name)] -= ramp.ahead(table, cuts, time)
+            samples[:, rhs.states_of(Options(*variant)).index(name)] -= ramp.ahead(
+                table, cuts, time
+            )
 
 
 class ChristoforouYigit(Model):
@@ -56,7 +73,14 @@ class ChristoforouYigit(Model):
     def states(self, variant: Variant) -> tuple[str, ...]:
         return rhs.states_of(Options(*variant))
 
-    def rows(self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
+    def rows(
+        self,
+        variant: Variant,
+        observed: int = 0,
+        *,
+        tangent: bool = False,
+        columns: int | None = None,
+    ) -> Rows:
         return rhs.rows_of(Options(*variant), observed, tangent=tangent, columns=columns)
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
@@ -80,17 +104,23 @@ class ChristoforouYigit(Model):
         return (Level("bit", states.index("bit_speed"), rhs.PARAMETERS.index("stuck_below")),)
 
     def symmetry(self, points: Values) -> Symmetry:
-        """The lobes tell directions apart, the weight of an inclined collar does: without either there are none."""
+        """The lobes tell directions apart, the weight of an inclined collar does:
+        without either there are none."""
         parameters = points.parameters
         options = options_of(parameters)
         if options.driven:
             holding = "regulator_lag" if options.regulated else "drive_stiffness"
-            held = rhs.pack(parameters, *points.operation)[0, rhs.columns_of(options).index(holding)]
+            held = rhs.pack(parameters, *points.operation)[
+                0, rhs.columns_of(options).index(holding)
+            ]
             if held == 0.0:
                 raise InputError(
-                    f"drive.kind: found {parameters.drive.kind}, a motor or a drive whose angle nothing holds to that "
-                    "of the set speed, so that no motion repeats in that frame; allowed in a continuation: ideal, a "
-                    "drive with an integral gain, or a dc_motor whose drive.gains hold the lag (K_1, the second one). "
+                    f"drive.kind: found {parameters.drive.kind}, a motor or a drive whose angle "
+                    f"nothing holds to that "
+                    "of the set speed, so that no motion repeats in that frame; allowed in a "
+                    "continuation: ideal, a "
+                    "drive with an integral gain, or a dc_motor whose drive.gains hold the lag "
+                    "(K_1, the second one). "
                     "A sweep up and down (sweep.procedure: up-down) takes any drive."
                 )
         smooth = parameters.modes.axial == "frozen" or not is_used(parameters.bit.surface_amplitude)
@@ -114,7 +144,9 @@ class ChristoforouYigit(Model):
         return table
 
     def starts(self, points: Values, number: Array | int) -> Array:
-        return starting_states(points.parameters, cast("Initial", points.initial), *points.operation, number)
+        return starting_states(
+            points.parameters, cast("Initial", points.initial), *points.operation, number
+        )
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:
         return rhs.held(parameters)
@@ -135,7 +167,9 @@ class ChristoforouYigit(Model):
     def observed(self) -> int:
         return len(layout.OBSERVED)
 
-    def observer(self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
+    def observer(
+        self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0
+    ) -> tuple[Any, Any]:
         made: tuple[Any, Any] = features.make_observer(lanes, Options(*variant), tangent, others)
         return made
 
@@ -146,7 +180,9 @@ class ChristoforouYigit(Model):
     def report_width(self, record: Record, variant: Variant) -> int:
         return layout.report_width(record.peaks, record.poincare)
 
-    def features(self, report: Array, table: Array, observe: float, variant: Variant) -> dict[str, Array]:
+    def features(
+        self, report: Array, table: Array, observe: float, variant: Variant
+    ) -> dict[str, Array]:
         return reduce.features(report, table, observe, Options(*variant))
 
     def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
@@ -154,14 +190,18 @@ class ChristoforouYigit(Model):
         torque, speed = features["surface_torque_mean"], features.get("drive_speed_mean", speed)
         found = drilled(torque, speed, parameters.bit.cutting, wob, parameters.well.diameter / 2)
         if parameters.modes.torsional == "frozen":  # what turns the string is not known
-            found["mechanical_specific_energy"] = np.full(len(found["mechanical_specific_energy"]), np.nan)
+            found["mechanical_specific_energy"] = np.full(
+                len(found["mechanical_specific_energy"]), np.nan
+            )
         return found
 
     def peaks(self, report: Array, record: Record) -> dict[str, Array]:
         heights = reduce.peaks(report, record.peaks)
         return {name: heights[:, i] for i, name in enumerate(variable.name for variable in PEAKS)}
 
-    def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
+    def section(
+        self, report: Array, record: Record, table: Array, variant: Variant
+    ) -> dict[str, Array]:
         return section.coordinates(reduce.section(report, record.peaks, record.poincare))
 
     def returns(self, section: Mapping[str, Array]) -> Array:
@@ -170,7 +210,8 @@ class ChristoforouYigit(Model):
     def classify(
         self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array
     ) -> dict[str, Array]:
-        return classify.classify(features, status, thresholds, sizes[..., : len(rhs.STATES)])  # of string and bit
+        # of string and bit
+        return classify.classify(features, status, thresholds, sizes[..., : len(rhs.STATES)])
 
     def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
         return classify.responses(features, thresholds)
@@ -178,8 +219,14 @@ class ChristoforouYigit(Model):
     def scales(self, table: Array) -> dict[str, Array]:
         return compare.scales(table)
 
-    def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
-        return compare.coordinates(features, self.scales(table), self.sizes(table, variant)[:, rhs.STATES.index("z")])
+    def coordinates(
+        self, features: Mapping[str, Array], table: Array, variant: Variant
+    ) -> tuple[Array, Array]:
+        return compare.coordinates(
+            features, self.scales(table), self.sizes(table, variant)[:, rhs.STATES.index("z")]
+        )
 
-    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    def outputs(
+        self, parameters: Parameters, point: Any, state: Mapping[str, np.ndarray]
+    ) -> dict[str, np.ndarray]:
         return forces(parameters, point, state)

@@ -1,4 +1,5 @@
-"""What of the parameters is compiled in: the options that change the equations rather than their numbers."""
+"""What of the parameters is compiled in: the options that change the equations rather
+than their numbers."""
 
 from __future__ import annotations
 
@@ -11,15 +12,18 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 
 
 class Options(NamedTuple):
-    """Whole numbers, as they go into the names of compiled functions. An option that is 0 leaves nothing in the code.
+    """Whole numbers, as they go into the names of compiled functions. An option that is
+    0 leaves nothing in the code.
 
-    ``hertz``: the law of the wall is Hertz's; ``lobes`` of the rock's surface; ``driven``: the drive is not ideal;
-    ``friction``: the number of the bit's friction law among :data:`.laws.LAWS`; ``limited``: the torque of the drive
-    has a limit; ``motor``: the drive is a DC motor, whose torque is a state; ``regulated``: its
-    voltage has gains on the motion; ``swirl``: the mud turns; ``stabilizer``:
-    the stabilisers have room, or friction; ``weight``: the hole is inclined; ``axial_friction``: friction at the wall
-    and the stabilisers acts along the axis too; ``apart``: the friction of bit and wall is kept apart, for a stepper
-    that treats it implicitly.
+    ``hertz``: the law of the wall is Hertz's; ``lobes`` of the rock's surface;
+    ``driven``: the drive is not ideal; ``friction``: the number of the bit's friction
+    law among :data:`.laws.LAWS`; ``limited``: the torque of the drive has a limit;
+    ``motor``: the drive is a DC motor, whose torque is a state; ``regulated``: its
+    voltage has gains on the motion; ``swirl``: the mud turns; ``stabilizer``: the
+    stabilisers have room, or friction; ``weight``: the hole is inclined;
+    ``axial_friction``: friction at the wall and the stabilisers acts along the axis
+    too; ``apart``: the friction of bit and wall is kept apart, for a stepper that
+    treats it implicitly.
     """
 
     hertz: int = 0
@@ -37,13 +41,15 @@ class Options(NamedTuple):
 
     @property
     def differenced(self) -> bool:
-        """Whether a deviation is the difference of two right-hand sides, as these options are not linearised."""
+        """Whether a deviation is the difference of two right-hand sides, as these
+        options are not linearised."""
         return bool(self.stabilizer or self.axial_friction)
 
 
 def options_of(parameters: Parameters) -> Options:
-    """The options of a string. A number that is an array, as an axis of a sweep is, counts as used wherever it is zero
-    too: there the terms that it brings change no bit."""
+    """The options of a string. A number that is an array, as an axis of a sweep is,
+    counts as used wherever it is zero too: there the terms that it brings change no
+    bit."""
     return Options(
         hertz=int(parameters.well.law == "hertz"),
         lobes=int(parameters.bit.lobes),

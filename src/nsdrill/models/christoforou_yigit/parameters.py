@@ -1,9 +1,12 @@
-"""The parameters of the drill string, in SI units, with a source and an honest word on the confidence of each default.
+"""The parameters of the drill string, in SI units, with a source and an honest word on
+the confidence of each default.
 
-Sources: **P** the nonsmooth-system paper whose figures are reproduced; **CY** Christoforou & Yigit 2003, J. Sound Vib.
-267:1029-1045, and the authors' related papers as reported by others; **B** Sarker, Rideout & Butt, ICBGM 2012; **J**
-Jansen 1991 and Jansen & van den Steen 1995; **L** a public lateral-torsional code of COPPE/UFRJ; **R** reconstructed
-here. P prints five numbers and refers to CY for the others, so its figures can be reproduced in kind, not to the digit.
+Sources: **P** the nonsmooth-system paper whose figures are reproduced; **CY**
+Christoforou & Yigit 2003, J. Sound Vib. 267:1029-1045, and the authors' related papers
+as reported by others; **B** Sarker, Rideout & Butt, ICBGM 2012; **J** Jansen 1991 and
+Jansen & van den Steen 1995; **L** a public lateral-torsional code of COPPE/UFRJ; **R**
+reconstructed here. P prints five numbers and refers to CY for the others, so its
+figures can be reproduced in kind, not to the digit.
 """
 
 from __future__ import annotations
@@ -25,7 +28,8 @@ def check_bore(inner: float, outer: float) -> None:
     """ValueError for a bore [m] as wide as the tube."""
     if inner > WIDEST_BORE * outer:
         raise ValueError(
-            f"inner_diameter: found {inner:g} m, allowed: at most {WIDEST_BORE:g} times the outer diameter, {outer:g} m"
+            f"inner_diameter: found {inner:g} m, allowed: at most {WIDEST_BORE:g} times the outer "
+            f"diameter, {outer:g} m"
         )
 
 
@@ -33,7 +37,8 @@ def check_hole(diameter: float, collar: float) -> None:
     """ValueError for a hole [m] no wider than the ``collar``."""
     if collar >= diameter:
         raise ValueError(
-            f"well.diameter: found {diameter:g} m, allowed: above the outer diameter of the collar, {collar:g} m"
+            f"well.diameter: found {diameter:g} m, allowed: above the outer diameter of the "
+            f"collar, {collar:g} m"
         )
 
 
@@ -42,22 +47,38 @@ class Collar(Checked):
     """The drill collars; ``span`` is the length between stabilisers that bends."""
 
     outer_diameter: float = parameter(
-        0.2286, "m", "J, B", "medium", low=1e-4, high=10.0, usual="3 1/8 to 11 1/4 in; laboratory rods 3 mm"
+        0.2286,
+        "m",
+        "J, B",
+        "medium",
+        low=1e-4,
+        high=10.0,
+        usual="3 1/8 to 11 1/4 in; laboratory rods 3 mm",
     )
-    inner_diameter: float = parameter(0.0762, "m", "J, B", "medium", high=10.0, usual="1 1/4 to 4 in; a rod 0")
+    inner_diameter: float = parameter(
+        0.0762, "m", "J, B", "medium", high=10.0, usual="1 1/4 to 4 in; a rod 0"
+    )
     length: float = parameter(
         200.0, "m", "J, B", "medium", low=1e-2, high=1e4, usual="20 to 400 m; laboratory rigs 0.1 m"
     )
     span: float = parameter(
-        19.81, "m", "J, B (65 ft, rounded as printed)", "medium", low=1e-2, high=1e3,
+        19.81,
+        "m",
+        "J, B (65 ft, rounded as printed)",
+        "medium",
+        low=1e-2,
+        high=1e3,
         usual="3 to 40 m; laboratory rigs 0.1 m",
-    )  # fmt: skip
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_bore(self.inner_diameter, self.outer_diameter)
         if self.span > self.length:
-            raise ValueError(f"span: found {self.span:g} m, allowed: at most the collar length, {self.length:g} m")
+            raise ValueError(
+                f"span: found {self.span:g} m, allowed: at most the collar length, "
+                f"{self.length:g} m"
+            )
 
 
 @dataclass(frozen=True)
@@ -65,9 +86,17 @@ class Pipe(Checked):
     """The drill pipe; its length is the depth less the collar length."""
 
     outer_diameter: float = parameter(
-        0.127, "m", "J by arithmetic", "medium", low=1e-4, high=10.0, usual="2 3/8 to 6 5/8 in; laboratory rods 3 mm"
+        0.127,
+        "m",
+        "J by arithmetic",
+        "medium",
+        low=1e-4,
+        high=10.0,
+        usual="2 3/8 to 6 5/8 in; laboratory rods 3 mm",
     )
-    inner_diameter: float = parameter(0.1086, "m", "J by arithmetic", "medium", high=10.0, usual="1.8 to 6 in; a rod 0")
+    inner_diameter: float = parameter(
+        0.1086, "m", "J by arithmetic", "medium", high=10.0, usual="1.8 to 6 in; a rod 0"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -79,13 +108,31 @@ class Material(Checked):
     """The steel of the string."""
 
     density: float = parameter(
-        7850.0, "kg/m^3", "standard", "high", low=10.0, high=1e6, usual="composite 1600 to tungsten 19 300 kg/m^3"
+        7850.0,
+        "kg/m^3",
+        "standard",
+        "high",
+        low=10.0,
+        high=1e6,
+        usual="composite 1600 to tungsten 19 300 kg/m^3",
     )
     young_modulus: float = parameter(
-        210e9, "Pa", "standard", "high", low=1e6, high=1e13, usual="plastics 2 GPa, aluminium 70 GPa, steel 210 GPa"
+        210e9,
+        "Pa",
+        "standard",
+        "high",
+        low=1e6,
+        high=1e13,
+        usual="plastics 2 GPa, aluminium 70 GPa, steel 210 GPa",
     )
     shear_modulus: float = parameter(
-        79.6e9, "Pa", "standard", "high", low=1e6, high=1e13, usual="plastics 1 GPa, aluminium 26 GPa, steel 80 GPa"
+        79.6e9,
+        "Pa",
+        "standard",
+        "high",
+        low=1e6,
+        high=1e13,
+        usual="plastics 1 GPa, aluminium 26 GPa, steel 80 GPa",
     )
 
 
@@ -97,16 +144,32 @@ class Drillstring(Checked):
     pipe: Pipe = field(default_factory=Pipe)
     material: Material = field(default_factory=Material)
     eccentricity: float = parameter(
-        0.0127, "m", "CY as reported (1/2 in); P prints 0.7 m, wider than the hole", "medium", high=10.0,
+        0.0127,
+        "m",
+        "CY as reported (1/2 in); P prints 0.7 m, wider than the hole",
+        "medium",
+        high=10.0,
         usual="1 to 15 mm",
-    )  # fmt: skip
-    eccentric_mass: Literal["total", "steel"] = choice("total", "P; 'steel' leaves the fluid added mass out")
+    )
+    eccentric_mass: Literal["total", "steel"] = choice(
+        "total", "P; 'steel' leaves the fluid added mass out"
+    )
     lateral_softening: Literal["live", "static", "none"] = choice("live", "CY")
     axial_damping: float = parameter(
-        4000.0, "N s/m", "CY, J as reported", "low", high=1e9, usual="1 to 100 kN s/m; critical 2 MN s/m on the rock"
+        4000.0,
+        "N s/m",
+        "CY, J as reported",
+        "low",
+        high=1e9,
+        usual="1 to 100 kN s/m; critical 2 MN s/m on the rock",
     )
     torsional_damping: float = parameter(
-        50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad; critical 1000 N m s/rad"
+        50.0,
+        "N m s/rad",
+        "CY, J as reported",
+        "low",
+        high=1e7,
+        usual="10 to 500 N m s/rad; critical 1000 N m s/rad",
     )
     eccentric_weight: bool = True
 
@@ -118,7 +181,9 @@ class StillMud(Checked):
     density: float = parameter(
         1500.0, "kg/m^3", "J, L", "high", high=1e5, usual="air 1 kg/m^3, mud 1000 to 2400 kg/m^3"
     )
-    added_mass: float = parameter(1.7, "", "J, L", "high", high=1e3, usual="1 to 3, in a narrow annulus 10")
+    added_mass: float = parameter(
+        1.7, "", "J, L", "high", high=1e3, usual="1 to 3, in a narrow annulus 10"
+    )
     drag: float = parameter(1.0, "", "J, L", "high", high=1e3, usual="0.5 to 2")
 
 
@@ -131,21 +196,28 @@ class Mud(StillMud):
 
 @dataclass(frozen=True)
 class Friction(Checked):
-    """The smoothed Stribeck law f(v) = (2/pi) atan(eps v) [(mu_s - mu_d) / (1 + tau |v|) + mu_d].
+    """The smoothed Stribeck law f(v) = (2/pi) atan(eps v) [(mu_s - mu_d) / (1 + tau
+    |v|) + mu_d].
 
-    ``smoothing`` is eps and ``decay`` is tau, per unit of the slip speed v: m/s at the wall, rad/s at the bit.
+    ``smoothing`` is eps and ``decay`` is tau, per unit of the slip speed v: m/s at the
+    wall, rad/s at the bit.
     """
 
     static: float = parameter(0.35, high=10.0, usual="0.1 to 1")
     dynamic: float = parameter(0.30, high=10.0, usual="0.1 to 0.8")
-    smoothing: float = parameter(500.0, "s/m", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/m")
-    decay: float = parameter(3.0, "s/m", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/m")
+    smoothing: float = parameter(
+        500.0, "s/m", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/m"
+    )
+    decay: float = parameter(
+        3.0, "s/m", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/m"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.dynamic > self.static:
             raise ValueError(
-                f"dynamic: found {self.dynamic:g}, allowed: at most the static coefficient, {self.static:g}"
+                f"dynamic: found {self.dynamic:g}, allowed: at most the static coefficient, "
+                f"{self.static:g}"
             )
 
 
@@ -153,7 +225,9 @@ class Friction(Checked):
 class WallFriction(Friction):
     """Friction between collar and wall, against slip speed in m/s."""
 
-    static: float = parameter(0.35, "", "L", "medium", high=10.0, usual="mud 0.1 to 0.4, dry rock 0.8")
+    static: float = parameter(
+        0.35, "", "L", "medium", high=10.0, usual="mud 0.1 to 0.4, dry rock 0.8"
+    )
     dynamic: float = parameter(0.30, "", "R", "low", high=10.0, usual="0.1 to 0.4")
 
 
@@ -161,7 +235,9 @@ class WallFriction(Friction):
 class StabilizerFriction(Friction):
     """Friction between stabilisers and wall, against slip speed in m/s."""
 
-    static: float = parameter(0.35, "", "R: as the wall", "low", high=10.0, usual="mud 0.1 to 0.4, dry rock 0.8")
+    static: float = parameter(
+        0.35, "", "R: as the wall", "low", high=10.0, usual="mud 0.1 to 0.4, dry rock 0.8"
+    )
     dynamic: float = parameter(0.30, "", "R: as the wall", "low", high=10.0, usual="0.1 to 0.4")
 
 
@@ -171,60 +247,90 @@ class HyperbolicFriction(Friction):
 
     static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
     dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
-    smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
-    decay: float = parameter(3.0, "s/rad", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/rad")
+    smoothing: float = parameter(
+        500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad"
+    )
+    decay: float = parameter(
+        3.0, "s/rad", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/rad"
+    )
 
 
 @dataclass(frozen=True)
 class BitFriction(HyperbolicFriction):
-    """Friction between bit and rock, against bit speed in rad/s; the laws are those of :mod:`.laws`.
+    """Friction between bit and rock, against bit speed in rad/s; the laws are those of
+    :mod:`.laws`.
 
-    Each law reads its own keys: ``hyperbolic`` and ``exponential`` ``static``, ``dynamic``, ``smoothing``, ``decay``;
-    ``linear`` ``dynamic_from`` in place of ``decay``; ``rational`` ``b0`` to ``b3`` alone.
+    Each law reads its own keys: ``hyperbolic`` and ``exponential`` ``static``,
+    ``dynamic``, ``smoothing``, ``decay``; ``linear`` ``dynamic_from`` in place of
+    ``decay``; ``rational`` ``b0`` to ``b3`` alone.
     """
 
-    law: Literal["hyperbolic", "linear", "exponential", "rational"] = choice("hyperbolic", "R (form: Leine 1998)")
+    law: Literal["hyperbolic", "linear", "exponential", "rational"] = choice(
+        "hyperbolic", "R (form: Leine 1998)"
+    )
     dynamic_from: float = parameter(
-        1.0, "rad/s", "R (form: Dawson, Lin & Spanos 1987)", "low", low=1e-4, high=1e3, usual="0.05 to 5 rad/s"
+        1.0,
+        "rad/s",
+        "R (form: Dawson, Lin & Spanos 1987)",
+        "low",
+        low=1e-4,
+        high=1e3,
+        usual="0.05 to 5 rad/s",
     )
     b0: float = parameter(0.0239, "m", "L", "medium", high=10.0, usual="10 to 50 mm")
     b1: float = parameter(1.910, "s/rad", "L", "medium", low=1e-3, high=1e6, usual="1 to 10 s/rad")
     b2: float = parameter(8.5, "s/rad", "L", "medium", high=1e6, usual="5 to 10 s/rad")
-    b3: float = parameter(5.47, "s^2/rad^2", "L", "medium", low=1e-6, high=1e6, usual="1 to 10 s^2/rad^2")
+    b3: float = parameter(
+        5.47, "s^2/rad^2", "L", "medium", low=1e-6, high=1e6, usual="1 to 10 s^2/rad^2"
+    )
 
 
 @dataclass(frozen=True)
 class Well(Checked):
-    """The hole and its wall; ``stiffness`` is in N/m for the linear law, in N/m^1.5 for the Hertz law."""
+    """The hole and its wall; ``stiffness`` is in N/m for the linear law, in N/m^1.5 for
+    the Hertz law."""
 
-    diameter: float = parameter(0.381, "m", "P (15 in)", "certain", low=1e-4, high=10.0, usual="3 3/4 to 36 in")
+    diameter: float = parameter(
+        0.381, "m", "P (15 in)", "certain", low=1e-4, high=10.0, usual="3 3/4 to 36 in"
+    )
     stiffness: float = parameter(
-        25e6, "N/m or N/m^1.5", "CY as reported; L has 1e9", "low: sweep it", low=1.0, high=1e13,
+        25e6,
+        "N/m or N/m^1.5",
+        "CY as reported; L has 1e9",
+        "low: sweep it",
+        low=1.0,
+        high=1e13,
         usual="1 MN/m to 10 GN/m; Hertz 1 to 100 GN/m^1.5",
-    )  # fmt: skip
+    )
     law: Literal["linear", "hertz"] = choice("linear", "P")
     friction: WallFriction = field(default_factory=WallFriction)
-    inclination: float = parameter(0.0, "rad", "P: a vertical hole", high=math.pi / 2, usual="0 to 90 deg")
+    inclination: float = parameter(
+        0.0, "rad", "P: a vertical hole", high=math.pi / 2, usual="0 to 90 deg"
+    )
     axial_friction: bool = False
 
 
 def deepest(stiffness: float, law: str) -> float:
-    """How deep [m] the largest force presses the collar into a wall of this stiffness and contact law."""
+    """How deep [m] the largest force presses the collar into a wall of this stiffness
+    and contact law."""
     return (LARGEST_FORCE / stiffness) ** (2 / 3 if law == "hertz" else 1.0)
 
 
 @dataclass(frozen=True)
 class Stabilizer(Checked):
-    """The stabilisers at both ends of the span, rigid and touching at once. ``clearance`` is radial, None for hinges
-    without room and without friction."""
+    """The stabilisers at both ends of the span, rigid and touching at once.
+    ``clearance`` is radial, None for hinges without room and without friction."""
 
-    clearance: float | None = parameter(None, "m", "P: hinges", "modelling choice", high=10.0, usual="0 to 25 mm")
+    clearance: float | None = parameter(
+        None, "m", "P: hinges", "modelling choice", high=10.0, usual="0 to 25 mm"
+    )
     friction: StabilizerFriction = field(default_factory=StabilizerFriction)
 
 
 @dataclass(frozen=True)
 class Cutting(Checked):
-    """The cutting torque and the rate of penetration: ROP [m/s] = c1 W[N] sqrt(Omega[rad/s]) + c2, 0 if negative."""
+    """The cutting torque and the rate of penetration: ROP [m/s] = c1 W[N]
+    sqrt(Omega[rad/s]) + c2, 0 if negative."""
 
     zeta: float = parameter(1.0, "", "B", "high", high=1e3, usual="0 to 2")
     c1: float = parameter(1.35e-8, "", "B", "high", high=1e-3, usual="1e-9 to 1e-7: 1 to 100 m/h")
@@ -236,11 +342,23 @@ class Bit(Checked):
     """The bit on its lobed surface s = s0 sin(n_b phi)."""
 
     lobes: int = parameter(
-        3, "", "B (3 roller cone, 1 PDC); P does not say which", "high", low=1, high=8, usual="1, 3; 5 or 6 blades"
+        3,
+        "",
+        "B (3 roller cone, 1 PDC); P does not say which",
+        "high",
+        low=1,
+        high=8,
+        usual="1, 3; 5 or 6 blades",
     )
     surface_amplitude: float = parameter(1e-3, "m", "B", "high", high=1.0, usual="0.1 to 10 mm")
     rock_stiffness: float = parameter(
-        25e6, "N/m", "CY as reported; B has 1.16e9", "low: sweep it", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m"
+        25e6,
+        "N/m",
+        "CY as reported; B has 1.16e9",
+        "low: sweep it",
+        low=1.0,
+        high=1e13,
+        usual="1 MN/m to 10 GN/m",
     )
     cutting: Cutting = field(default_factory=Cutting)
     friction: BitFriction = field(default_factory=BitFriction)
@@ -248,8 +366,9 @@ class Bit(Checked):
 
 @dataclass(frozen=True)
 class Modes(Checked):
-    """Which motions the string has. A frozen one stays as it is: the bit at its static position on a surface without
-    lobes, the string turning with the set speed, the collar in the middle of the hole. ValueError where all are."""
+    """Which motions the string has. A frozen one stays as it is: the bit at its static
+    position on a surface without lobes, the string turning with the set speed, the
+    collar in the middle of the hole. ValueError where all are."""
 
     axial: Literal["free", "frozen"] = choice("free", "P")
     torsional: Literal["free", "frozen"] = choice("free", "P")
@@ -263,46 +382,93 @@ class Modes(Checked):
 
 @dataclass(frozen=True)
 class Drive(Checked):
-    """What turns the top of the string, and how it is controlled (:mod:`nsdrill.models.christoforou_yigit.drives`).
+    """What turns the top of the string, and how it is controlled
+    (:mod:`nsdrill.models.christoforou_yigit.drives`).
 
-    Each kind reads its own keys: ``soft_torque`` ``matching``, ``frequency`` (None: that of the string) and
-    ``compensated_inertia``; ``z_torque`` ``a`` and ``high_pass``; ``lqr`` the two weights; ``pi`` ``stiffness``,
-    ``damping``, ``twist_gain`` and ``speed_gain``; ``dc_motor`` ``inductance`` to ``motor_inertia``; all but
-    ``ideal`` ``shaft_damping``, and all but ``dc_motor`` ``inertia``. A ``torque_limit`` (None: none) is for
-    controllers that leave the machine its inertia: not for ``ideal``, ``z_torque`` and ``dc_motor``, and for
-    ``soft_torque`` only without ``compensated_inertia``. Until ``on_at`` (None: the start) the drive turns with the
-    set speed whatever the torque.
+    Each kind reads its own keys: ``soft_torque`` ``matching``, ``frequency`` (None:
+    that of the string) and ``compensated_inertia``; ``z_torque`` ``a`` and
+    ``high_pass``; ``lqr`` the two weights; ``pi`` ``stiffness``, ``damping``,
+    ``twist_gain`` and ``speed_gain``; ``dc_motor`` ``inductance`` to ``motor_inertia``;
+    all but ``ideal`` ``shaft_damping``, and all but ``dc_motor`` ``inertia``. A
+    ``torque_limit`` (None: none) is for controllers that leave the machine its inertia:
+    not for ``ideal``, ``z_torque`` and ``dc_motor``, and for ``soft_torque`` only
+    without ``compensated_inertia``. Until ``on_at`` (None: the start) the drive turns
+    with the set speed whatever the torque.
     """
 
-    kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi", "dc_motor"] = choice(
-        "ideal", "P; the others as Simulator4nDOF has them"
-    )
+    kind: Literal[
+        "ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi", "dc_motor"
+    ] = choice("ideal", "P; the others as Simulator4nDOF has them")
     inertia: float = parameter(
-        2900.0, "kg m^2", "Simulator4nDOF", "medium", low=1e-3, high=1e7, usual="500 to 5000 kg m^2 at the string"
+        2900.0,
+        "kg m^2",
+        "Simulator4nDOF",
+        "medium",
+        low=1e-3,
+        high=1e7,
+        usual="500 to 5000 kg m^2 at the string",
     )
     stiffness: float = parameter(
-        14500.0, "N m/rad", "stiff PI: 5 /s^2 of the inertia", "medium", high=1e9, usual="100 to 20 000 N m/rad"
+        14500.0,
+        "N m/rad",
+        "stiff PI: 5 /s^2 of the inertia",
+        "medium",
+        high=1e9,
+        usual="100 to 20 000 N m/rad",
     )
     damping: float = parameter(
-        14853.0, "N m s/rad", "stiff PI: 50 pipe impedances", "medium", high=1e9, usual="300 to 20 000 N m s/rad"
+        14853.0,
+        "N m s/rad",
+        "stiff PI: 50 pipe impedances",
+        "medium",
+        high=1e9,
+        usual="300 to 20 000 N m s/rad",
     )
     twist_gain: float = parameter(0.0, "N m/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m/rad")
-    speed_gain: float = parameter(0.0, "N m s/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m s/rad")
-    shaft_damping: float = parameter(0.0, "N m s/rad", "J as reported", "low", high=1e7, usual="0 to 500 N m s/rad")
+    speed_gain: float = parameter(
+        0.0, "N m s/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m s/rad"
+    )
+    shaft_damping: float = parameter(
+        0.0, "N m s/rad", "J as reported", "low", high=1e7, usual="0 to 500 N m s/rad"
+    )
     matching: float = parameter(
-        4.0, "", "Simulator4nDOF", "medium", low=1e-3, high=1e3, usual="1 (the pipe's impedance) to 5"
+        4.0,
+        "",
+        "Simulator4nDOF",
+        "medium",
+        low=1e-3,
+        high=1e3,
+        usual="1 (the pipe's impedance) to 5",
     )
     frequency: float | None = parameter(
-        None, "Hz", "the torsional frequency of the string", "medium", low=1e-4, high=100.0, usual="0.05 to 0.5 Hz"
+        None,
+        "Hz",
+        "the torsional frequency of the string",
+        "medium",
+        low=1e-4,
+        high=100.0,
+        usual="0.05 to 0.5 Hz",
     )
-    compensated_inertia: float = parameter(0.0, "kg m^2", high=1e7, usual="0 to 0.9 times the inertia")
+    compensated_inertia: float = parameter(
+        0.0, "kg m^2", high=1e7, usual="0 to 0.9 times the inertia"
+    )
     a: float = parameter(0.25, "", "Simulator4nDOF", "medium", high=100.0, usual="0.1 to 1")
     high_pass: float = parameter(
-        20.0 / (2.0 * math.pi), "s", "Simulator4nDOF", "medium", low=1e-3, high=1e6, usual="1 to 10 s"
+        20.0 / (2.0 * math.pi),
+        "s",
+        "Simulator4nDOF",
+        "medium",
+        low=1e-3,
+        high=1e6,
+        usual="1 to 10 s",
     )
     state_weight: float = parameter(1.0, "", high=1e12, low=1e-12, usual="1")
-    inductance: float = parameter(0.005, "H", "CY as reported", "low", low=1e-6, high=100.0, usual="1 to 50 mH")
-    resistance: float = parameter(0.01, "ohm", "CY as reported", "low", low=1e-9, high=1e3, usual="0.005 to 0.1 ohm")
+    inductance: float = parameter(
+        0.005, "H", "CY as reported", "low", low=1e-6, high=100.0, usual="1 to 50 mH"
+    )
+    resistance: float = parameter(
+        0.01, "ohm", "CY as reported", "low", low=1e-9, high=1e3, usual="0.005 to 0.1 ohm"
+    )
     torque_constant: float = parameter(
         6.0, "V s/rad", "CY as reported", "low", low=1e-3, high=1e4, usual="1 to 20 V s/rad"
     )
@@ -310,20 +476,33 @@ class Drive(Checked):
     table_inertia: float = parameter(
         930.0, "kg m^2", "CY as reported", "low", low=1e-3, high=1e7, usual="200 to 2000 kg m^2"
     )
-    motor_inertia: float = parameter(23.0, "kg m^2", "CY as reported", "low", high=1e6, usual="5 to 50 kg m^2")
+    motor_inertia: float = parameter(
+        23.0, "kg m^2", "CY as reported", "low", high=1e6, usual="5 to 50 kg m^2"
+    )
     gains: tuple[float, ...] | None = parameter(
-        None, "", low=-1e9, high=1e9, most=5,
-        meaning="K_I, K_1, K_2, K_3, K_4 of the motor's voltage, kind dc_motor; null: constant voltage",
-    )  # fmt: skip
+        None,
+        "",
+        low=-1e9,
+        high=1e9,
+        most=5,
+        meaning="K_I, K_1, K_2, K_3, K_4 of the motor's voltage, kind dc_motor; null: constant "
+        "voltage",
+    )
     on_at: float | None = parameter(None, "s", high=1e7, usual="10 to 100 s into a simulation")
     torque_limit: float | None = parameter(
-        None, "N m", "Simulator4nDOF has 60 kN m", "medium", high=1e9, usual="20 to 100 kN m at the string"
+        None,
+        "N m",
+        "Simulator4nDOF has 60 kN m",
+        "medium",
+        high=1e9,
+        usual="20 to 100 kN m at the string",
     )
     torque_weight: float = parameter(1e-6, "", high=1e12, low=1e-15, usual="1e-8 to 1e-4")
 
     @property
     def ideal(self) -> bool:
-        """Whether the top turns with the set speed whatever the torque, without states of its own."""
+        """Whether the top turns with the set speed whatever the torque, without states
+        of its own."""
         return self.kind == "ideal"
 
     @property
@@ -338,8 +517,13 @@ class Drive(Checked):
 
     @property
     def motor_damping(self) -> float:
-        """Of a DC motor: the fall of its torque with its speed [N m s/rad], (n K)^2/R, at the string."""
-        return (self.gear * self.torque_constant) * (self.gear * self.torque_constant) / self.resistance
+        """Of a DC motor: the fall of its torque with its speed [N m s/rad], (n K)^2/R,
+        at the string."""
+        return (
+            (self.gear * self.torque_constant)
+            * (self.gear * self.torque_constant)
+            / self.resistance
+        )
 
     @property
     def circuit_time(self) -> float:
@@ -348,9 +532,12 @@ class Drive(Checked):
 
     @property
     def top_inertia(self) -> float:
-        """What turns at the top of the string [kg m^2]; of a DC motor table and motor, n^2 times its own."""
+        """What turns at the top of the string [kg m^2]; of a DC motor table and motor,
+        n^2 times its own."""
         return (
-            self.table_inertia + self.gear * self.gear * self.motor_inertia if self.kind == "dc_motor" else self.inertia
+            self.table_inertia + self.gear * self.gear * self.motor_inertia
+            if self.kind == "dc_motor"
+            else self.inertia
         )
 
     def __post_init__(self) -> None:
@@ -381,15 +568,17 @@ class Parameters:
         gap, clearance = (self.well.diameter - collar) / 2, self.stabilizer.clearance
         if clearance is not None and clearance >= gap:
             raise ValueError(
-                f"stabilizer.clearance: found {clearance:g} m, allowed: below the gap between collar and wall, "
+                f"stabilizer.clearance: found {clearance:g} m, allowed: below the gap between "
+                f"collar and wall, "
                 f"{gap:g} m"
             )
 
 
 @dataclass(frozen=True)
 class Initial(Starts):
-    """The state at the start. ``None`` stands for the natural value: ``z`` for the static position under the weight on
-    bit, ``bit_speed`` and ``drive_speed`` for the set speed of the top drive.
+    """The state at the start. ``None`` stands for the natural value: ``z`` for the
+    static position under the weight on bit, ``bit_speed`` and ``drive_speed`` for the
+    set speed of the top drive.
 
     An ensemble is drawn as :mod:`.ensemble` says.
     """

@@ -1,4 +1,5 @@
-"""Which keys of a study a string reads, by its choices: the kind of its drive, its friction law, its frozen modes."""
+"""Which keys of a study a string reads, by its choices: the kind of its drive, its
+friction law, its frozen modes."""
 
 from __future__ import annotations
 
@@ -69,15 +70,27 @@ FROZEN: dict[str, tuple[str, ...]] = {
 OFF: dict[str, dict[str, Any]] = {
     "axial": {"well.axial_friction": False},
     "torsional": {},
-    "lateral": {"mud.swirl": 0.0, "well.inclination": 0.0, "well.axial_friction": False, "stabilizer.clearance": None},
+    "lateral": {
+        "mud.swirl": 0.0,
+        "well.inclination": 0.0,
+        "well.axial_friction": False,
+        "stabilizer.clearance": None,
+    },
 }
 
 
 def unread(parameters: Any) -> frozenset[str]:
-    """The keys that a string with these :class:`.parameters.Parameters` does not read, of its start as well."""
+    """The keys that a string with these :class:`.parameters.Parameters` does not read,
+    of its start as well."""
     kind, law = parameters.drive.kind, parameters.bit.friction.law
-    drive = (item.name for item in fields(parameters.drive) if item.name not in ("kind", *READ_BY[kind]))
-    friction = (item.name for item in fields(parameters.bit.friction) if item.name not in ("law", *READ_BY_LAW[law]))
+    drive = (
+        item.name for item in fields(parameters.drive) if item.name not in ("kind", *READ_BY[kind])
+    )
+    friction = (
+        item.name
+        for item in fields(parameters.bit.friction)
+        if item.name not in ("law", *READ_BY_LAW[law])
+    )
     found = {*(f"drive.{name}" for name in drive), *(f"bit.friction.{name}" for name in friction)}
     if kind == "ideal":
         found |= {"initial.lag", "initial.drive_speed"}
@@ -85,5 +98,7 @@ def unread(parameters: Any) -> frozenset[str]:
         if getattr(parameters.modes, mode) == "frozen":
             found |= {*keys, *OFF[mode]}
     if parameters.stabilizer.clearance is None:
-        found |= {f"stabilizer.friction.{item.name}" for item in fields(parameters.stabilizer.friction)}
+        found |= {
+            f"stabilizer.friction.{item.name}" for item in fields(parameters.stabilizer.friction)
+        }
     return frozenset(found)

@@ -1,7 +1,8 @@
 """The right-hand side of the 4-DOF equations of motion, for all lanes at once.
 
-Derived from the Lagrangian of the coupled system (theory page of the documentation); the printed equations of the paper
-have sign and index errors. States: x, vx, y, vy, z, vz, twist, bit_speed, all SI.
+Derived from the Lagrangian of the coupled system (theory page of the documentation);
+the printed equations of the paper have sign and index errors. States: x, vx, y, vy, z,
+vz, twist, bit_speed, all SI.
 """
 
 from __future__ import annotations
@@ -35,18 +36,52 @@ from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.differences import rows_to_keep
 
 STATES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
-# Left by the right-hand side for the observer: cosine and sine of the bit angle, the smoothed direction of the bit
-# speed and its decay factor. The others carry results from one of its loops to the next.
-AUX = ("cosine", "sine", "direction", "decay", "force", "torque", "radius", "slip", "radial", "tangential", "friction")
+# Left by the right-hand side for the observer: cosine and sine of the bit angle, the
+# smoothed direction of the bit speed and its decay factor. The others carry results
+# from one of its loops to the next.
+AUX = (
+    "cosine",
+    "sine",
+    "direction",
+    "decay",
+    "force",
+    "torque",
+    "radius",
+    "slip",
+    "radial",
+    "tangential",
+    "friction",
+)
 PARAMETERS = (
-    "drive_speed", "wob",
-    "per_lateral_mass", "per_inertia", "per_axial_mass", "unbalance_arm",
-    "bending", "softening_force", "softening_torque", "drag",
-    "axial_damping", "axial_stiffness", "torsional_damping", "torsional_stiffness",
-    "gap", "wall_stiffness", "collar_radius", "wall_smoothing", "wall_decay", "wall_rise", "wall_dynamic",
-    "rock_stiffness", "surface_amplitude", "bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic",
+    "drive_speed",
+    "wob",
+    "per_lateral_mass",
+    "per_inertia",
+    "per_axial_mass",
+    "unbalance_arm",
+    "bending",
+    "softening_force",
+    "softening_torque",
+    "drag",
+    "axial_damping",
+    "axial_stiffness",
+    "torsional_damping",
+    "torsional_stiffness",
+    "gap",
+    "wall_stiffness",
+    "collar_radius",
+    "wall_smoothing",
+    "wall_decay",
+    "wall_rise",
+    "wall_dynamic",
+    "rock_stiffness",
+    "surface_amplitude",
+    "bit_smoothing",
+    "bit_decay",
+    "bit_rise",
+    "bit_dynamic",
     "stuck_below",
-)  # fmt: skip
+)
 INDEX = {name: i for i, name in enumerate(PARAMETERS)}
 # A drive that is not ideal has two states and six parameters more.
 DRIVE_STATES = ("lag", "drive_speed")
@@ -66,7 +101,8 @@ MOTOR_PARAMETERS = ("motor_damping", "per_circuit_time")
 # The law of its voltage, where it has gains.
 REGULATOR_PARAMETERS = tuple(f"regulator_{name}" for name in Regulator._fields)
 CONTACTS = 2  # rock and wall
-# Friction acts on the slopes of vx, vy and the bit speed; some kinds of it act on vz as well.
+# Friction acts on the slopes of vx, vy and the bit speed; some kinds of it act on vz as
+# well.
 PUSHED, PUSHED_ALONG = 0b1011, 0b1111
 UNSEEN = 1e30  # the size of a state that has no say in the steps
 
@@ -96,12 +132,20 @@ def aux_of(options: Options) -> tuple[str, ...]:
     """The names of the auxiliary outputs."""
     if not options.apart:
         return AUX
-    return (*AUX, *OWN, *(HELD if options.stabilizer else ()), *(ALONG if options.axial_friction else ()))
+    return (
+        *AUX,
+        *OWN,
+        *(HELD if options.stabilizer else ()),
+        *(ALONG if options.axial_friction else ()),
+    )
 
 
-def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
-    """The lane buffer for an observer with so many rows, with a deviation beside the states or without, and with so
-    many ``columns`` of parameters where there are more than those of the model."""
+def rows_of(
+    options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None
+) -> Rows:
+    """The lane buffer for an observer with so many rows, with a deviation beside the
+    states or without, and with so many ``columns`` of parameters where there are more
+    than those of the model."""
     states = len(states_of(options))
     companions = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
@@ -117,21 +161,41 @@ MAIN = Options()
 
 @lru_cache
 def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool = False) -> Any:
-    """The compiled right-hand side for a number of lanes and these options; in a buffer with a deviation, which it does
-    not touch, or without."""
+    """The compiled right-hand side for a number of lanes and these options; in a buffer
+    with a deviation, which it does not touch, or without."""
     rows = rows_of(options, tangent=tangent)
     W, hertz, lobes, driven = lanes, options.hertz, options.lobes, options.driven
     law_of_bit = options.friction
     x_, vx_, y_, vy_, z_, vz_, twist_, speed_ = (W * (rows.stage + i) for i in range(8))
     ax_, ay_, az_, alpha_ = (W * (rows.acceleration + i) for i in range(4))
     time_ = W * rows.stage_time
-    cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
-        W * (rows.aux_now + i) for i in range(len(AUX))
-    )
+    (
+        cosine_,
+        sine_,
+        direction_,
+        decay_,
+        force_,
+        torque_,
+        radius_,
+        slip_,
+        radial_,
+        tangential_,
+        friction_,
+    ) = (W * (rows.aux_now + i) for i in range(len(AUX)))
     P = {name: W * (rows.parameter + i) for i, name in enumerate(columns_of(options))}
     phase_, drive_, wob_ = W * rows.phase, P["drive_speed"], P["wob"]
-    iml_, iJ_, ima_, q_ = P["per_lateral_mass"], P["per_inertia"], P["per_axial_mass"], P["unbalance_arm"]
-    bend_, soft_F_, soft_T_, drag_ = P["bending"], P["softening_force"], P["softening_torque"], P["drag"]
+    iml_, iJ_, ima_, q_ = (
+        P["per_lateral_mass"],
+        P["per_inertia"],
+        P["per_axial_mass"],
+        P["unbalance_arm"],
+    )
+    bend_, soft_F_, soft_T_, drag_ = (
+        P["bending"],
+        P["softening_force"],
+        P["softening_torque"],
+        P["drag"],
+    )
     c_a_, k_a_, c_t_, k_t_ = (
         P["axial_damping"],
         P["axial_stiffness"],
@@ -139,32 +203,59 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
         P["torsional_stiffness"],
     )
     gap_, k_w_, R_c_ = P["gap"], P["wall_stiffness"], P["collar_radius"]
-    eps_w_, tau_w_, rise_w_, mu_w_ = P["wall_smoothing"], P["wall_decay"], P["wall_rise"], P["wall_dynamic"]
+    eps_w_, tau_w_, rise_w_, mu_w_ = (
+        P["wall_smoothing"],
+        P["wall_decay"],
+        P["wall_rise"],
+        P["wall_dynamic"],
+    )
     k_c_, s0_ = P["rock_stiffness"], P["surface_amplitude"]
-    eps_b_, tau_b_, rise_b_, mu_b_ = P["bit_smoothing"], P["bit_decay"], P["bit_rise"], P["bit_dynamic"]
+    eps_b_, tau_b_, rise_b_, mu_b_ = (
+        P["bit_smoothing"],
+        P["bit_decay"],
+        P["bit_rise"],
+        P["bit_dynamic"],
+    )
     # The rows of the drive, which an ideal one has not.
     lag_, top_, pull_ = W * (rows.stage + 8), W * (rows.stage + 9), W * (rows.acceleration + 4)
-    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_, most_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(7))
+    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_, most_ = (
+        W * (rows.parameter + len(PARAMETERS) + i) for i in range(7)
+    )
     limited, motor = options.limited, options.motor
     T_m_, surge_ = W * (rows.stage + 11), W * (rows.acceleration + 5)
-    slope_, per_time_ = (W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2))
+    slope_, per_time_ = (
+        W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2)
+    )
     regulated = options.regulated
-    T_0_, psi_0_, g_T_, g_lag_, g_top_, g_twist_, g_speed_ = (P.get(name, 0) for name in REGULATOR_PARAMETERS)
+    T_0_, psi_0_, g_T_, g_lag_, g_top_, g_twist_, g_speed_ = (
+        P.get(name, 0) for name in REGULATOR_PARAMETERS
+    )
     # The rows of further options, which are nowhere without them.
-    swirl, stabilizer, weight, both = options.swirl, options.stabilizer, options.weight, options.axial_friction
+    swirl, stabilizer, weight, both = (
+        options.swirl,
+        options.stabilizer,
+        options.weight,
+        options.axial_friction,
+    )
     sigma_, momentum_ = (P.get(name, 0) for name in SWIRL_PARAMETERS)
-    room_, R_s_, arm_s_, eps_s_, tau_s_, rise_s_, mu_s_ = (P.get(name, 0) for name in STABILIZER_PARAMETERS)
+    room_, R_s_, arm_s_, eps_s_, tau_s_, rise_s_, mu_s_ = (
+        P.get(name, 0) for name in STABILIZER_PARAMETERS
+    )
     weight_, eccentric_ = (P.get(name, 0) for name in WEIGHT_PARAMETERS)
     (rate_,) = (P.get(name, 0) for name in AXIAL_PARAMETERS)
-    near_ = room_ if stabilizer else gap_  # where the collar begins to touch: there is less room at the stabilisers
+    # where the collar begins to touch: there is less room at the stabilisers
+    near_ = room_ if stabilizer else gap_
     axial_ = slip_  # friction along the axis, where the slip is not needed any more
     apart = options.apart
-    solve = make_solve(lanes, options, rows, columns_of(options), aux_of(options)) if apart else None
+    solve = (
+        make_solve(lanes, options, rows, columns_of(options), aux_of(options)) if apart else None
+    )
 
     @compiled(types.void(BUFFER), W, *options, tangent)
     def right_hand_side(b):  # type: ignore[no-untyped-def]
-        # Bit: interference with the lobed surface, force, torque. Cutting and friction share their direction. The
-        # collar's radius and slip are made ready here, where there is other work to do while a root is taken.
+        # Bit: interference with the lobed surface, force, torque. Cutting and friction
+        # share their direction. The collar's radius and slip are made ready here, where
+        # there is other work to do while a root is taken.
         touching = 0
         for i in range(W):
             x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
@@ -183,10 +274,12 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 g, decayed = bit_factors(law_of_bit, omega, b[eps_b_ + i], b[tau_b_ + i])
                 b[direction_ + i] = g
                 b[decay_ + i] = decayed
-                b[torque_ + i] = force * bit_arm(law_of_bit, omega, g, decayed, b[rise_b_ + i], b[mu_b_ + i])
+                b[torque_ + i] = force * bit_arm(
+                    law_of_bit, omega, g, decayed, b[rise_b_ + i], b[mu_b_ + i]
+                )
 
-        # Wall: penetration, normal force, friction against the slip of the collar's surface (the row has slip times
-        # radius). Only if some lane touches.
+        # Wall: penetration, normal force, friction against the slip of the collar's
+        # surface (the row has slip times radius). Only if some lane touches.
         if apart:
             solve(b, touching)
         elif touching != 0:
@@ -199,7 +292,13 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 if both:
                     slip, along = b[slip_ + i], b[vz_ + i] - b[rate_ + i]
                     share, per_r = shared(
-                        slip, along * r, r, b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i]
+                        slip,
+                        along * r,
+                        r,
+                        b[eps_w_ + i],
+                        b[tau_w_ + i],
+                        b[rise_w_ + i],
+                        b[mu_w_ + i],
                     )
                     friction = normal * (share * slip)
                     b[axial_ + i] = normal * (share * (along * r))
@@ -217,19 +316,30 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 if both:
                     b[axial_ + i] = 0.0
 
-        # The stabilisers carry the restoring force of the bent span, with friction of its size. What that takes from
-        # the bit goes where the wall's friction is, as a force at the surface of the collar.
+        # The stabilisers carry the restoring force of the bent span, with friction of
+        # its size. What that takes from the bit goes where the wall's friction is, as a
+        # force at the surface of the collar.
         if stabilizer and not apart and touching != 0:
             for i in range(W):
                 x, vx, y, vy, r = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[radius_ + i]
-                stiffness = fma(-b[soft_F_ + i], b[force_ + i], fma(-b[soft_T_ + i], b[torque_ + i], b[bend_ + i]))
+                stiffness = fma(
+                    -b[soft_F_ + i],
+                    b[force_ + i],
+                    fma(-b[soft_T_ + i], b[torque_ + i], b[bend_ + i]),
+                )
                 normal = stiffness * max(r - b[room_ + i], 0.0)
                 unit = r * r
                 slip = fma(b[speed_ + i] * b[R_s_ + i], unit, b[room_ + i] * fma(x, vy, -(y * vx)))
                 if both:
                     along = (b[vz_ + i] - b[rate_ + i]) * unit
                     share, per_unit = shared(
-                        slip, along, unit, b[eps_s_ + i], b[tau_s_ + i], b[rise_s_ + i], b[mu_s_ + i]
+                        slip,
+                        along,
+                        unit,
+                        b[eps_s_ + i],
+                        b[tau_s_ + i],
+                        b[rise_s_ + i],
+                        b[mu_s_ + i],
                     )
                     friction = abs(normal) * (share * slip)
                     b[axial_ + i] += abs(normal) * (share * along)
@@ -240,7 +350,8 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 b[tangential_ + i] += friction * (r * per_unit)
                 b[friction_ + i] += friction * b[arm_s_ + i]
 
-        # Motion: lateral forces at the collar's centre, softened by axial force and torque; the moment; the slopes.
+        # Motion: lateral forces at the collar's centre, softened by axial force and
+        # torque; the moment; the slopes.
         for i in range(W):
             x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
             z, vz, twist, omega = b[z_ + i], b[vz_ + i], b[twist_ + i], b[speed_ + i]
@@ -275,14 +386,20 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 law = fma(
                     b[K_i_ + i],
                     lag,
-                    fma(b[K_p_ + i], top - speed, fma(b[G_t_ + i], twist, b[G_w_ + i] * (omega - speed))),
+                    fma(
+                        b[K_p_ + i],
+                        top - speed,
+                        fma(b[G_t_ + i], twist, b[G_w_ + i] * (omega - speed)),
+                    ),
                 )
                 if motor:
                     law = -b[T_m_ + i]
                     b[surge_ + i] = fma(b[slope_ + i], speed - top, law) * b[per_time_ + i]
                     if regulated:
                         fed = fma(
-                            b[g_lag_ + i], lag, fma(b[g_top_ + i], top - speed, b[g_speed_ + i] * (omega - speed))
+                            b[g_lag_ + i],
+                            lag,
+                            fma(b[g_top_ + i], top - speed, b[g_speed_ + i] * (omega - speed)),
                         )
                         fed = fma(b[g_twist_ + i], b[twist_ + i] - b[psi_0_ + i], fed)
                         fed = fma(b[g_T_ + i], b[T_m_ + i] - b[T_0_ + i], fed)
@@ -292,7 +409,9 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 b[pull_ + i] = (fma(b[k_t_ + i], twist, -damped) - law) * b[iJ_d_ + i]
                 torque = torque - damped
             q = b[q_ + i]
-            moment = fma(b[c_t_ + i], omega, fma(b[k_t_ + i], twist, fma(friction, b[R_c_ + i], torque)))
+            moment = fma(
+                b[c_t_ + i], omega, fma(b[k_t_ + i], twist, fma(friction, b[R_c_ + i], torque))
+            )
             if weight:
                 moment = fma(b[eccentric_ + i], c, moment)
             if both:
@@ -301,15 +420,19 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
             centripetal = omega * omega
             b[ax_ + i] = fma(q, fma(centripetal, c, angular * s), F_x * b[iml_ + i])
             b[ay_ + i] = fma(q, fma(centripetal, s, -(angular * c)), F_y * b[iml_ + i])
-            b[az_ + i] = (force - fma(b[c_a_ + i], vz, fma(b[k_a_ + i], z, b[wob_ + i]))) * b[ima_ + i]
+            b[az_ + i] = (force - fma(b[c_a_ + i], vz, fma(b[k_a_ + i], z, b[wob_ + i]))) * b[
+                ima_ + i
+            ]
             b[alpha_ + i] = angular
 
     return right_hand_side
 
 
-def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_below: float = 0.0) -> np.ndarray:
-    """Lane parameters of operating points, shape (points, columns), from 1-D arrays depth [m], wob [N] and
-    rotary_speed [rad/s] of one length."""
+def pack(
+    parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_below: float = 0.0
+) -> np.ndarray:
+    """Lane parameters of operating points, shape (points, columns), from 1-D arrays
+    depth [m], wob [N] and rotary_speed [rad/s] of one length."""
     depth, wob, rotary_speed = _together(depth, wob, rotary_speed)
     k: Coefficients = derive(parameters, depth, wob, rotary_speed)
     string, well, bit = parameters.drillstring, parameters.well, parameters.bit
@@ -324,7 +447,8 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
         "per_inertia": 1 / (k.J + k.m_e * string.eccentricity * (string.eccentricity - q)),
         "per_axial_mass": 1 / k.m_a,
         "unbalance_arm": q,
-        "bending": k.k_bend - (force_softening * wob if string.lateral_softening == "static" else 0.0),
+        "bending": k.k_bend
+        - (force_softening * wob if string.lateral_softening == "static" else 0.0),
         "softening_force": force_softening if live else 0.0,
         "softening_torque": torque_softening if live else 0.0,
         "drag": k.c_h,
@@ -378,12 +502,15 @@ def _together(*values: Any) -> list[np.ndarray]:
 
 
 def sizes(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
-    """Natural size of each state at operating points, (points, states): the absolute tolerance is rtol times this.
+    """Natural size of each state at operating points, (points, states): the absolute
+    tolerance is rtol times this.
 
-    Lateral: a tenth of the gap; axial: the static penetration of the rock under the weight on bit, at least a tenth of
-    the lobe amplitude; twist and bit speed: a tenth of a radian, a tenth of the drive speed. Velocities: the position's
-    size times the frequency of the free mode, bending for the lateral one and in contact for the axial one. A drive's
-    lag and speed have the sizes of twist and bit speed, the torque of a motor that of a twist of that size.
+    Lateral: a tenth of the gap; axial: the static penetration of the rock under the
+    weight on bit, at least a tenth of the lobe amplitude; twist and bit speed: a tenth
+    of a radian, a tenth of the drive speed. Velocities: the position's size times the
+    frequency of the free mode, bending for the lateral one and in contact for the axial
+    one. A drive's lag and speed have the sizes of twist and bit speed, the torque of a
+    motor that of a twist of that size.
     """
     p = {name: table[:, i] for name, i in INDEX.items()}
     lateral = 0.1 * p["gap"]
@@ -397,9 +524,15 @@ def sizes(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
         )
     )
     columns: tuple[np.ndarray, ...] = (
-        lateral, lateral * bending_rate, lateral, lateral * bending_rate, axial, axial * axial_rate,
-        np.full(len(table), 0.1), 0.1 * p["drive_speed"],
-    )  # fmt: skip
+        lateral,
+        lateral * bending_rate,
+        lateral,
+        lateral * bending_rate,
+        axial,
+        axial * axial_rate,
+        np.full(len(table), 0.1),
+        0.1 * p["drive_speed"],
+    )
     if options.driven:
         columns = (*columns, *columns[-2:])
     if options.motor:
@@ -408,8 +541,8 @@ def sizes(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
 
 
 def drifts(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
-    """What each position's rate has beyond its velocity, shape (points, slopes): twist and lag are counted from the set
-    point."""
+    """What each position's rate has beyond its velocity, shape (points, slopes): twist
+    and lag are counted from the set point."""
     drift = np.zeros((len(table), len(states_of(options)) // 2))
     drift[:, 3:5] = -table[:, [INDEX["drive_speed"]]]
     return drift
@@ -421,10 +554,12 @@ def phase_rate(table: np.ndarray) -> np.ndarray:
 
 
 def first_step(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
-    """A first step size [s] for each operating point: a hundredth of the shortest natural time, shape (points,)."""
+    """A first step size [s] for each operating point: a hundredth of the shortest
+    natural time, shape (points,)."""
     p = {name: table[:, i] for name, i in INDEX.items()}
     fastest = np.maximum(
-        p["wall_stiffness"] * p["per_lateral_mass"], (p["axial_stiffness"] + p["rock_stiffness"]) * p["per_axial_mass"]
+        p["wall_stiffness"] * p["per_lateral_mass"],
+        (p["axial_stiffness"] + p["rock_stiffness"]) * p["per_axial_mass"],
     )
     if options.driven:
         inverse, stiffness, damping = table[:, len(PARAMETERS) : len(PARAMETERS) + 3].T
@@ -434,13 +569,21 @@ def first_step(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
         fastest = np.maximum(fastest, np.maximum(slope * per_time * inverse, per_time**2))
     if options.regulated:
         names = columns_of(options)
-        torque, lag, top = (table[:, names.index(f"regulator_{name}")] for name in ("torque", "lag", "drive_speed"))
-        square = np.maximum(((1 + torque) * per_time) ** 2, np.abs(slope + top) * per_time * inverse)
-        fastest = np.maximum(fastest, np.maximum(square, np.abs(lag * per_time * inverse) ** (2 / 3)))
+        torque, lag, top = (
+            table[:, names.index(f"regulator_{name}")] for name in ("torque", "lag", "drive_speed")
+        )
+        square = np.maximum(
+            ((1 + torque) * per_time) ** 2, np.abs(slope + top) * per_time * inverse
+        )
+        fastest = np.maximum(
+            fastest, np.maximum(square, np.abs(lag * per_time * inverse) ** (2 / 3))
+        )
     return 0.01 / np.sqrt(np.maximum(fastest, p["drive_speed"] ** 2))
 
 
-def initial_states(parameters: Parameters, initial: Initial, depth: Any, wob: Any, rotary_speed: Any) -> np.ndarray:
+def initial_states(
+    parameters: Parameters, initial: Initial, depth: Any, wob: Any, rotary_speed: Any
+) -> np.ndarray:
     """Initial states with the drive angle last, shape (points, states + 1)."""
     depth, wob, rotary_speed = _together(depth, wob, rotary_speed)
     k = derive(parameters, depth, wob, rotary_speed)
@@ -450,7 +593,10 @@ def initial_states(parameters: Parameters, initial: Initial, depth: Any, wob: An
     bit_speed = rotary_speed if initial.bit_speed is None else initial.bit_speed
     values = [initial.x, initial.vx, initial.y, initial.vy, z, initial.vz, initial.twist, bit_speed]
     if options.driven:
-        values += [initial.lag, rotary_speed if initial.drive_speed is None else initial.drive_speed]
+        values += [
+            initial.lag,
+            rotary_speed if initial.drive_speed is None else initial.drive_speed,
+        ]
     values += [0.0] * (2 * options.motor)
     for i, value in enumerate((*values, initial.drive_angle)):
         states[:, i] = value
@@ -464,16 +610,23 @@ _OF_MODE = {"lateral": STATES[:4], "axial": STATES[4:6], "torsional": STATES[6:8
 def held(parameters: Parameters) -> tuple[str, ...]:
     """The names of the states of frozen modes."""
     return tuple(
-        name for mode, names in _OF_MODE.items() if getattr(parameters.modes, mode) == "frozen" for name in names
+        name
+        for mode, names in _OF_MODE.items()
+        if getattr(parameters.modes, mode) == "frozen"
+        for name in names
     )
 
 
-def frozen(parameters: Parameters, states: np.ndarray, wob: np.ndarray, rotary_speed: np.ndarray) -> np.ndarray:
-    """``states`` (points, states + 1) with what frozen modes have in place of what was given."""
+def frozen(
+    parameters: Parameters, states: np.ndarray, wob: np.ndarray, rotary_speed: np.ndarray
+) -> np.ndarray:
+    """``states`` (points, states + 1) with what frozen modes have in place of what was
+    given."""
     modes = parameters.modes
     if modes.lateral == "frozen":
         states[:, :4] = 0.0
-    if modes.axial == "frozen":  # the bit carries the whole weight; the pipe's spring has no part in it
+    # the bit carries the whole weight; the pipe's spring has no part in it
+    if modes.axial == "frozen":
         states[:, 4], states[:, 5] = -wob / parameters.bit.rock_stiffness, 0.0
     if modes.torsional == "frozen":
         states[:, 6], states[:, 7] = 0.0, rotary_speed

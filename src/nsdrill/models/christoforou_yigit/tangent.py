@@ -1,11 +1,14 @@
-"""The tangent dynamics: how a small deviation from a trajectory grows, for Lyapunov exponents.
+"""The tangent dynamics: how a small deviation from a trajectory grows, for Lyapunov
+exponents.
 
-The deviation has a component for each state and follows the linearised equations of motion along the trajectory. They
-are integrated with it as companions (:class:`nsdrill.abi.Rows`): the same steps, the same stages. Contact makes the
-Jacobian jump where the bit or the collar touches, not the vector field; a deviation therefore passes through a contact
-without a jump (the saltation matrix is the identity: di Bernardo et al., Piecewise-smooth Dynamical Systems, 2008,
-chapter 2). Within a step each contact counts as it was at the step's start; a step in which one changes is made anew
-for the deviation (:mod:`nsdrill.observe.landing`).
+The deviation has a component for each state and follows the linearised equations of
+motion along the trajectory. They are integrated with it as companions
+(:class:`nsdrill.abi.Rows`): the same steps, the same stages. Contact makes the Jacobian
+jump where the bit or the collar touches, not the vector field; a deviation therefore
+passes through a contact without a jump (the saltation matrix is the identity: di
+Bernardo et al., Piecewise-smooth Dynamical Systems, 2008, chapter 2). Within a step
+each contact counts as it was at the step's start; a step in which one changes is made
+anew for the deviation (:mod:`nsdrill.observe.landing`).
 """
 
 from __future__ import annotations
@@ -44,9 +47,10 @@ CONTACTS = ("rock", "wall")  # each has a function that is positive where it tou
 def make_tangent(lanes: int, options: Options, place: int) -> Any:
     """The compiled right-hand side of the motion and of one deviation from it.
 
-    The deviation stands after the states, in their order; its accelerations after theirs. The functions of the contacts
-    at the start of the step stand among the observer's rows, at ``place``. With stabilisers, or with friction along the
-    axis, it is the difference of two right-hand sides (:mod:`nsdrill.models.differences`).
+    The deviation stands after the states, in their order; its accelerations after
+    theirs. The functions of the contacts at the start of the step stand among the
+    observer's rows, at ``place``. With stabilisers, or with friction along the axis, it
+    is the difference of two right-hand sides (:mod:`nsdrill.models.differences`).
     """
     rows = rows_of(options, tangent=True)
     if options.differenced:
@@ -54,35 +58,76 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
         force, radius = (rows.aux_now + AUX.index(name) for name in ("force", "radius"))
         gap = rows.parameter + columns_of(options).index("gap")
         return make_differences(
-            motion, lanes, rows, rows.aux_now + len(aux_of(options)), *options, place,
-            touches=((force, -1), (radius, gap)), place=place,
-        )  # fmt: skip
-    W, own, hertz, lobes, driven = lanes, len(states_of(options)), options.hertz, options.lobes, options.driven
+            motion,
+            lanes,
+            rows,
+            rows.aux_now + len(aux_of(options)),
+            *options,
+            place,
+            touches=((force, -1), (radius, gap)),
+            place=place,
+        )
+    W, own, hertz, lobes, driven = (
+        lanes,
+        len(states_of(options)),
+        options.hertz,
+        options.lobes,
+        options.driven,
+    )
     law_of_bit = options.friction
     x_, vx_, y_, vy_, _, _, _, speed_ = (W * (rows.stage + i) for i in range(8))
-    dx_, dvx_, dy_, dvy_, dz_, dvz_, dtwist_, dspeed_ = (W * (rows.stage + own + i) for i in range(8))
+    dx_, dvx_, dy_, dvy_, dz_, dvz_, dtwist_, dspeed_ = (
+        W * (rows.stage + own + i) for i in range(8)
+    )
     alpha_ = W * (rows.acceleration + 3)
     dax_, day_, daz_, dalpha_ = (W * (rows.acceleration + own // 2 + i) for i in range(4))
     # The rows of the drive, which an ideal one has not.
     dlag_, dtop_ = (W * (rows.stage + own + i) for i in (8, 9))
     dpull_ = W * (rows.acceleration + own // 2 + 4)
-    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_, most_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(7))
+    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_, most_ = (
+        W * (rows.parameter + len(PARAMETERS) + i) for i in range(7)
+    )
     twist_, lag_, top_ = (W * (rows.stage + i) for i in (6, 8, 9))
     dT_m_, dsurge_ = W * (rows.stage + own + 11), W * (rows.acceleration + own // 2 + 5)
-    slope_, per_time_ = (W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2))
+    slope_, per_time_ = (
+        W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2)
+    )
     motor, regulated = options.motor, options.regulated
     limited, set_ = options.limited, W * (rows.parameter + PARAMETERS.index("drive_speed"))
-    # Of the right-hand side's notes those that no observer reads are overwritten by their deviations.
-    cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
-        W * (rows.aux_now + i) for i in range(len(AUX))
-    )
+    # Of the right-hand side's notes those that no observer reads are overwritten by
+    # their deviations.
+    (
+        cosine_,
+        sine_,
+        direction_,
+        decay_,
+        force_,
+        torque_,
+        radius_,
+        slip_,
+        radial_,
+        tangential_,
+        friction_,
+    ) = (W * (rows.aux_now + i) for i in range(len(AUX)))
     P = {name: W * (rows.parameter + i) for i, name in enumerate(columns_of(options))}
-    _, _, g_T_, g_lag_, g_top_, g_twist_, g_speed_ = (P.get(name, 0) for name in REGULATOR_PARAMETERS)
+    _, _, g_T_, g_lag_, g_top_, g_twist_, g_speed_ = (
+        P.get(name, 0) for name in REGULATOR_PARAMETERS
+    )
     swirl, weight = options.swirl, options.weight
     sigma_, momentum_ = (P.get(name, 0) for name in SWIRL_PARAMETERS)
     weight_, eccentric_ = (P.get(name, 0) for name in WEIGHT_PARAMETERS)
-    iml_, iJ_, ima_, q_ = P["per_lateral_mass"], P["per_inertia"], P["per_axial_mass"], P["unbalance_arm"]
-    bend_, soft_F_, soft_T_, drag_ = P["bending"], P["softening_force"], P["softening_torque"], P["drag"]
+    iml_, iJ_, ima_, q_ = (
+        P["per_lateral_mass"],
+        P["per_inertia"],
+        P["per_axial_mass"],
+        P["unbalance_arm"],
+    )
+    bend_, soft_F_, soft_T_, drag_ = (
+        P["bending"],
+        P["softening_force"],
+        P["softening_torque"],
+        P["drag"],
+    )
     c_a_, k_a_, c_t_, k_t_ = (
         P["axial_damping"],
         P["axial_stiffness"],
@@ -90,15 +135,28 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
         P["torsional_stiffness"],
     )
     gap_, k_w_, R_c_ = P["gap"], P["wall_stiffness"], P["collar_radius"]
-    eps_w_, tau_w_, rise_w_, mu_w_ = P["wall_smoothing"], P["wall_decay"], P["wall_rise"], P["wall_dynamic"]
+    eps_w_, tau_w_, rise_w_, mu_w_ = (
+        P["wall_smoothing"],
+        P["wall_decay"],
+        P["wall_rise"],
+        P["wall_dynamic"],
+    )
     k_c_, s0_ = P["rock_stiffness"], P["surface_amplitude"]
-    eps_b_, tau_b_, rise_b_, mu_b_ = P["bit_smoothing"], P["bit_decay"], P["bit_rise"], P["bit_dynamic"]
+    eps_b_, tau_b_, rise_b_, mu_b_ = (
+        P["bit_smoothing"],
+        P["bit_decay"],
+        P["bit_rise"],
+        P["bit_dynamic"],
+    )
     rock_, wall_ = (W * (rows.observer + place + RATES * c) for c in range(len(CONTACTS)))
     motion = make_right_hand_side(lanes, options, tangent=True)
     apart, aux = options.apart, aux_of(options)
-    deviate = make_deviation(lanes, options, rows, columns_of(options), aux, place) if apart else None
+    deviate = (
+        make_deviation(lanes, options, rows, columns_of(options), aux, place) if apart else None
+    )
     slope_b_, slope_w_, coefficient_ = (
-        W * (rows.aux_now + aux.index(name)) if apart else 0 for name in ("slope", "slope_w", "coefficient")
+        W * (rows.aux_now + aux.index(name)) if apart else 0
+        for name in ("slope", "slope_w", "coefficient")
     )
 
     @compiled(types.void(BUFFER), W, *options, place)
@@ -107,16 +165,27 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
         if apart:
             deviate(b)
 
-        # Deviations of the loads of the bit, and of the lateral forces but for what changes at the wall. They are left
-        # in the rows of the accelerations that they enter. The row of the bit force takes the lateral force along the
+        # Deviations of the loads of the bit, and of the lateral forces but for what
+        # changes at the wall. They are left in the rows of the accelerations that they
+        # enter. The row of the bit force takes the lateral force along the
         # eccentricity, whose moment changes as the bit turns.
         touching = 0
         for i in range(W):
             x, vx, y, vy, omega = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i]
-            dx, dvx, dy, dvy, domega = b[dx_ + i], b[dvx_ + i], b[dy_ + i], b[dvy_ + i], b[dspeed_ + i]
+            dx, dvx, dy, dvy, domega = (
+                b[dx_ + i],
+                b[dvx_ + i],
+                b[dy_ + i],
+                b[dvy_ + i],
+                b[dspeed_ + i],
+            )
             force, torque = b[force_ + i], b[torque_ + i]
             surface = b[s0_ + i] * lobes * multiple_cosine(b[cosine_ + i], lobes)
-            dforce = b[k_c_ + i] * fma(surface, b[dtwist_ + i], -b[dz_ + i]) if b[rock_ + i] > 0.0 else 0.0
+            dforce = (
+                b[k_c_ + i] * fma(surface, b[dtwist_ + i], -b[dz_ + i])
+                if b[rock_ + i] > 0.0
+                else 0.0
+            )
             g, decayed = b[direction_ + i], b[decay_ + i]
             steep = b[eps_b_ + i] * omega
             arm, darm = bit_slope(
@@ -137,18 +206,30 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
             ux, uy, dux, duy = vx, vy, dvx, dvy
             if swirl:  # relative to the mud
                 sigma = b[sigma_ + i]
-                ux, uy, dux, duy = fma(sigma, y, vx), fma(-sigma, x, vy), fma(sigma, dy, dvx), fma(-sigma, dx, dvy)
+                ux, uy, dux, duy = (
+                    fma(sigma, y, vx),
+                    fma(-sigma, x, vy),
+                    fma(sigma, dy, dvx),
+                    fma(-sigma, dx, dvy),
+                )
             speed = np.sqrt(fma(ux, ux, uy * uy))
             along = fma(ux, dux, uy * duy) / max(speed, 1e-30)
             drag = b[drag_ + i]
-            stiffness = fma(-b[soft_F_ + i], force, fma(-b[soft_T_ + i], torque, b[bend_ + i])) + b[radial_ + i]
+            stiffness = (
+                fma(-b[soft_F_ + i], force, fma(-b[soft_T_ + i], torque, b[bend_ + i]))
+                + b[radial_ + i]
+            )
             dstiffness = -fma(b[soft_F_ + i], dforce, b[soft_T_ + i] * dtorque)
             tangential = b[tangential_ + i]
             b[dax_ + i] = fma(
-                tangential, dy, -fma(stiffness, dx, fma(dstiffness, x, drag * fma(speed, dux, along * ux)))
+                tangential,
+                dy,
+                -fma(stiffness, dx, fma(dstiffness, x, drag * fma(speed, dux, along * ux))),
             )
             b[day_ + i] = -fma(
-                tangential, dx, fma(stiffness, dy, fma(dstiffness, y, drag * fma(speed, duy, along * uy)))
+                tangential,
+                dx,
+                fma(stiffness, dy, fma(dstiffness, y, drag * fma(speed, duy, along * uy))),
             )
             b[daz_ + i] = dforce
             b[dalpha_ + i] = dtorque
@@ -165,11 +246,18 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
             b[force_ + i] = fma(F_x, b[cosine_ + i], F_y * b[sine_ + i])
             touching |= 1 if b[wall_ + i] > 0.0 else 0
 
-        # The wall: deviations of normal force over radius, of friction over radius, and of friction.
+        # The wall: deviations of normal force over radius, of friction over radius, and
+        # of friction.
         if touching != 0:
             for i in range(W):
                 x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
-                dx, dvx, dy, dvy, domega = b[dx_ + i], b[dvx_ + i], b[dy_ + i], b[dvy_ + i], b[dspeed_ + i]
+                dx, dvx, dy, dvy, domega = (
+                    b[dx_ + i],
+                    b[dvx_ + i],
+                    b[dy_ + i],
+                    b[dvy_ + i],
+                    b[dspeed_ + i],
+                )
                 r = b[radius_ + i]
                 penetration = max(r - b[gap_ + i], 0.0)
                 root = np.sqrt(penetration) if hertz else 1.0
@@ -198,7 +286,9 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                 dfriction = fma(dnormal, mu, normal * dmu * dslip)
                 on = b[wall_ + i] > 0.0
                 b[radial_ + i] = (dnormal - normal * per_r * dr) * per_r if on else 0.0
-                b[tangential_ + i] = (dfriction - b[friction_ + i] * per_r * dr) * per_r if on else 0.0
+                b[tangential_ + i] = (
+                    (dfriction - b[friction_ + i] * per_r * dr) * per_r if on else 0.0
+                )
                 b[friction_ + i] = dfriction if on else 0.0
         else:
             for i in range(W):
@@ -209,7 +299,13 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
         # The accelerations, as in the last loop of the right-hand side.
         for i in range(W):
             x, y, omega, alpha = b[x_ + i], b[y_ + i], b[speed_ + i], b[alpha_ + i]
-            c, s, q, domega, dphi = b[cosine_ + i], b[sine_ + i], b[q_ + i], b[dspeed_ + i], b[dtwist_ + i]
+            c, s, q, domega, dphi = (
+                b[cosine_ + i],
+                b[sine_ + i],
+                b[q_ + i],
+                b[dspeed_ + i],
+                b[dtwist_ + i],
+            )
             dradial, dtangential = b[radial_ + i], b[tangential_ + i]
             dF_x = fma(dtangential, y, fma(-dradial, x, b[dax_ + i]))
             dF_y = fma(-dtangential, x, fma(-dradial, y, b[day_ + i]))
@@ -218,12 +314,18 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                 dlag, dtop = b[dlag_ + i], b[dtop_ + i]
                 dpipe = dphi - dlag
                 damped = b[c_s_ + i] * (dtop - domega)
-                law = fma(b[K_i_ + i], dlag, fma(b[K_p_ + i], dtop, fma(b[G_t_ + i], dpipe, b[G_w_ + i] * domega)))
+                law = fma(
+                    b[K_i_ + i],
+                    dlag,
+                    fma(b[K_p_ + i], dtop, fma(b[G_t_ + i], dpipe, b[G_w_ + i] * domega)),
+                )
                 if motor:
                     law = -b[dT_m_ + i]
                     b[dsurge_ + i] = fma(b[slope_ + i], -dtop, law) * b[per_time_ + i]
                     if regulated:
-                        fed = fma(b[g_lag_ + i], dlag, fma(b[g_top_ + i], dtop, b[g_speed_ + i] * domega))
+                        fed = fma(
+                            b[g_lag_ + i], dlag, fma(b[g_top_ + i], dtop, b[g_speed_ + i] * domega)
+                        )
                         fed = fma(b[g_T_ + i], b[dT_m_ + i], fma(b[g_twist_ + i], dphi, fed))
                         b[dsurge_ + i] -= fed * b[per_time_ + i]
                 if limited:  # at its limits the torque of the motor does not change
@@ -233,18 +335,30 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                     law = law if (asked < 0.0) and (asked > -b[most_ + i]) else 0.0
                 b[dpull_ + i] = (fma(b[k_t_ + i], dpipe, -damped) - law) * b[iJ_d_ + i]
                 dtorque = dtorque - damped
-            dmoment = fma(b[c_t_ + i], domega, fma(b[k_t_ + i], dpipe, fma(b[friction_ + i], b[R_c_ + i], dtorque)))
+            dmoment = fma(
+                b[c_t_ + i],
+                domega,
+                fma(b[k_t_ + i], dpipe, fma(b[friction_ + i], b[R_c_ + i], dtorque)),
+            )
             if weight:
                 dmoment = fma(-b[eccentric_ + i] * s, dphi, dmoment)
-            dangular = -fma(q, fma(dF_y, c, -fma(dF_x, s, b[force_ + i] * dphi)), dmoment) * b[iJ_ + i]
+            dangular = (
+                -fma(q, fma(dF_y, c, -fma(dF_x, s, b[force_ + i] * dphi)), dmoment) * b[iJ_ + i]
+            )
             twice, centripetal = 2.0 * omega * domega, omega * omega
             b[dax_ + i] = fma(
-                q, fma(twice, c, fma(dangular, s, dphi * fma(alpha, c, -(centripetal * s)))), dF_x * b[iml_ + i]
+                q,
+                fma(twice, c, fma(dangular, s, dphi * fma(alpha, c, -(centripetal * s)))),
+                dF_x * b[iml_ + i],
             )
             b[day_ + i] = fma(
-                q, fma(twice, s, fma(-dangular, c, dphi * fma(alpha, s, centripetal * c))), dF_y * b[iml_ + i]
+                q,
+                fma(twice, s, fma(-dangular, c, dphi * fma(alpha, s, centripetal * c))),
+                dF_y * b[iml_ + i],
             )
-            b[daz_ + i] = (b[daz_ + i] - fma(b[c_a_ + i], b[dvz_ + i], b[k_a_ + i] * b[dz_ + i])) * b[ima_ + i]
+            b[daz_ + i] = (
+                b[daz_ + i] - fma(b[c_a_ + i], b[dvz_ + i], b[k_a_ + i] * b[dz_ + i])
+            ) * b[ima_ + i]
             b[dalpha_ + i] = dangular
 
     return tangent
@@ -252,26 +366,40 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
 
 @lru_cache
 def make_contacts(lanes: int, options: Options, place: int) -> Any:
-    """The compiled function that puts value, slope and second derivative of each contact's function at the end of the
-    step into the observer's rows at ``place``: interference with the rock; squared radius of the collar's centre less
-    that of the gap, which is smooth at the hole's centre too."""
+    """The compiled function that puts value, slope and second derivative of each
+    contact's function at the end of the step into the observer's rows at ``place``:
+    interference with the rock; squared radius of the collar's centre less that of the
+    gap, which is smooth at the hole's centre too."""
     rows = rows_of(options, tangent=True)
     W, lobes = lanes, options.lobes
     x_, vx_, y_, vy_, z_, vz_, _, speed_ = (W * (rows.stage + i) for i in range(len(STATES)))
     ax_, ay_, az_, alpha_ = (W * (rows.acceleration + i) for i in range(4))
     cosine_, sine_ = (W * (rows.aux_now + AUX.index(name)) for name in ("cosine", "sine"))
-    s0_, gap_ = (W * (rows.parameter + PARAMETERS.index(name)) for name in ("surface_amplitude", "gap"))
-    u_, du_, ddu_, rho_, drho_, ddrho_ = (W * (rows.observer + place + k) for k in range(RATES * len(CONTACTS)))
+    s0_, gap_ = (
+        W * (rows.parameter + PARAMETERS.index(name)) for name in ("surface_amplitude", "gap")
+    )
+    u_, du_, ddu_, rho_, drho_, ddrho_ = (
+        W * (rows.observer + place + k) for k in range(RATES * len(CONTACTS))
+    )
 
     @compiled(types.void(BUFFER), W, *options, place)
     def contacts(b):  # type: ignore[no-untyped-def]
         for i in range(W):
-            x, vx, y, vy, omega, c = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i], b[cosine_ + i]
+            x, vx, y, vy, omega, c = (
+                b[x_ + i],
+                b[vx_ + i],
+                b[y_ + i],
+                b[vy_ + i],
+                b[speed_ + i],
+                b[cosine_ + i],
+            )
             sine, cosine = multiple_sine(b[sine_ + i], c, lobes), multiple_cosine(c, lobes)
             steep = b[s0_ + i] * lobes
             b[u_ + i] = fma(b[s0_ + i], sine, -b[z_ + i])
             b[du_ + i] = fma(steep * omega, cosine, -b[vz_ + i])
-            b[ddu_ + i] = fma(steep, fma(b[alpha_ + i], cosine, -(lobes * omega * omega * sine)), -b[az_ + i])
+            b[ddu_ + i] = fma(
+                steep, fma(b[alpha_ + i], cosine, -(lobes * omega * omega * sine)), -b[az_ + i]
+            )
             b[rho_ + i] = fma(x, x, fma(y, y, -(b[gap_ + i] * b[gap_ + i])))
             b[drho_ + i] = 2.0 * fma(x, vx, y * vy)
             b[ddrho_ + i] = 2.0 * fma(vx, vx, fma(vy, vy, fma(x, b[ax_ + i], y * b[ay_ + i])))

@@ -1,5 +1,5 @@
-"""What unit loads of bit and wall do to the accelerations, and the bit's law with all its slopes: what the solves of
-:mod:`.apart` and its neighbours share."""
+"""What unit loads of bit and wall do to the accelerations, and the bit's law with all
+its slopes: what the solves of :mod:`.apart` and its neighbours share."""
 
 from __future__ import annotations
 
@@ -18,7 +18,11 @@ FEW = 8  # lanes of which the compiler would unroll a small loop in place of pac
 def unit_torque(x, y, c, s, q, soft, per_mass, per_inertia):  # type: ignore[no-untyped-def]
     """Accelerations (x, y, angular) of a unit of bit torque."""
     angular = -fma(q * soft, fma(y, c, -(x * s)), 1.0) * per_inertia
-    return (fma(q * angular, s, soft * x * per_mass), fma(-q * angular, c, soft * y * per_mass), angular)
+    return (
+        fma(q * angular, s, soft * x * per_mass),
+        fma(-q * angular, c, soft * y * per_mass),
+        angular,
+    )
 
 
 @inlined
@@ -39,13 +43,15 @@ def wall_force(radius, gap, stiffness, hertz):  # type: ignore[no-untyped-def]
 
 @inlined
 def taken_around(x, y, per_r, lever, ux, uy, turn):  # type: ignore[no-untyped-def]
-    """What a unit load with these accelerations takes from the slip at a ``lever`` from the axis of the collar."""
+    """What a unit load with these accelerations takes from the slip at a ``lever`` from
+    the axis of the collar."""
     return -fma(fma(x, uy, -(y * ux)), per_r, lever * turn)
 
 
 @inlined
 def first_speed(law, free, relaxed, smoothing, decay, rise, dynamic):  # type: ignore[no-untyped-def]
-    """The first guess of the bit speed; the rational law has no fall that the guess knows."""
+    """The first guess of the bit speed; the rational law has no fall that the guess
+    knows."""
     if law == RATIONAL:
         return first_slip(free, relaxed, smoothing, 0.0, 0.0, dynamic)
     return first_slip(free, relaxed, smoothing, decay, rise, dynamic)
@@ -65,15 +71,30 @@ def push_on(b, i, places, relax, push_x, push_y, push):  # type: ignore[no-untyp
 
 @inlined
 def bit_rates(law, speed, smoothing, decay, rise, dynamic):  # type: ignore[no-untyped-def]
-    """(arm, arm', direction, direction', decay factor, decay factor') of the bit at a speed."""
+    """(arm, arm', direction, direction', decay factor, decay factor') of the bit at a
+    speed."""
     g, decayed, per_flat = bit_parts(law, speed, smoothing, decay)
     arm, slope = bit_slope(law, speed, g, decayed, per_flat, smoothing, decay, rise, dynamic)
     if law == RATIONAL:
-        return arm, slope, g, smoothing * fma(-g, g, 1.0), decayed, -2.0 * decay * speed * decayed * decayed
+        return (
+            arm,
+            slope,
+            g,
+            smoothing * fma(-g, g, 1.0),
+            decayed,
+            -2.0 * decay * speed * decayed * decayed,
+        )
     if law == HYPERBOLIC:
         fall = decay * decayed * decayed
     elif law == LINEAR:
         fall = decay if decayed > 0.0 else 0.0
     else:
         fall = decay * decayed
-    return arm, slope, g, TWO_OVER_PI * smoothing * per_flat, decayed, fall if speed < 0.0 else -fall
+    return (
+        arm,
+        slope,
+        g,
+        TWO_OVER_PI * smoothing * per_flat,
+        decayed,
+        fall if speed < 0.0 else -fall,
+    )

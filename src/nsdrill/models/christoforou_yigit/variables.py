@@ -5,16 +5,31 @@ from __future__ import annotations
 from nsdrill.variables import at_section, feature, flag, in_trace, last_peaks
 
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
-DRIVEN_STATE_NAMES = (*STATE_NAMES[:-1], "lag", "drive_speed", STATE_NAMES[-1])  # with a drive that is not ideal
-MOTOR_STATE_NAMES = (*DRIVEN_STATE_NAMES[:-1], "motor_impulse", "motor_torque", STATE_NAMES[-1])  # with a DC motor
+# with a drive that is not ideal
+DRIVEN_STATE_NAMES = (*STATE_NAMES[:-1], "lag", "drive_speed", STATE_NAMES[-1])
+# with a DC motor
+MOTOR_STATE_NAMES = (*DRIVEN_STATE_NAMES[:-1], "motor_impulse", "motor_torque", STATE_NAMES[-1])
 
 LABELS = (
-    flag("whirl_kind", "kind of whirl", "none forward backward backward_rolling irregular low_side"),
-    flag("stick_slip_severity", "severity band of the stick-slip index",
-         "none torsional_oscillation medium onset_of_full_stall severe"),
-    flag("bounce_severity", "severity band of the time off the rock", "none light moderate strong severe"),
-    flag("whirl_severity", "severity band of the r.m.s. lateral acceleration", "none light moderate strong severe"),
-)  # fmt: skip
+    flag(
+        "whirl_kind", "kind of whirl", "none forward backward backward_rolling irregular low_side"
+    ),
+    flag(
+        "stick_slip_severity",
+        "severity band of the stick-slip index",
+        "none torsional_oscillation medium onset_of_full_stall severe",
+    ),
+    flag(
+        "bounce_severity",
+        "severity band of the time off the rock",
+        "none light moderate strong severe",
+    ),
+    flag(
+        "whirl_severity",
+        "severity band of the r.m.s. lateral acceleration",
+        "none light moderate strong severe",
+    ),
+)
 FEATURES = (
     feature("bit_speed_min", "rad s-1", "least bit speed"),
     feature("bit_speed_max", "rad s-1", "greatest bit speed"),
@@ -30,45 +45,100 @@ FEATURES = (
     feature("radius_mean", "m", "mean radial displacement of the collar"),
     feature("wall_contact_fraction", "1", "fraction of time with the collar on the wall"),
     feature("wall_force_max", "N", "greatest normal force on the wall"),
-    feature("stabilizer_contact_fraction", "1", "fraction of time with the stabilisers on the wall", "stabilizers"),
-    feature("x_mean", "m", "mean displacement of the collar in an inclined hole, x, across it", "inclined"),
-    feature("y_mean", "m", "mean displacement of the collar in an inclined hole, y, the low side at -y", "inclined"),
+    feature(
+        "stabilizer_contact_fraction",
+        "1",
+        "fraction of time with the stabilisers on the wall",
+        "stabilizers",
+    ),
+    feature(
+        "x_mean",
+        "m",
+        "mean displacement of the collar in an inclined hole, x, across it",
+        "inclined",
+    ),
+    feature(
+        "y_mean",
+        "m",
+        "mean displacement of the collar in an inclined hole, y, the low side at -y",
+        "inclined",
+    ),
     feature("whirl_speed_mean", "rad s-1", "mean whirl speed"),
     feature("whirl_ratio", "1", "mean whirl speed over mean bit speed"),
-    feature("rolling_ratio", "1", "rolling ratio while on the wall: 1 rolls backward without slip, 0 does not roll"),
+    feature(
+        "rolling_ratio",
+        "1",
+        "rolling ratio while on the wall: 1 rolls backward without slip, 0 does not roll",
+    ),
     feature("surface_torque_min", "N m", "least torque at the surface"),
     feature("surface_torque_max", "N m", "greatest torque at the surface"),
     feature("surface_torque_mean", "N m", "mean torque at the surface"),
     feature("drive_speed_min", "rad s-1", "least speed of the drive", "drive_speed"),
     feature("drive_speed_max", "rad s-1", "greatest speed of the drive", "drive_speed"),
     feature("drive_speed_mean", "rad s-1", "mean speed of the drive", "drive_speed"),
-    feature("lateral_acceleration_rms", "m s-2", "r.m.s. lateral acceleration of the collar centre"),
+    feature(
+        "lateral_acceleration_rms", "m s-2", "r.m.s. lateral acceleration of the collar centre"
+    ),
     feature("axial_acceleration_rms", "m s-2", "r.m.s. axial acceleration of the bit"),
 )
-CHECK_FEATURES = ("lift_off_fraction", "stick_slip_index", "wall_contact_fraction")  # those that responses follow from
+# those that responses follow from
+CHECK_FEATURES = ("lift_off_fraction", "stick_slip_index", "wall_contact_fraction")
 SHOWN = (
-    "stick_slip_index", "stuck_fraction", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio", "bit_force_max",
-    "bit_torque_max", "wall_force_max", "surface_torque_max", "lateral_acceleration_rms",
-    "rate_of_penetration", "mechanical_specific_energy",
-)  # fmt: skip
-# Each feature that is compared, and what its difference is measured in; fractions of time are taken as they are.
+    "stick_slip_index",
+    "stuck_fraction",
+    "lift_off_fraction",
+    "wall_contact_fraction",
+    "whirl_ratio",
+    "bit_force_max",
+    "bit_torque_max",
+    "wall_force_max",
+    "surface_torque_max",
+    "lateral_acceleration_rms",
+    "rate_of_penetration",
+    "mechanical_specific_energy",
+)
+# Each feature that is compared, and what its difference is measured in; fractions of
+# time are taken as they are.
 COMPARED = {
-    "bit_speed_min": "drive_speed", "bit_speed_max": "drive_speed", "bit_speed_mean": "drive_speed",
+    "bit_speed_min": "drive_speed",
+    "bit_speed_max": "drive_speed",
+    "bit_speed_mean": "drive_speed",
     "whirl_speed_mean": "drive_speed",
-    "axial_min": "lobe", "axial_max": "lobe",
-    "radius_max": "gap", "radius_mean": "gap",
-    "stuck_fraction": None, "lift_off_fraction": None, "wall_contact_fraction": None,
-}  # fmt: skip
+    "axial_min": "lobe",
+    "axial_max": "lobe",
+    "radius_max": "gap",
+    "radius_mean": "gap",
+    "stuck_fraction": None,
+    "lift_off_fraction": None,
+    "wall_contact_fraction": None,
+}
 # By which starts are told apart, and attractors along a sweep matched.
 GROUPED = (
-    "lift_off_fraction", "wall_contact_fraction", "stuck_fraction", "stick_slip_index", "radius_mean",
-    "whirl_speed_mean", "axial_acceleration_rms", "axial_min", "axial_max", "radius_max", "bit_speed_min",
+    "lift_off_fraction",
+    "wall_contact_fraction",
+    "stuck_fraction",
+    "stick_slip_index",
+    "radius_mean",
+    "whirl_speed_mean",
+    "axial_acceleration_rms",
+    "axial_min",
+    "axial_max",
+    "radius_max",
+    "bit_speed_min",
     "bit_speed_max",
-)  # fmt: skip
+)
 TOLD = (
-    "stick_slip_index", "stuck_fraction", "lift_off_fraction", "axial_min", "axial_max", "bit_force_max", "radius_mean",
-    "radius_max", "wall_contact_fraction", "whirl_ratio",
-)  # fmt: skip
+    "stick_slip_index",
+    "stuck_fraction",
+    "lift_off_fraction",
+    "axial_min",
+    "axial_max",
+    "bit_force_max",
+    "radius_mean",
+    "radius_max",
+    "wall_contact_fraction",
+    "whirl_ratio",
+)
 PEAKS = (
     last_peaks("axial_peaks", "m", "last local maxima of the bit position"),
     last_peaks("bit_speed_peaks", "rad s-1", "last local maxima of the bit speed"),

@@ -1,10 +1,13 @@
-"""Standing waves of pipe and collars, along the axis and in torsion: all the modes of which the lumped string has one.
+"""Standing waves of pipe and collars, along the axis and in torsion: all the modes of
+which the lumped string has one.
 
-The drive holds the top; the bit is free, or pressed against a spring, the rock. Both parts carry waves of the same
-speed c, with impedances z_p and z_c. From the top, u = sin(w x / c) in the pipe; in the collars u is proportional to
-sin(theta) and the force to z_c w cos(theta), with tan(theta) = (z_c / z_p) tan(w L_p / c) at the joint and theta
-growing by w L_c / c to the bit. With a free bit cos(theta) = 0 there, which is the known z_p cos cos = z_c sin sin; on
-a spring of stiffness K tan(theta) = -z_c w / K. Theta grows with w, so no mode is missed.
+The drive holds the top; the bit is free, or pressed against a spring, the rock. Both
+parts carry waves of the same speed c, with impedances z_p and z_c. From the top, u =
+sin(w x / c) in the pipe; in the collars u is proportional to sin(theta) and the force
+to z_c w cos(theta), with tan(theta) = (z_c / z_p) tan(w L_p / c) at the joint and theta
+growing by w L_c / c to the bit. With a free bit cos(theta) = 0 there, which is the
+known z_p cos cos = z_c sin sin; on a spring of stiffness K tan(theta) = -z_c w / K.
+Theta grows with w, so no mode is missed.
 """
 
 from __future__ import annotations
@@ -19,15 +22,21 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 
 
 def torsional_waves(parameters: Parameters, depth: float, count: int) -> np.ndarray:
-    """The first ``count`` torsional frequencies [rad/s] of a string to ``depth`` [m]: top fixed, bit free."""
+    """The first ``count`` torsional frequencies [rad/s] of a string to ``depth`` [m]:
+    top fixed, bit free."""
     collar, pipe = tubes.collars(parameters), tubes.pipe(parameters, depth)
     steel = parameters.drillstring.material
     speed = math.sqrt(steel.shear_modulus / steel.density)
-    return _standing(speed, (pipe.length, pipe.torsional), (collar.length, collar.torsional), 0.0, count)
+    return _standing(
+        speed, (pipe.length, pipe.torsional), (collar.length, collar.torsional), 0.0, count
+    )
 
 
-def axial_waves(parameters: Parameters, depth: float, count: int, *, on_rock: bool = False) -> np.ndarray:
-    """The first ``count`` axial frequencies [rad/s] of a string to ``depth`` [m]: top fixed, bit off or on the rock."""
+def axial_waves(
+    parameters: Parameters, depth: float, count: int, *, on_rock: bool = False
+) -> np.ndarray:
+    """The first ``count`` axial frequencies [rad/s] of a string to ``depth`` [m]: top
+    fixed, bit off or on the rock."""
     collar, pipe = tubes.collars(parameters), tubes.pipe(parameters, depth)
     steel = parameters.drillstring.material
     speed = math.sqrt(steel.young_modulus / steel.density)
@@ -38,11 +47,13 @@ def axial_waves(parameters: Parameters, depth: float, count: int, *, on_rock: bo
 def _standing(
     speed: float, pipe: tuple[float, float], collar: tuple[float, float], spring: float, count: int
 ) -> np.ndarray:
-    """Frequencies of two parts, each (length, impedance), in which waves have this ``speed``."""
+    """Frequencies of two parts, each (length, impedance), in which waves have this
+    ``speed``."""
     (long, z_p), (short, z_c) = pipe, collar
 
     def turned(angle: float, ratio: float) -> float:
-        """The angle whose tangent is ``ratio`` times that of ``angle``, in the same quarter."""
+        """The angle whose tangent is ``ratio`` times that of ``angle``, in the same
+        quarter."""
         whole = round(angle / math.pi) * math.pi
         return whole + math.atan(ratio * math.tan(angle - whole))
 
@@ -62,7 +73,8 @@ def _standing(
 
 
 def rising_root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Where a ``function`` that grows from ``low`` to ``high`` is zero, to the last bit."""
+    """Where a ``function`` that grows from ``low`` to ``high`` is zero, to the last
+    bit."""
     while low < (middle := 0.5 * (low + high)) < high:
         low, high = (middle, high) if function(middle) < 0.0 else (low, middle)
     return high

@@ -1,5 +1,5 @@
-"""What ``check`` finds of a study of a string of segments: what it is made of, what linear theory knows of string and
-drive, and warnings."""
+"""What ``check`` finds of a study of a string of segments: what it is made of, what
+linear theory knows of string and drive, and warnings."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ from nsdrill.models.segments.linear import (
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import steady_of, string_of
 
-Told = Callable[[float, str, str], str]  # a value in SI units, in those shown in SI or in field units, in words
+# a value in SI units, in those shown in SI or in field units, in words
+Told = Callable[[float, str, str], str]
 MODES = 3  # of string and drive that are told
 LEAST_PERIODS = 4
 
@@ -68,45 +69,64 @@ def every_figure(parameters: Parameters, operation: Operation) -> dict[str, Figu
     reflected = None if drive.kind == "ideal" else reflection(seen, pipe, float(first), circuit)
     found = {
         "axial_free": Figure(
-            axial_free(parameters, string), "rad/s", "first axial frequency, bit off the rock", "axial"
+            axial_free(parameters, string),
+            "rad/s",
+            "first axial frequency, bit off the rock",
+            "axial",
         ),
         "torsional": Figure(float(first), "rad/s", "first torsional frequency, top held"),
         "torsional_2": Figure(float(second), "rad/s", "second torsional frequency, top held"),
         "mean_torque": Figure(torque, "N m", "steady torque at the surface"),
         "static_twist": Figure(float(steady.angles[-1]), "rad", "steady twist of the string"),
         "slope_held": Figure(
-            held, "N m s/rad", "steepest fall of the bit's torque with speed that steady drilling withstands"
+            held,
+            "N m s/rad",
+            "steepest fall of the bit's torque with speed that steady drilling withstands",
         ),
-        "stick_slip_onset": Figure(below, "rad/s", "speed below which steady drilling is unstable to stick-slip"),
+        "stick_slip_onset": Figure(
+            below, "rad/s", "speed below which steady drilling is unstable to stick-slip"
+        ),
         "pipe_impedance": Figure(pipe, "N m s/rad", "torsional impedance of the pipe"),
-    }  # fmt: skip
+    }
     if drive.kind in LAWS:
         law = law_of(parameters, string)
         found |= {
-            "drive_stiffness": Figure(float(law.stiffness), "N m/rad", "integral gain of the drive, K_i"),
-            "drive_damping": Figure(float(law.damping), "N m s/rad", "proportional gain of the drive, K_p"),
+            "drive_stiffness": Figure(
+                float(law.stiffness), "N m/rad", "integral gain of the drive, K_i"
+            ),
+            "drive_damping": Figure(
+                float(law.damping), "N m s/rad", "proportional gain of the drive, K_p"
+            ),
         }
     if drive.kind != "ideal":
         share = None if reflected is None else float(abs(reflected))
         words = "share of a wave at the first torsional frequency that the drive throws back"
         found |= {
-            "drive_inertia": Figure(float(seen.inertia), "kg m^2", "inertia of drive and kelly, as it is felt"),
+            "drive_inertia": Figure(
+                float(seen.inertia), "kg m^2", "inertia of drive and kelly, as it is felt"
+            ),
             "drive_reflection": Figure(share, "1", words),
         }
     if drive.torque_limit is not None and drive.kind in LAWS:
         left = float(drive.torque_limit) - torque
-        found["torque_reserve"] = Figure(left, "N m", "torque limit of the drive less the steady torque")
+        found["torque_reserve"] = Figure(
+            left, "N m", "torque limit of the drive less the steady torque"
+        )
     for number, root in enumerate(modes_of(torsional_matrix(parameters, string), MODES), start=1):
         found |= {
-            f"drive_mode_{number}": Figure(abs(root), "rad/s", f"frequency {number} of string and drive"),
-            f"drive_damping_{number}": Figure(-root.real / abs(root), "1", "its damping ratio, without bit friction"),
+            f"drive_mode_{number}": Figure(
+                abs(root), "rad/s", f"frequency {number} of string and drive"
+            ),
+            f"drive_damping_{number}": Figure(
+                -root.real / abs(root), "1", "its damping ratio, without bit friction"
+            ),
         }
     return found
 
 
 def warnings(study: Any, corners: list[Values], told: Told) -> list[str | None]:
-    """Warnings of a study, with what its points have at the ends of all axes and ramps in ``corners``; None where there
-    is nothing to warn of."""
+    """Warnings of a study, with what its points have at the ends of all axes and ramps
+    in ``corners``; None where there is nothing to warn of."""
     found = [_overloaded(corners, told), _unstable(study, corners, told)]
     if study.swept or not study.ramped:  # else there is no observed window
         found.append(_few_periods(study, corners))
@@ -130,18 +150,21 @@ def _unstable(study: Any, corners: list[Values], told: Told) -> str | None:
     found = [
         (root, at.operation[0], at.parameters.drive.kind)
         for at in corners
-        if (root := growth_at_rest(at.parameters, string_of(at.parameters, at.operation[0]))) is not None
+        if (root := growth_at_rest(at.parameters, string_of(at.parameters, at.operation[0])))
+        is not None
     ]
     return swinging(found, "depth" in study.swept, told)
 
 
 def _few_periods(study: Any, corners: list[Values]) -> str | None:
     period = max(
-        2 * math.pi / float(waves_of(string_of(at.parameters, at.operation[0]), 1)[0]) for at in corners
-    )  # fmt: skip
+        2 * math.pi / float(waves_of(string_of(at.parameters, at.operation[0]), 1)[0])
+        for at in corners
+    )
     if study.simulation.observe >= LEAST_PERIODS * period:
         return None
     return (
         f"Short: the torsional period is {period:.3g} s at most; the observed window of "
-        f"{study.simulation.observe:g} s holds fewer than {LEAST_PERIODS}. Lengthen simulation.observe."
+        f"{study.simulation.observe:g} s holds fewer than {LEAST_PERIODS}. Lengthen "
+        f"simulation.observe."
     )

@@ -29,8 +29,8 @@ def states(parameters: Parameters) -> tuple[str, ...]:
 
 
 def are_states(found: tuple[str, ...]) -> bool:
-    """Whether these are the states of a string with any allowed number of segments. (The names tell of all segments
-    together only.)"""
+    """Whether these are the states of a string with any allowed number of segments.
+    (The names tell of all segments together only.)"""
     last = (len(found) - 2) // 4 - 1
     return 2 <= last <= 2 * MOST_SEGMENTS and found == states_of(1, last - 1)
 
@@ -39,27 +39,40 @@ def are_states(found: tuple[str, ...]) -> bool:
 _INNER = (
     in_trace("u_0", "m", "position of the top, from that in steady drilling, positive up"),
     in_trace("v_0", "m s-1", "axial velocity of the top"),
-    *(variable for node in range(1, 2 * MOST_SEGMENTS) for variable in (
-        in_trace(f"u_{node}", "m", f"position of node {node}, from where it is in steady drilling, positive up"),
-        in_trace(f"v_{node}", "m s-1", f"axial velocity of node {node}"),
-        in_trace(f"angle_{node}", "rad", f"angle of node {node} less that of the set speed"),
-        in_trace(f"speed_{node}", "rad s-1", f"turning speed of node {node}"),
-    )),
-)  # fmt: skip
+    *(
+        variable
+        for node in range(1, 2 * MOST_SEGMENTS)
+        for variable in (
+            in_trace(
+                f"u_{node}",
+                "m",
+                f"position of node {node}, from where it is in steady drilling, positive up",
+            ),
+            in_trace(f"v_{node}", "m s-1", f"axial velocity of node {node}"),
+            in_trace(f"angle_{node}", "rad", f"angle of node {node} less that of the set speed"),
+            in_trace(f"speed_{node}", "rad s-1", f"turning speed of node {node}"),
+        )
+    ),
+)
 
 
 def friction_rates(points: Values) -> dict[str, Any]:
-    """How fast the cutting torque under the weight on bit brakes the bit [1/s], at its steepest: at rest, or, where the
-    depth of cut follows the bit's speed, between two of the speeds :data:`.string.SPEEDS` of a bit that creeps. (Where
-    such a bit begins to cut the slope is infinite; over a fifth of the speed it is not.) See
+    """How fast the cutting torque under the weight on bit brakes the bit [1/s], at its
+    steepest: at rest, or, where the depth of cut follows the bit's speed, between two
+    of the speeds :data:`.string.SPEEDS` of a bit that creeps. (Where such a bit begins
+    to cut the slope is infinite; over a fifth of the speed it is not.) See
     :mod:`nsdrill.models.segments.rhs`."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
     bit, cut = parameters.bit, parameters.bit.cutting
-    at = speed if cut.speed == "mean" else 0.0 * np.asarray(speed)  # the speed at which friction at rest cuts
+    # the speed at which friction at rest cuts
+    at = speed if cut.speed == "mean" else 0.0 * np.asarray(speed)
     steep = 2 / math.pi * cut.smoothing * cut_root(parameters, wob, at)
     if cut.speed == "live":
         turned = [cut.smoothing * slow for slow in SPEEDS]  # x / (0.8 + x) stands for (2/pi) atan x
-        torques = [x / (0.8 + x) * cut_root(parameters, wob, slow) for x, slow in zip(turned, SPEEDS, strict=True)]
+        torques = [
+            x / (0.8 + x) * cut_root(parameters, wob, slow)
+            for x, slow in zip(turned, SPEEDS, strict=True)
+        ]
         for one, two, a, b in zip(torques, torques[1:], SPEEDS, SPEEDS[1:], strict=False):
             steep = np.maximum(steep, (two - one) / (b - a))
     rate = wob * bit.radius * cut.zeta * steep / string_of(parameters, depth).bit_inertia
@@ -73,28 +86,39 @@ def options(parameters: Parameters) -> tuple[str, ...]:
 
 DESCRIPTION = Description(
     name="segments",
-    title="A string of segments in the axial and the torsional direction, with mud, hoist and an electric motor",
+    title="A string of segments in the axial and the torsional direction, with mud, hoist and an "
+    "electric motor",
     parameters=Parameters,
     initial=Initial,
     operation=SegmentsOperation,
     friction_rates=friction_rates,
     explicit_only=lambda parameters: None,
     meanings={
-        "drillstring": "The string", "segments": "How the string is cut, and what there is at its ends",
-        "segments.top": "What the string hangs from", "segments.kelly": "The kelly, a rigid body",
+        "drillstring": "The string",
+        "segments": "How the string is cut, and what there is at its ends",
+        "segments.top": "What the string hangs from",
+        "segments.kelly": "The kelly, a rigid body",
         "segments.material_damping": "Damping of a segment over its stiffness",
-        "mud": "The drilling fluid", "mud.density": "Density",
-        "segments.hydraulics": "The flow of the mud and its drag on the string as it moves; null: none",
-        "initial.start": "What null stands for below: steady drilling, or a string at rest below a table that turns",
-        "well": "The hole", "bit": "The bit on its lobed surface",
+        "mud": "The drilling fluid",
+        "mud.density": "Density",
+        "segments.hydraulics": "The flow of the mud and its drag on the string as it moves; null: "
+        "none",
+        "initial.start": "What null stands for below: steady drilling, or a string at rest below "
+        "a table that turns",
+        "well": "The hole",
+        "bit": "The bit on its lobed surface",
         "bit.lobes": "Lobes a turn: 3 for a roller cone, 1 for a PDC bit",
-        "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] sqrt(w[rad/s]) + c2",
-        "bit.cutting.speed": "The speed in the ROP law: live, that of the bit, or mean, the set speed",
+        "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] "
+        "sqrt(w[rad/s]) + c2",
+        "bit.cutting.speed": "The speed in the ROP law: live, that of the bit, or mean, the set "
+        "speed",
         "bit.friction": "Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w)",
         "drive": "What turns the string; each kind reads its own keys",
-        "drive.kind": "A motor at constant voltage, with gains or a regulator; a top that keeps its speed; or a drive "
+        "drive.kind": "A motor at constant voltage, with gains or a regulator; a top that keeps "
+        "its speed; or a drive "
         "whose torque a controller sets",
-        "initial.z": "Bit above its mean cutting surface; null: where it rests under the weight on bit",
+        "initial.z": "Bit above its mean cutting surface; null: where it rests under the weight "
+        "on bit",
         "initial.bit_speed": "Bit speed; null: as start says, the set speed or 0",
     },
     states=states,
@@ -107,10 +131,25 @@ DESCRIPTION = Description(
     check_features=("lift_off_fraction", "stick_slip_index"),
     labels=(BY_NAME["stick_slip_severity"], BY_NAME["bounce_severity"]),
     features=(
-        *(BY_NAME[name] for name in (
-            "bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction", "axial_min",
-            "axial_max", "lift_off_fraction", "bit_force_max", "surface_torque_min", "surface_torque_max",
-            "surface_torque_mean", "drive_speed_min", "drive_speed_max")),
+        *(
+            BY_NAME[name]
+            for name in (
+                "bit_speed_min",
+                "bit_speed_max",
+                "bit_speed_mean",
+                "stick_slip_index",
+                "stuck_fraction",
+                "axial_min",
+                "axial_max",
+                "lift_off_fraction",
+                "bit_force_max",
+                "surface_torque_min",
+                "surface_torque_max",
+                "surface_torque_mean",
+                "drive_speed_min",
+                "drive_speed_max",
+            )
+        ),
         feature("current_min", "A", "least current of the motor", "motor"),
         feature("current_max", "A", "greatest current of the motor", "motor"),
         feature("drive_torque_min", "N m", "least torque of the drive", "by_torque"),
@@ -135,19 +174,32 @@ DESCRIPTION = Description(
     ),
     untraced=_INNER,
     shown=(
-        "stick_slip_index", "stuck_fraction", "lift_off_fraction", "bit_force_max", "surface_torque_max",
-        "rate_of_penetration", "mechanical_specific_energy",
+        "stick_slip_index",
+        "stuck_fraction",
+        "lift_off_fraction",
+        "bit_force_max",
+        "surface_torque_max",
+        "rate_of_penetration",
+        "mechanical_specific_energy",
     ),
     compared={
         **dict.fromkeys(("bit_speed_min", "bit_speed_max", "bit_speed_mean"), "set_speed"),
-        "stuck_fraction": None, "lift_off_fraction": None,
+        "stuck_fraction": None,
+        "lift_off_fraction": None,
     },
-    told=("bit_speed_min", "bit_speed_max", "stick_slip_index", "stuck_fraction", "lift_off_fraction"),
+    told=(
+        "bit_speed_min",
+        "bit_speed_max",
+        "stick_slip_index",
+        "stuck_fraction",
+        "lift_off_fraction",
+    ),
     orders=ORDERS,
     relations=relations,
     compiled=("bit.lobes",),
     example_axis=("segments.material_damping.torsional", "1 ms", "10 ms"),
-    example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: 26 rad/s, points: 9}}",
+    example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: "
+    "26 rad/s, points: 9}}",
     drawn=Drawn(
         panels=(
             Panel("axial", "z", "axial_peaks", "axial_max"),
@@ -156,7 +208,10 @@ DESCRIPTION = Description(
         histories=("z", "bit_speed", "drive_speed", "bit_force", "bit_torque", "current"),
         planes=(("z", "vz"), ("twist", "bit_speed")),
         section=("section_axial", "section_twist", "section_bit_speed"),
-        section_planes=(("section_axial", "section_axial_velocity"), ("section_twist", "section_bit_speed")),
+        section_planes=(
+            ("section_axial", "section_axial_velocity"),
+            ("section_twist", "section_bit_speed"),
+        ),
         summary=("stick_slip_index", "stuck_fraction", "lift_off_fraction"),
         attractors=(
             ("bit_speed_min", "bit_speed_max", "Swing of the bit"),
@@ -164,4 +219,4 @@ DESCRIPTION = Description(
             (None, "stick_slip_index", "Stick-slip index"),
         ),
     ),
-)  # fmt: skip
+)

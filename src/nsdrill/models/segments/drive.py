@@ -1,17 +1,23 @@
-"""What controls the drive: the gains of its linear-quadratic regulator, or the law of its torque.
+"""What controls the drive: the gains of its linear-quadratic regulator, or the law of
+its torque.
 
-    V = V_0 - [K_I (I - I*) + K_1 lag + K_2 (omega_d - Omega) + K_3 (twist - twist*) + K_4 (omega - Omega)]
+    V = V_0 - [K_I (I - I*) + K_1 lag + K_2 (omega_d - Omega) + K_3 (twist - twist*) +
+    K_4 (omega - Omega)]
 
-The gains minimise the integral of the weighted squares of the five deviations and of the voltage, by the algebraic
-Riccati equation of a string of two inertias: the drive's, and J_b = k_t / w_1^2 at the bit, where w_1 is the first
-torsional frequency of the segments below a held table. All drag to the wall acts at the bit; friction at the bit and
-the material's damping are left out. Source: Sarker, Rideout & Butt 2012 name the method and its weights.
+The gains minimise the integral of the weighted squares of the five deviations and of
+the voltage, by the algebraic Riccati equation of a string of two inertias: the drive's,
+and J_b = k_t / w_1^2 at the bit, where w_1 is the first torsional frequency of the
+segments below a held table. All drag to the wall acts at the bit; friction at the bit
+and the material's damping are left out. Source: Sarker, Rideout & Butt 2012 name the
+method and its weights.
 
-The law of a drive by torque is that of :mod:`nsdrill.models.drives`, where the angle of the bit is its twist. It is
-tuned to what turns with the drive, its own inertia and the kelly, to the impedance of the pipe, and to the first
-torsional mode below a held top: the stiffness k_t of the whole string and the inertia J_b. J_0 w_0' is T_m less what
-the string takes, with J_0 the inertia of the law and half a segment. Until ``on_at``, and always of an ideal drive, the
-top keeps the set speed, and the torque is what that takes.
+The law of a drive by torque is that of :mod:`nsdrill.models.drives`, where the angle of
+the bit is its twist. It is tuned to what turns with the drive, its own inertia and the
+kelly, to the impedance of the pipe, and to the first torsional mode below a held top:
+the stiffness k_t of the whole string and the inertia J_b. J_0 w_0' is T_m less what the
+string takes, with J_0 the inertia of the law and half a segment. Until ``on_at``, and
+always of an ideal drive, the top keeps the set speed, and the torque is what that
+takes.
 """
 
 from __future__ import annotations
@@ -31,7 +37,8 @@ UNLIMITED = 1e30  # N m
 
 
 def gains_of(parameters: Parameters, string: String) -> np.ndarray:
-    """The gains of the voltage, an array (points, 5) or (1, 5): those of the regulator, those that are given, or 0."""
+    """The gains of the voltage, an array (points, 5) or (1, 5): those of the regulator,
+    those that are given, or 0."""
     drive = parameters.drive
     if drive.kind == "lqr":
         return regulator(parameters, string)
@@ -40,35 +47,47 @@ def gains_of(parameters: Parameters, string: String) -> np.ndarray:
 
 
 def law_of(parameters: Parameters, string: String) -> Gains:
-    """The law of a drive by torque, at the depths of the ``string``; one without gains of an ideal drive."""
+    """The law of a drive by torque, at the depths of the ``string``; one without gains
+    of an ideal drive."""
     drive = parameters.drive
     top = drive.inertia + string.kelly_inertia
     if drive.kind == "ideal":
         return Gains(top, 0.0, 0.0)
-    return LAWS[drive.kind](drive, Seen(top, _modal_inertia(string), string.torsional, impedance(parameters)))
+    return LAWS[drive.kind](
+        drive, Seen(top, _modal_inertia(string), string.torsional, impedance(parameters))
+    )
 
 
 def impedance(parameters: Parameters) -> Any:
     """The torsional impedance of the pipe [N m s/rad]."""
     pipe, steel = parameters.drillstring.pipe, parameters.drillstring.material
-    outer, inner = pipe.outer_diameter * pipe.outer_diameter, pipe.inner_diameter * pipe.inner_diameter
-    return impedance_of(math.pi / 32 * (outer * outer - inner * inner), steel.density, steel.shear_modulus)
+    outer, inner = (
+        pipe.outer_diameter * pipe.outer_diameter,
+        pipe.inner_diameter * pipe.inner_diameter,
+    )
+    return impedance_of(
+        math.pi / 32 * (outer * outer - inner * inner), steel.density, steel.shear_modulus
+    )
 
 
 def lag_of(parameters: Parameters, string: String, steady: Steady) -> Any:
-    """The lag [rad] of steady drilling, at which the law asks for its torque; 0 of a drive that comes on later or has
-    no integral gain, whose speed gives way in place of its angle."""
+    """The lag [rad] of steady drilling, at which the law asks for its torque; 0 of a
+    drive that comes on later or has no integral gain, whose speed gives way in place of
+    its angle."""
     drive = parameters.drive
     if drive.kind not in LAWS:
         return 0.0
     law = law_of(parameters, string)
     asked = steady.table_torque + law.twist_gain * steady.angles[-1]
     asked, stiffness, on_at = np.broadcast_arrays(asked, law.stiffness, drive.on_at)
-    return -np.divide(asked, stiffness, out=np.zeros(asked.shape), where=(stiffness != 0.0) & (on_at == 0.0))
+    return -np.divide(
+        asked, stiffness, out=np.zeros(asked.shape), where=(stiffness != 0.0) & (on_at == 0.0)
+    )
 
 
 def _modal_inertia(string: String) -> Any:
-    """The inertia J_b [kg m^2] that has with the stiffness of the string the first frequency below a held top."""
+    """The inertia J_b [kg m^2] that has with the stiffness of the string the first
+    frequency below a held top."""
     values = (string.torsional, *string.springs, *string.inertias)
     numbers = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in values))
     table = np.stack([value.ravel() for value in numbers], axis=1)
@@ -82,36 +101,53 @@ def _modal_inertia(string: String) -> Any:
 
 
 def regulator(parameters: Parameters, string: String) -> np.ndarray:
-    """The gains (K_I, K_1, K_2, K_3, K_4), an array (points, 5). InputError where the Riccati equation has no
-    solution."""
+    """The gains (K_I, K_1, K_2, K_3, K_4), an array (points, 5). InputError where the
+    Riccati equation has no solution."""
     drive = parameters.drive
     drags = string.drags
     numbers = np.broadcast_arrays(
         *np.atleast_1d(
-            string.torsional, string.drive_inertia, drive.table_damping, sum(drags),
-            drive.gear * drive.torque_constant, drive.inductance, drive.resistance, drive.control_weight,
-            drive.lag_weight, drive.drive_speed_weight, drive.current_weight, drive.twist_weight,
+            string.torsional,
+            string.drive_inertia,
+            drive.table_damping,
+            sum(drags),
+            drive.gear * drive.torque_constant,
+            drive.inductance,
+            drive.resistance,
+            drive.control_weight,
+            drive.lag_weight,
+            drive.drive_speed_weight,
+            drive.current_weight,
+            drive.twist_weight,
             drive.bit_speed_weight,
         ),
         *(np.atleast_1d(value) for value in string.springs + string.inertias),
-    )  # fmt: skip
+    )
     table = np.stack(numbers, axis=1).astype(float)
     distinct, places = np.unique(table, axis=0, return_inverse=True)
     return np.array([_gains(row, len(string.springs)) for row in distinct])[places.ravel()]
 
 
 def first_frequency(springs: Any, inertias: Any) -> float:
-    """The lowest torsional frequency [rad/s] of ``springs`` [N m/rad] below a held end, with ``inertias`` [kg m^2]."""
+    """The lowest torsional frequency [rad/s] of ``springs`` [N m/rad] below a held end,
+    with ``inertias`` [kg m^2]."""
     from scipy.linalg import eigh_tridiagonal
 
     springs, inertias = np.asarray(springs, dtype=float), np.asarray(inertias, dtype=float)
     diagonal = (springs + np.append(springs[1:], 0.0)) / inertias
     beside = -springs[1:] / np.sqrt(inertias[:-1] * inertias[1:])
-    return float(np.sqrt(eigh_tridiagonal(diagonal, beside, eigvals_only=True, select="i", select_range=(0, 0))[0]))
+    return float(
+        np.sqrt(
+            eigh_tridiagonal(diagonal, beside, eigvals_only=True, select="i", select_range=(0, 0))[
+                0
+            ]
+        )
+    )
 
 
 def matrices(row: Any, springs: int) -> tuple[Any, Any]:
-    """The matrix of the linear drive and string, states (lag, omega_d, I, twist, omega), and the column of V."""
+    """The matrix of the linear drive and string, states (lag, omega_d, I, twist,
+    omega), and the column of V."""
     k_t, J_d, c_d, c_b, motor, inductance, resistance = row[:7]
     w = first_frequency(row[13 : 13 + springs], row[13 + springs :])
     J_b = k_t / (w * w)
@@ -133,10 +169,13 @@ def _gains(row: Any, springs: int) -> list[float]:
     system, voltage = matrices(row, springs)
     weight, lag, drive_speed, current, twist, bit_speed = row[7:13]
     try:
-        cost = solve_continuous_are(system, voltage, np.diag([lag, drive_speed, current, twist, bit_speed]), [[weight]])
+        cost = solve_continuous_are(
+            system, voltage, np.diag([lag, drive_speed, current, twist, bit_speed]), [[weight]]
+        )
     except (np.linalg.LinAlgError, ValueError) as error:
         raise InputError(
-            "drive.kind: lqr finds no gains: the Riccati equation cannot be solved to any use. Change the weights of "
+            "drive.kind: lqr finds no gains: the Riccati equation cannot be solved to any use. "
+            "Change the weights of "
             "the drive, or take another kind."
         ) from error
     lag, drive_speed, current, twist, bit_speed = (voltage.T @ cost / weight)[0]

@@ -1,8 +1,10 @@
-"""The string and its drive, linear about steady drilling: what damps torsional vibration, and where it grows.
+"""The string and its drive, linear about steady drilling: what damps torsional
+vibration, and where it grows.
 
-The coordinates are the angle of the top, where something holds it, the twist of each segment e_i = th_{i+1} - th_i, the
-turning speeds less the set speed, and of an electric motor the current less that of steady drilling. Axial motion is
-apart from these on a rock without lobes, where the force on the bit is the weight on it.
+The coordinates are the angle of the top, where something holds it, the twist of each
+segment e_i = th_{i+1} - th_i, the turning speeds less the set speed, and of an electric
+motor the current less that of steady drilling. Axial motion is apart from these on a
+rock without lobes, where the force on the bit is the weight on it.
 """
 
 from __future__ import annotations
@@ -26,11 +28,15 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def torsional_matrix(parameters: Parameters, string: String) -> Array:
-    """d(rates)/d(coordinates) without friction at the bit, whose speed is the last of the turning speeds (its place:
-    :func:`place_of_bit`)."""
+    """d(rates)/d(coordinates) without friction at the bit, whose speed is the last of
+    the turning speeds (its place: :func:`place_of_bit`)."""
     drive, springs, n = parameters.drive, string.springs, string.pipes + string.collars
     motor = not drive.by_torque
-    top = string.drive_inertia if motor else law_of(parameters, string).inertia + string.pipe.inertia / 2
+    top = (
+        string.drive_inertia
+        if motor
+        else law_of(parameters, string).inertia + string.pipe.inertia / 2
+    )
     inertias, drags = (top, *string.inertias), string.drags
     matrix = np.zeros((2 * n + 2 + motor, 2 * n + 2 + motor))
     speeds = range(n + 1, 2 * n + 2)
@@ -59,9 +65,11 @@ def torsional_matrix(parameters: Parameters, string: String) -> Array:
     else:
         law = law_of(parameters, string)
         for place, value in (
-            (0, law.stiffness), (first, law.damping), (bit, law.speed_gain),
+            (0, law.stiffness),
+            (first, law.damping),
+            (bit, law.speed_gain),
             *((1 + i, law.twist_gain) for i in range(n)),
-        ):  # fmt: skip
+        ):
             matrix[first, place] -= value / top
     if drive.kind == "ideal":  # the top does not move
         keep = [place for place in range(len(matrix)) if place not in (0, first)]
@@ -77,38 +85,60 @@ def place_of_bit(parameters: Parameters, matrix: Array) -> int:
 
 def modes_of(matrix: Array, count: int) -> list[complex]:
     """The first ``count`` eigenvalues that swing, by their frequency."""
-    return sorted((complex(root) for root in np.linalg.eigvals(matrix) if root.imag > 0), key=abs)[:count]
+    return sorted((complex(root) for root in np.linalg.eigvals(matrix) if root.imag > 0), key=abs)[
+        :count
+    ]
 
 
 def waves_of(string: String, count: int) -> Array:
     """The first ``count`` torsional frequencies [rad/s] of the string below a held top."""
-    springs, inertias = np.asarray(string.springs, dtype=float), np.asarray(string.inertias, dtype=float)
-    stiffness = np.diag(springs + np.append(springs[1:], 0.0)) - np.diag(springs[1:], 1) - np.diag(springs[1:], -1)
+    springs, inertias = (
+        np.asarray(string.springs, dtype=float),
+        np.asarray(string.inertias, dtype=float),
+    )
+    stiffness = (
+        np.diag(springs + np.append(springs[1:], 0.0))
+        - np.diag(springs[1:], 1)
+        - np.diag(springs[1:], -1)
+    )
     root = 1.0 / np.sqrt(inertias)
     return np.sqrt(np.linalg.eigvalsh(stiffness * root[:, None] * root))[:count]
 
 
 def axial_free(parameters: Parameters, string: String) -> float:
-    """The first axial frequency [rad/s] of the string on its hoist, with the bit off the rock."""
-    between = [(string.pipe.mass, string.pipes - 1), (string.joint_mass, 1), (string.collar.mass, string.collars - 1)]
-    masses = [string.top_mass, *(mass for mass, count in between for _ in range(count)), string.bit_mass]
+    """The first axial frequency [rad/s] of the string on its hoist, with the bit off
+    the rock."""
+    between = [
+        (string.pipe.mass, string.pipes - 1),
+        (string.joint_mass, 1),
+        (string.collar.mass, string.collars - 1),
+    ]
+    masses = [
+        string.top_mass,
+        *(mass for mass, count in between for _ in range(count)),
+        string.bit_mass,
+    ]
     return first_frequency((parameters.segments.top.stiffness, *string.stretches), masses)
 
 
 def growth_at_rest(parameters: Parameters, string: String) -> complex | None:
-    """The eigenvalue [1/s] of string and drive, without the bit's friction, whose deviations grow fastest; None where
-    all decay, or stay."""
+    """The eigenvalue [1/s] of string and drive, without the bit's friction, whose
+    deviations grow fastest; None where all decay, or stay."""
     roots = np.linalg.eigvals(torsional_matrix(parameters, string))
     worst = roots[np.argmax(roots.real)]
     return complex(worst) if worst.real > 1e-9 * np.abs(roots).max() else None
 
 
 def slope_held(parameters: Parameters, string: String) -> float:
-    """The steepest fall of the bit's torque with its speed [N m s/rad] with which steady drilling is stable; negative
-    where the drive itself makes the string swing."""
+    """The steepest fall of the bit's torque with its speed [N m s/rad] with which
+    steady drilling is stable; negative where the drive itself makes the string
+    swing."""
     matrix = torsional_matrix(parameters, string)
     bit = place_of_bit(parameters, matrix)
-    springs, inertias = np.asarray(string.springs, dtype=float), np.asarray(string.inertias, dtype=float)
+    springs, inertias = (
+        np.asarray(string.springs, dtype=float),
+        np.asarray(string.inertias, dtype=float),
+    )
     most = sum(string.drags) + 4.0 * math.sqrt(float(np.max(springs) * np.sum(inertias)))
     low, high = -most, most
     for _ in range(HALVINGS):  # it is stable below and unstable above
@@ -121,14 +151,19 @@ def slope_held(parameters: Parameters, string: String) -> float:
 
 
 def fall_of_torque(parameters: Parameters, wob: Any, force: Any, speed: Any) -> Any:
-    """How fast the torque on the bit falls with its speed [N m s/rad] in steady drilling at a ``speed`` [rad/s]."""
-    ahead, behind = (bit_torque(parameters, wob, speed, force, speed * (1 + sign * STEP)) for sign in (1, -1))
+    """How fast the torque on the bit falls with its speed [N m s/rad] in steady
+    drilling at a ``speed`` [rad/s]."""
+    ahead, behind = (
+        bit_torque(parameters, wob, speed, force, speed * (1 + sign * STEP)) for sign in (1, -1)
+    )
     return (behind - ahead) / (2 * STEP * speed)
 
 
-def onset(parameters: Parameters, operation: Operation, string: String, held: float) -> float | None:
-    """The set speed [rad/s] below which steady drilling grows into stick-slip, with the fall that is ``held``; None
-    where it is stable at every speed, or at none."""
+def onset(
+    parameters: Parameters, operation: Operation, string: String, held: float
+) -> float | None:
+    """The set speed [rad/s] below which steady drilling grows into stick-slip, with the
+    fall that is ``held``; None where it is stable at every speed, or at none."""
     from scipy.optimize import brentq
 
     force = steady_of(parameters, string, operation.wob, operation.rotary_speed).force
@@ -144,7 +179,8 @@ def onset(parameters: Parameters, operation: Operation, string: String, held: fl
 
 
 def seen_from_below(parameters: Parameters, string: String) -> tuple[Gains, Circuit | None]:
-    """The law of the drive, and the circuit of an electric motor, as a wave from below meets them."""
+    """The law of the drive, and the circuit of an electric motor, as a wave from below
+    meets them."""
     drive = parameters.drive
     if drive.by_torque:
         return law_of(parameters, string), None
@@ -152,9 +188,11 @@ def seen_from_below(parameters: Parameters, string: String) -> tuple[Gains, Circ
     constant, own = drive.gear * drive.torque_constant, 1.0 + K_I / drive.resistance
     per_volt = constant / drive.resistance
     circuit = Circuit(
-        float((constant * per_volt + per_volt * K_2) / own), float(drive.inductance / drive.resistance / own),
-        float(per_volt * K_1 / own), bool(K_3 or K_4),
-    )  # fmt: skip
+        float((constant * per_volt + per_volt * K_2) / own),
+        float(drive.inductance / drive.resistance / own),
+        float(per_volt * K_1 / own),
+        bool(K_3 or K_4),
+    )
     inertia = string.drive_inertia - string.pipe.inertia / 2
     return Gains(float(inertia), 0.0, float(drive.table_damping)), circuit
 

@@ -1,4 +1,5 @@
-"""The string of segments as a model: what is compiled in is the number of segments of pipe and of collars."""
+"""The string of segments as a model: what is compiled in is the number of segments of
+pipe and of collars."""
 
 from __future__ import annotations
 
@@ -23,14 +24,21 @@ from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.thresholds import Record, Thresholds
 
 # What is seen at the returns, and the state that it is.
-SECTION = {"axial": "z", "axial_velocity": "vz", "twist": "twist", "bit_speed": "bit_speed",
-           "drive_speed": "drive_speed", "current": "current"}  # fmt: skip
+SECTION = {
+    "axial": "z",
+    "axial_velocity": "vz",
+    "twist": "twist",
+    "bit_speed": "bit_speed",
+    "drive_speed": "drive_speed",
+    "current": "current",
+}
 
 
 class Segments(ScalarModel):
-    """Pairs of position and velocity from the surface to the bit, then angles and speeds, then the motor's current,
-    which stays 0 where the drive goes by torque. The variant are the numbers of segments of pipe and of collars, and
-    whether the drive goes by torque."""
+    """Pairs of position and velocity from the surface to the bit, then angles and
+    speeds, then the motor's current, which stays 0 where the drive goes by torque. The
+    variant are the numbers of segments of pipe and of collars, and whether the drive
+    goes by torque."""
 
     name = "segments"
     contacts = ("rock",)
@@ -71,7 +79,15 @@ class Segments(ScalarModel):
         touch = rows.aux_now + aux.index("interference_"), -1
         number = NAMES.index(self.name)
         return make_differences(
-            motion, lanes, rows, rows.aux_now + len(aux), number, *variant, place, touches=(touch,), place=place
+            motion,
+            lanes,
+            rows,
+            rows.aux_now + len(aux),
+            number,
+            *variant,
+            place,
+            touches=(touch,),
+            place=place,
         )
 
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
@@ -90,22 +106,30 @@ class Segments(ScalarModel):
         return names.columns(points, thresholds)
 
     def natural(self, table: Mapping[str, Array], variant: Variant = ()) -> Sequence[Any]:
-        """Lengths: the rock's penetration under the weight on bit, at least a tenth of the lobes; angles: a tenth of a
-        radian; turning speeds: a tenth of the set speed; the current: a tenth of that of steady drilling. Velocities:
-        the length times the frequency of a segment, at the bit that of the contact."""
+        """Lengths: the rock's penetration under the weight on bit, at least a tenth of
+        the lobes; angles: a tenth of a radian; turning speeds: a tenth of the set
+        speed; the current: a tenth of that of steady drilling. Velocities: the length
+        times the frequency of a segment, at the bit that of the contact."""
         pipes, collars = variant[:2] or names.DEFAULT[:2]
         length = table["wob"] / (table["chain_stiffness"] + table["rock_stiffness"])
         length = np.maximum(length, np.maximum(0.1 * table["surface_amplitude"], 1e-6))
-        pipe, collar = length * np.sqrt(table["pipe_axial"]), length * np.sqrt(table["collar_axial"])
+        pipe, collar = (
+            length * np.sqrt(table["pipe_axial"]),
+            length * np.sqrt(table["collar_axial"]),
+        )
         bit = length * np.sqrt(table["rock_stiffness"] * table["per_bit_mass"])
         speed = 0.1 * table["set_speed"]
         axial = [length, pipe] * (pipes + 1) + [length, collar] * (collars - 1) + [length, bit]
-        current = np.maximum(0.1 * table["steady_current"], 1.0) if "steady_current" in table else 1.0
+        current = (
+            np.maximum(0.1 * table["steady_current"], 1.0) if "steady_current" in table else 1.0
+        )
         return [*axial, *[0.1, speed] * (pipes + collars + 1), current]
 
     def sizes(self, table: Array, variant: Variant) -> Array:
         values = self.natural(self._by_name(table, variant), variant)
-        return np.stack([np.broadcast_to(value, len(table)).astype(float) for value in values], axis=1)
+        return np.stack(
+            [np.broadcast_to(value, len(table)).astype(float) for value in values], axis=1
+        )
 
     def drifts(self, table: Array, variant: Variant) -> Array:
         """Angles are counted from that of the set speed."""
@@ -118,7 +142,9 @@ class Segments(ScalarModel):
         return self._by_name(table, ())["set_speed"]
 
     def fastest(self, table: Mapping[str, Array]) -> Array:
-        square = np.maximum(table["rock_stiffness"] * table["per_bit_mass"], 4 * table["collar_axial"])
+        square = np.maximum(
+            table["rock_stiffness"] * table["per_bit_mass"], 4 * table["collar_axial"]
+        )
         return np.sqrt(np.maximum(square, table["set_speed"] ** 2))
 
     # Starts
@@ -135,18 +161,24 @@ class Segments(ScalarModel):
         """A string at rest has neither twist nor bit speed."""
         found = super().given(points, names)
         if points.initial.start == "rest":  # type: ignore[attr-defined]
-            found |= {name: 0.0 for name in ("twist", "bit_speed") if getattr(points.initial, name) is None}
+            found |= {
+                name: 0.0
+                for name in ("twist", "bit_speed")
+                if getattr(points.initial, name) is None
+            }
         return found
 
     def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
-        """Twists from none to one and a half times that of steady drilling, bit speeds from 0 to twice the set speed,
-        bit positions about the static one by the amplitude of the lobes; closer to steady drilling with a smaller
-        spread."""
+        """Twists from none to one and a half times that of steady drilling, bit speeds
+        from 0 to twice the set speed, bit positions about the static one by the
+        amplitude of the lobes; closer to steady drilling with a smaller spread."""
         q, steady = points.initial.spread, self.steady(points)
-        return {"z": steady["z"] + q * points.parameters.bit.surface_amplitude * (2 * shape[:, 0] - 1),
-                "twist": steady["twist"] * (1 + q * (1.5 * shape[:, 1] - 1)),
-                "bit_speed": steady["bit_speed"] * (1 + q * (2 * shape[:, 2] - 1)),
-                "drive_angle": 2 * math.pi * shape[:, 3]}  # fmt: skip
+        return {
+            "z": steady["z"] + q * points.parameters.bit.surface_amplitude * (2 * shape[:, 0] - 1),
+            "twist": steady["twist"] * (1 + q * (1.5 * shape[:, 1] - 1)),
+            "bit_speed": steady["bit_speed"] * (1 + q * (2 * shape[:, 2] - 1)),
+            "drive_angle": 2 * math.pi * shape[:, 3],
+        }
 
     def started(self, points: Values, values: Mapping[str, Any]) -> Mapping[str, Any]:
         """All states from those that a start gives."""
@@ -159,18 +191,28 @@ class Segments(ScalarModel):
         stretch, turn = 1 / parameters.segments.top.stiffness, 0.0
         last = len(string.springs)
         for node in range(last + 1):
-            u, angle, rate = ("z", "twist", "bit_speed") if node == last else (
-                f"u_{node}", f"angle_{node}" if node else "lag", f"speed_{node}" if node else "drive_speed"
-            )  # fmt: skip
+            u, angle, rate = (
+                ("z", "twist", "bit_speed")
+                if node == last
+                else (
+                    f"u_{node}",
+                    f"angle_{node}" if node else "lag",
+                    f"speed_{node}" if node else "drive_speed",
+                )
+            )
             # What lies above the node, as a share of the whole string's compliance.
             share = turn * string.torsional
             found[u] = values["z"] * stretch * string.axial
-            # The part of the twist that drag to the wall makes does not grow in proportion to the compliance.
+            # The part of the twist that drag to the wall makes does not grow in
+            # proportion to the compliance.
             extra = values["twist"] - steady.angles[-1]
             found[angle] = lag + (steady.angles[node] + extra * share)
             found[rate] = speed + (values["bit_speed"] - speed) * share
             if node < last:
-                stretch, turn = stretch + 1 / string.stretches[node], turn + 1 / string.springs[node]
+                stretch, turn = (
+                    stretch + 1 / string.stretches[node],
+                    turn + 1 / string.springs[node],
+                )
         current = 0.0 if parameters.drive.by_torque else steady.current
         return {**found, **values, "twist": lag + values["twist"], "current": current}
 
@@ -180,18 +222,32 @@ class Segments(ScalarModel):
         return ("drive_speed", "current") if parameters.drive.kind == "ideal" else ("current",)
 
     def undeviated(self, parameters: Parameters) -> tuple[str, ...]:
-        """What an ideal drive keeps: a deviation of these would stay as well, and hide one that decays."""
-        return ("lag", *self.held(parameters)) if parameters.drive.kind == "ideal" else self.held(parameters)
+        """What an ideal drive keeps: a deviation of these would stay as well, and hide
+        one that decays."""
+        return (
+            ("lag", *self.held(parameters))
+            if parameters.drive.kind == "ideal"
+            else self.held(parameters)
+        )
 
     # What is observed
 
     def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
         bit, (_, wob, _) = points.parameters.bit, points.operation
-        return drilled(features["surface_torque_mean"], features["bit_speed_mean"], bit.cutting, wob, bit.radius)
+        return drilled(
+            features["surface_torque_mean"],
+            features["bit_speed_mean"],
+            bit.cutting,
+            wob,
+            bit.radius,
+        )
 
-    def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
+    def section(
+        self, report: Array, record: Record, table: Array, variant: Variant
+    ) -> dict[str, Array]:
         found = super().section(report, record, table, variant)
-        # The drive may stray from the set point: the twist is counted from the drive, so that what repeats is seen to.
+        # The drive may stray from the set point: the twist is counted from the drive,
+        # so that what repeats is seen to.
         found["section_twist"] = found["section_twist"] - found["section_lag"]
         return {f"section_{name}": found[f"section_{state}"] for name, state in SECTION.items()}
 
@@ -205,21 +261,38 @@ class Segments(ScalarModel):
     def still(self, features: Mapping[str, Array], sizes: Array, absolute: float) -> Array:
         """Whether neither bit speed nor bit position moves."""
         size = self.seen(sizes)
-        moved = features["axial_max"] - features["axial_min"], features["bit_speed_max"] - features["bit_speed_min"]
-        return np.asarray((moved[0] <= absolute * size[..., 0]) & (moved[1] <= absolute * size[..., 3]))
+        moved = (
+            features["axial_max"] - features["axial_min"],
+            features["bit_speed_max"] - features["bit_speed_min"],
+        )
+        return np.asarray(
+            (moved[0] <= absolute * size[..., 0]) & (moved[1] <= absolute * size[..., 3])
+        )
 
-    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
-        string, bit, top = string_of(parameters, point.depth), parameters.bit, parameters.segments.top
+    def outputs(
+        self, parameters: Parameters, point: Any, state: Mapping[str, Array]
+    ) -> dict[str, Array]:
+        string, bit, top = (
+            string_of(parameters, point.depth),
+            parameters.bit,
+            parameters.segments.top,
+        )
         drag = parameters.segments.material_damping.torsional
         angle = bit.lobes * (state["twist"] + state["drive_angle"])
         interference = bit.surface_amplitude * np.sin(angle) - state["z"]
-        closing = bit.surface_amplitude * bit.lobes * np.cos(angle) * state["bit_speed"] - state["vz"]
-        damped = np.maximum(1 + names.over(parameters.segments.rock_damping, point.wob) * closing, 0.0)
+        closing = (
+            bit.surface_amplitude * bit.lobes * np.cos(angle) * state["bit_speed"] - state["vz"]
+        )
+        damped = np.maximum(
+            1 + names.over(parameters.segments.rock_damping, point.wob) * closing, 0.0
+        )
         force = bit.rock_stiffness * np.maximum(interference, 0.0) * damped
         wound = state["lag"] - state["angle_1"] + drag * (state["drive_speed"] - state["speed_1"])
         return {
             "bit_force": force,
-            "bit_torque": bit_torque(parameters, point.wob, point.rotary_speed, force, state["bit_speed"]),
+            "bit_torque": bit_torque(
+                parameters, point.wob, point.rotary_speed, force, state["bit_speed"]
+            ),
             "surface_torque": string.pipe.torsional * wound,
             "hook_load_change": -(top.stiffness * state["u_0"] + top.damping * state["v_0"]),
         }

@@ -7,16 +7,39 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Outputs, Section, TimeAbove
+from nsdrill.observe.channels import (
+    Channel,
+    Declaration,
+    Derived,
+    Extremes,
+    Mean,
+    Outputs,
+    Section,
+    TimeAbove,
+)
 
 
 def _bit(  # type: ignore[no-untyped-def]
-    sine_, cosine_, interference_, closing_, force_, bit_speed, bit_acceleration, bit_axial_acceleration,
-    rock_stiffness, closing_factor, surface_amplitude, lobes_,
-):  # fmt: skip
-    """The interference of bit and rock, its rate and second derivative; the force and its rate."""
+    sine_,
+    cosine_,
+    interference_,
+    closing_,
+    force_,
+    bit_speed,
+    bit_acceleration,
+    bit_axial_acceleration,
+    rock_stiffness,
+    closing_factor,
+    surface_amplitude,
+    lobes_,
+):
+    """The interference of bit and rock, its rate and second derivative; the force and
+    its rate."""
     turn = lobes_ * bit_speed
-    rate = surface_amplitude * (lobes_ * cosine_ * bit_acceleration - sine_ * turn * turn) - bit_axial_acceleration
+    rate = (
+        surface_amplitude * (lobes_ * cosine_ * bit_acceleration - sine_ * turn * turn)
+        - bit_axial_acceleration
+    )
     damped = 1.0 + closing_factor * closing_
     force_rate = rock_stiffness * (closing_ * damped + interference_ * closing_factor * rate)
     return interference_, closing_, rate, force_, force_rate if force_ > 0.0 else 0.0
@@ -31,36 +54,81 @@ def _surface_torque(  # type: ignore[no-untyped-def]
 def _surface_torque_rate(  # type: ignore[no-untyped-def]
     drive_speed, speed_1, drive_acceleration, turn_1, surface_stiffness, torsional_time
 ):
-    return surface_stiffness * (drive_speed - speed_1 + torsional_time * (drive_acceleration - turn_1))
+    return surface_stiffness * (
+        drive_speed - speed_1 + torsional_time * (drive_acceleration - turn_1)
+    )
 
 
 def _index(bit_speed_max: Any, bit_speed_min: Any, bit_speed_mean: Any) -> Any:
     infinite = np.full(len(bit_speed_mean), np.inf)
-    return np.divide(50.0 * (bit_speed_max - bit_speed_min), bit_speed_mean, out=infinite, where=bit_speed_mean != 0.0)
+    return np.divide(
+        50.0 * (bit_speed_max - bit_speed_min),
+        bit_speed_mean,
+        out=infinite,
+        where=bit_speed_mean != 0.0,
+    )
 
 
 def _asked(  # type: ignore[no-untyped-def]
-    lag, drive_speed, twist, bit_speed, angle_1, speed_1, set_speed, drive_stiffness, drive_damping, twist_gain,
-    speed_gain, torque_least, torque_most, on_at, surface_stiffness, torsional_time, top_drag, time,
-):  # fmt: skip
+    lag,
+    drive_speed,
+    twist,
+    bit_speed,
+    angle_1,
+    speed_1,
+    set_speed,
+    drive_stiffness,
+    drive_damping,
+    twist_gain,
+    speed_gain,
+    torque_least,
+    torque_most,
+    on_at,
+    surface_stiffness,
+    torsional_time,
+    top_drag,
+    time,
+):
     """The torque of the motor; while the top keeps the set speed, what that takes."""
     law = drive_stiffness * lag + drive_damping * (drive_speed - set_speed)
     law = law + twist_gain * (twist - lag) + speed_gain * (bit_speed - set_speed)
-    held = surface_stiffness * (lag - angle_1 + torsional_time * (drive_speed - speed_1)) + top_drag * drive_speed
+    held = (
+        surface_stiffness * (lag - angle_1 + torsional_time * (drive_speed - speed_1))
+        + top_drag * drive_speed
+    )
     return min(max(-law, torque_least), torque_most) if time >= on_at else held
 
 
 def _asked_rate(  # type: ignore[no-untyped-def]
-    lag, drive_speed, twist, bit_speed, speed_1, drive_acceleration, bit_acceleration, turn_1, set_speed,
-    drive_stiffness, drive_damping, twist_gain, speed_gain, torque_least, torque_most, on_at, surface_stiffness,
-    torsional_time, top_drag, time,
-):  # fmt: skip
+    lag,
+    drive_speed,
+    twist,
+    bit_speed,
+    speed_1,
+    drive_acceleration,
+    bit_acceleration,
+    turn_1,
+    set_speed,
+    drive_stiffness,
+    drive_damping,
+    twist_gain,
+    speed_gain,
+    torque_least,
+    torque_most,
+    on_at,
+    surface_stiffness,
+    torsional_time,
+    top_drag,
+    time,
+):
     law = drive_stiffness * lag + drive_damping * (drive_speed - set_speed)
     law = law + twist_gain * (twist - lag) + speed_gain * (bit_speed - set_speed)
     rate = drive_stiffness * (drive_speed - set_speed) + drive_damping * drive_acceleration
     rate = rate + twist_gain * (bit_speed - drive_speed) + speed_gain * bit_acceleration
     inside = rate if (-law > torque_least) and (-law < torque_most) else 0.0
-    held = surface_stiffness * (drive_speed - speed_1 + torsional_time * (drive_acceleration - turn_1))
+    held = surface_stiffness * (
+        drive_speed - speed_1 + torsional_time * (drive_acceleration - turn_1)
+    )
     return -inside if time >= on_at else held + top_drag * drive_acceleration
 
 
@@ -73,22 +141,37 @@ def _declared(drive: tuple[Channel, Extremes]) -> Declaration:
             Channel("interference", "interference", "closing", "bend", level=0.0),
             Channel("twist", "twist", "bit_speed", "bit_acceleration", frame="set_speed"),
             Channel("bit speed", "bit_speed", "bit_acceleration", rate_of="twist", level="stuck"),
-            Channel("bit angle", lambda twist, set_speed, time, phase: twist + (phase + set_speed * time),
-                    "bit_speed", "bit_acceleration"),
+            Channel(
+                "bit angle",
+                lambda twist, set_speed, time, phase: twist + (phase + set_speed * time),
+                "bit_speed",
+                "bit_acceleration",
+            ),
             Channel("force", "force", "force_rate", size="wob"),
             Channel("surface torque", _surface_torque, _surface_torque_rate, size="steady_torque"),
             Channel("drive speed", "drive_speed", "drive_acceleration"),
             drive[0],
-            Channel("hook load", lambda u_0, v_0, top_stiffness, top_damping:
-                    -(top_stiffness * u_0 + top_damping * v_0),
-                    lambda v_0, top_acceleration, top_stiffness, top_damping:
-                    -(top_stiffness * v_0 + top_damping * top_acceleration), size="wob"),
+            Channel(
+                "hook load",
+                lambda u_0, v_0, top_stiffness, top_damping: (
+                    -(top_stiffness * u_0 + top_damping * v_0)
+                ),
+                lambda v_0, top_acceleration, top_stiffness, top_damping: (
+                    -(top_stiffness * v_0 + top_damping * top_acceleration)
+                ),
+                size="wob",
+            ),
         ),
         features=(
             Extremes("bit position", greatest="axial_max", least="axial_min", peaks="axial_peaks"),
             TimeAbove("interference", "touching"),
             Derived("lift_off_fraction", lambda touching: 1.0 - touching),
-            Extremes("bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks"),
+            Extremes(
+                "bit speed",
+                greatest="bit_speed_max",
+                least="bit_speed_min",
+                peaks="bit_speed_peaks",
+            ),
             TimeAbove("bit speed", "slipping"),
             Derived("stuck_fraction", lambda slipping: 1.0 - slipping),
             Mean("bit speed", "bit_speed_mean"),
@@ -101,11 +184,19 @@ def _declared(drive: tuple[Channel, Extremes]) -> Declaration:
             Extremes("hook load", greatest="hook_load_change_max", least="hook_load_change_min"),
         ),
         section=Section("bit angle", 2.0 * math.pi),
-    )  # fmt: skip
+    )
 
 
-DECLARATION = _declared((Channel("current", "current", "current_rate"),
-                         Extremes("current", greatest="current_max", least="current_min")))  # fmt: skip
+DECLARATION = _declared(
+    (
+        Channel("current", "current", "current_rate"),
+        Extremes("current", greatest="current_max", least="current_min"),
+    )
+)
 # As many channels of the same kinds, so that reports have the same columns.
-BY_TORQUE = _declared((Channel("drive torque", _asked, _asked_rate, size="steady_torque"),
-                       Extremes("drive torque", greatest="drive_torque_max", least="drive_torque_min")))  # fmt: skip
+BY_TORQUE = _declared(
+    (
+        Channel("drive torque", _asked, _asked_rate, size="steady_torque"),
+        Extremes("drive torque", greatest="drive_torque_max", least="drive_torque_min"),
+    )
+)

@@ -1,8 +1,10 @@
-"""The parameters of the string of segments, in SI units, with source and confidence of each default.
+"""The parameters of the string of segments, in SI units, with source and confidence of
+each default.
 
-Sources: **B** Sarker, Rideout & Butt, "Dynamic model of an oilwell drillstring with stick-slip and bit-bounce
-interaction", ICBGM 2012, as far as its tables can be read; **CY** Christoforou & Yigit 2003, J. Sound Vib. 267, as
-reported by others; **R** reconstructed here.
+Sources: **B** Sarker, Rideout & Butt, "Dynamic model of an oilwell drillstring with
+stick-slip and bit-bounce interaction", ICBGM 2012, as far as its tables can be read;
+**CY** Christoforou & Yigit 2003, J. Sound Vib. 267, as reported by others; **R**
+reconstructed here.
 """
 
 from __future__ import annotations
@@ -25,7 +27,9 @@ MOST_SEGMENTS = 40
 class Collar(Checked):
     """The drill collars."""
 
-    outer_diameter: float = parameter(0.171, "m", "B", "high", low=1e-4, high=10.0, usual="3 1/8 to 11 1/4 in")
+    outer_diameter: float = parameter(
+        0.171, "m", "B", "high", low=1e-4, high=10.0, usual="3 1/8 to 11 1/4 in"
+    )
     inner_diameter: float = parameter(0.0571, "m", "B", "high", high=10.0, usual="1 1/4 to 4 in")
     length: float = parameter(200.0, "m", "B", "high", low=1e-2, high=1e4, usual="20 to 400 m")
 
@@ -38,7 +42,9 @@ class Collar(Checked):
 class DrillPipe(Pipe):
     """The drill pipe."""
 
-    outer_diameter: float = parameter(0.101, "m", "B", "high", low=1e-4, high=10.0, usual="2 3/8 to 6 5/8 in")
+    outer_diameter: float = parameter(
+        0.101, "m", "B", "high", low=1e-4, high=10.0, usual="2 3/8 to 6 5/8 in"
+    )
     inner_diameter: float = parameter(0.0848, "m", "B", "high", high=10.0, usual="1.8 to 6 in")
 
 
@@ -53,15 +59,25 @@ class Drillstring(Checked):
 
 @dataclass(frozen=True)
 class Kelly(Checked):
-    """The kelly, a rigid body here: its spring would be a hundred times stiffer than the pipe."""
+    """The kelly, a rigid body here: its spring would be a hundred times stiffer than
+    the pipe."""
 
-    length: float = parameter(15.0, "m", "B", "high", high=100.0, usual="12 to 17 m", meaning="Length")
+    length: float = parameter(
+        15.0, "m", "B", "high", high=100.0, usual="12 to 17 m", meaning="Length"
+    )
     outer_diameter: float = parameter(
-        0.379, "m", "B as printed: 12.65 t; a kelly is about 0.13 m", "low", low=1e-4, high=10.0,
-        usual="0.08 to 0.15 m", meaning="Outer diameter",
-    )  # fmt: skip
-    inner_diameter: float = parameter(0.0825, "m", "B", "medium", high=10.0, usual="0.05 to 0.1 m",
-                                      meaning="Inner diameter")  # fmt: skip
+        0.379,
+        "m",
+        "B as printed: 12.65 t; a kelly is about 0.13 m",
+        "low",
+        low=1e-4,
+        high=10.0,
+        usual="0.08 to 0.15 m",
+        meaning="Outer diameter",
+    )
+    inner_diameter: float = parameter(
+        0.0825, "m", "B", "medium", high=10.0, usual="0.05 to 0.1 m", meaning="Inner diameter"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -73,14 +89,32 @@ class Top(Checked):
     """What the string hangs from."""
 
     stiffness: float = parameter(
-        9.3e6, "N/m", "B", "high", low=1.0, high=1e13, usual="5 to 20 MN/m", meaning="Stiffness of cable and derrick"
+        9.3e6,
+        "N/m",
+        "B",
+        "high",
+        low=1.0,
+        high=1e13,
+        usual="5 to 20 MN/m",
+        meaning="Stiffness of cable and derrick",
     )
     damping: float = parameter(
-        0.0, "N s/m", "R: B's number is lost", "low", high=1e9, usual="0 to 100 kN s/m",
+        0.0,
+        "N s/m",
+        "R: B's number is lost",
+        "low",
+        high=1e9,
+        usual="0 to 100 kN s/m",
         meaning="Damping of cable and derrick",
-    )  # fmt: skip
+    )
     mass: float = parameter(
-        7031.0, "kg", "B", "high", high=1e6, usual="5 to 40 t", meaning="Mass of swivel and travelling block"
+        7031.0,
+        "kg",
+        "B",
+        "high",
+        high=1e6,
+        usual="5 to 40 t",
+        meaning="Mass of swivel and travelling block",
     )
 
 
@@ -89,28 +123,69 @@ class MaterialDamping(Checked):
     """The damping of a segment over its stiffness, a time."""
 
     axial: float = parameter(
-        0.2e-3, "s", "R: B's number is lost", "low: sweep it", high=1.0, usual="0 to 5 ms",
+        0.2e-3,
+        "s",
+        "R: B's number is lost",
+        "low: sweep it",
+        high=1.0,
+        usual="0 to 5 ms",
         meaning="Axial damping of a segment over its stiffness",
-    )  # fmt: skip
+    )
     torsional: float = parameter(
-        10e-3, "s", "R: B's number is lost", "low: sweep it", high=1.0, usual="0 to 20 ms",
+        10e-3,
+        "s",
+        "R: B's number is lost",
+        "low: sweep it",
+        high=1.0,
+        usual="0 to 20 ms",
         meaning="Torsional damping of a segment over its stiffness",
-    )  # fmt: skip
+    )
 
 
 @dataclass(frozen=True)
 class Hydraulics(Checked):
-    """The flow of the mud, down the bore and up the annulus, which drags on the string as it moves."""
+    """The flow of the mud, down the bore and up the annulus, which drags on the string
+    as it moves."""
 
-    flow: float = parameter(0.022, "m^3/s", "B", "high", high=10.0, usual="0.01 to 0.08 m^3/s", meaning="Mean flow")
-    pulsation: float = parameter(0.002, "m^3/s", "B", "high", high=10.0, usual="0 to 0.01 m^3/s",
-                                 meaning="Amplitude of the pumps' pulsation")  # fmt: skip
-    pulsation_rate: float = parameter(25.13, "rad/s", "B", "high", high=1e4, usual="10 to 60 rad/s",
-                                      meaning="Angular frequency of the pulsation")  # fmt: skip
-    annulus_factor: float = parameter(0.045, "", "B", "high", high=10.0, usual="0.02 to 0.1",
-                                      meaning="Weisbach's friction factor outside of the string")  # fmt: skip
-    bore_factor: float = parameter(0.035, "", "B", "high", high=10.0, usual="0.01 to 0.1",
-                                   meaning="Weisbach's friction factor in the bore")  # fmt: skip
+    flow: float = parameter(
+        0.022, "m^3/s", "B", "high", high=10.0, usual="0.01 to 0.08 m^3/s", meaning="Mean flow"
+    )
+    pulsation: float = parameter(
+        0.002,
+        "m^3/s",
+        "B",
+        "high",
+        high=10.0,
+        usual="0 to 0.01 m^3/s",
+        meaning="Amplitude of the pumps' pulsation",
+    )
+    pulsation_rate: float = parameter(
+        25.13,
+        "rad/s",
+        "B",
+        "high",
+        high=1e4,
+        usual="10 to 60 rad/s",
+        meaning="Angular frequency of the pulsation",
+    )
+    annulus_factor: float = parameter(
+        0.045,
+        "",
+        "B",
+        "high",
+        high=10.0,
+        usual="0.02 to 0.1",
+        meaning="Weisbach's friction factor outside of the string",
+    )
+    bore_factor: float = parameter(
+        0.035,
+        "",
+        "B",
+        "high",
+        high=10.0,
+        usual="0.01 to 0.1",
+        meaning="Weisbach's friction factor in the bore",
+    )
 
 
 NO_HYDRAULICS = {"annulus_factor": 0.0, "bore_factor": 0.0}
@@ -131,17 +206,38 @@ class Segments(Checked):
         meaning="Into how many segments the pipe is cut",
     )
     collar: int = parameter(
-        10, "", "B", "high", low=1, high=MOST_SEGMENTS, usual="5 to 20",
+        10,
+        "",
+        "B",
+        "high",
+        low=1,
+        high=MOST_SEGMENTS,
+        usual="5 to 20",
         meaning="Into how many segments the collars are cut",
-    )  # fmt: skip
+    )
     top: Top = field(default_factory=Top)
     kelly: Kelly = field(default_factory=Kelly)
     material_damping: MaterialDamping = field(default_factory=MaterialDamping)
     hydraulics: Hydraulics = field(default_factory=Hydraulics, metadata={"off": NO_HYDRAULICS})
-    rock_damping: float = parameter(1.5e5, "N s/m", "B", "high", high=1e9, usual="0 to 1 MN s/m",
-                                    meaning="Damping of the rock under the weight on bit")  # fmt: skip
-    threshold_force: float = parameter(10e3, "N", "B", "high", low=1.0, high=1e7, usual="1 to 50 kN",
-                                       meaning="Force on the bit above which it cuts")  # fmt: skip
+    rock_damping: float = parameter(
+        1.5e5,
+        "N s/m",
+        "B",
+        "high",
+        high=1e9,
+        usual="0 to 1 MN s/m",
+        meaning="Damping of the rock under the weight on bit",
+    )
+    threshold_force: float = parameter(
+        10e3,
+        "N",
+        "B",
+        "high",
+        low=1.0,
+        high=1e7,
+        usual="1 to 50 kN",
+        meaning="Force on the bit above which it cuts",
+    )
 
 
 @dataclass(frozen=True)
@@ -149,8 +245,15 @@ class Mud(Checked):
     """The drilling fluid."""
 
     density: float = parameter(1198.0, "kg/m^3", "B", "high", high=1e5, usual="1000 to 2400 kg/m^3")
-    viscosity: float = parameter(0.03, "Pa s", "B", "high", high=1e3, usual="0.001 to 0.1 Pa s",
-                                 meaning="Viscosity between the turning string and the wall")  # fmt: skip
+    viscosity: float = parameter(
+        0.03,
+        "Pa s",
+        "B",
+        "high",
+        high=1e3,
+        usual="0.001 to 0.1 Pa s",
+        meaning="Viscosity between the turning string and the wall",
+    )
 
 
 @dataclass(frozen=True)
@@ -162,39 +265,103 @@ class Well(Checked):
 
 @dataclass(frozen=True)
 class BitFriction(Checked):
-    """Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w) with the bit speed w in rad/s."""
+    """Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w) with the bit
+    speed w in rad/s."""
 
-    level: float = parameter(0.06, "", "B", "medium: the labels are one short", high=10.0, usual="0.02 to 0.5",
-                             meaning="Factor of the whole law (mu0)")  # fmt: skip
-    hump: float = parameter(2.0, "s/rad", "B", "medium: as the level", high=1e3, usual="0 to 5 s/rad",
-                            meaning="Height of the hump at low speed (alpha)")  # fmt: skip
-    narrowing: float = parameter(1.0, "s^2/rad^2", "B", "medium: as the level", high=1e6, usual="0.1 to 10 s^2/rad^2",
-                                 meaning="How soon the hump falls with speed (beta)")  # fmt: skip
-    viscous: float = parameter(0.01, "s/rad", "B", "medium: as the level", high=1e3, usual="0 to 0.1 s/rad",
-                               meaning="Rise with speed (nu)")  # fmt: skip
+    level: float = parameter(
+        0.06,
+        "",
+        "B",
+        "medium: the labels are one short",
+        high=10.0,
+        usual="0.02 to 0.5",
+        meaning="Factor of the whole law (mu0)",
+    )
+    hump: float = parameter(
+        2.0,
+        "s/rad",
+        "B",
+        "medium: as the level",
+        high=1e3,
+        usual="0 to 5 s/rad",
+        meaning="Height of the hump at low speed (alpha)",
+    )
+    narrowing: float = parameter(
+        1.0,
+        "s^2/rad^2",
+        "B",
+        "medium: as the level",
+        high=1e6,
+        usual="0.1 to 10 s^2/rad^2",
+        meaning="How soon the hump falls with speed (beta)",
+    )
+    viscous: float = parameter(
+        0.01,
+        "s/rad",
+        "B",
+        "medium: as the level",
+        high=1e3,
+        usual="0 to 0.1 s/rad",
+        meaning="Rise with speed (nu)",
+    )
 
 
 @dataclass(frozen=True)
 class SegmentCutting(Cutting):
-    """The cutting torque. ROP [m/s] = c1 W[N] sqrt(w[rad/s]) + c2, 0 if negative; the depth of cut is 2 pi ROP / w."""
+    """The cutting torque. ROP [m/s] = c1 W[N] sqrt(w[rad/s]) + c2, 0 if negative; the
+    depth of cut is 2 pi ROP / w."""
 
-    speed: Literal["live", "mean"] = choice("live", "R: with 'mean' (the set speed) the paper's peaks do not come out")
-    slow: float = parameter(0.05, "rad/s", "R", "low", low=1e-6, high=10.0, usual="0.01 to 0.5 rad/s",
-                            meaning="Bit speed below which the depth of cut grows no further")  # fmt: skip
-    smoothing: float = parameter(50.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="10 to 1000 s/rad",
-                                 meaning="Steepness of the cutting torque at zero speed")  # fmt: skip
+    speed: Literal["live", "mean"] = choice(
+        "live", "R: with 'mean' (the set speed) the paper's peaks do not come out"
+    )
+    slow: float = parameter(
+        0.05,
+        "rad/s",
+        "R",
+        "low",
+        low=1e-6,
+        high=10.0,
+        usual="0.01 to 0.5 rad/s",
+        meaning="Bit speed below which the depth of cut grows no further",
+    )
+    smoothing: float = parameter(
+        50.0,
+        "s/rad",
+        "R",
+        "low",
+        low=1e-3,
+        high=1e9,
+        usual="10 to 1000 s/rad",
+        meaning="Steepness of the cutting torque at zero speed",
+    )
 
 
 @dataclass(frozen=True)
 class Bit(Checked):
     """The bit on its lobed surface s = s0 sin(b phi)."""
 
-    radius: float = parameter(0.1, "m", "B", "high", low=1e-4, high=5.0, usual="0.05 to 0.4 m",
-                              meaning="Radius of the bit")  # fmt: skip
-    mass: float = parameter(65.0, "kg", "B", "high", high=1e5, usual="20 to 500 kg", meaning="Mass of the bit")
-    lobes: int = parameter(1, "", "B", "medium: the labels are one short", low=1, high=8, usual="1 to 6")
-    surface_amplitude: float = parameter(1e-3, "m", "B", "medium: as lobes", high=1.0, usual="0.1 to 10 mm")
-    rock_stiffness: float = parameter(1.16e9, "N/m", "B", "high", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m")
+    radius: float = parameter(
+        0.1,
+        "m",
+        "B",
+        "high",
+        low=1e-4,
+        high=5.0,
+        usual="0.05 to 0.4 m",
+        meaning="Radius of the bit",
+    )
+    mass: float = parameter(
+        65.0, "kg", "B", "high", high=1e5, usual="20 to 500 kg", meaning="Mass of the bit"
+    )
+    lobes: int = parameter(
+        1, "", "B", "medium: the labels are one short", low=1, high=8, usual="1 to 6"
+    )
+    surface_amplitude: float = parameter(
+        1e-3, "m", "B", "medium: as lobes", high=1.0, usual="0.1 to 10 mm"
+    )
+    rock_stiffness: float = parameter(
+        1.16e9, "N/m", "B", "high", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m"
+    )
     cutting: SegmentCutting = field(default_factory=SegmentCutting)
     friction: BitFriction = field(default_factory=BitFriction)
 
@@ -207,58 +374,175 @@ def _as_main(name: str, meaning: str) -> Any:
 
 @dataclass(frozen=True)
 class Drive(Checked):
-    """What turns the string: a shaft that keeps its speed (``ideal``), a motor at constant voltage (``dc_motor``), the
-    motor with its voltage controlled by a linear-quadratic regulator (``lqr``), or a drive whose torque follows the law
-    of a controller (:mod:`nsdrill.models.drives`). The weights of the regulator are those of squared deviations from
-    steady drilling, and of the squared voltage."""
+    """What turns the string: a shaft that keeps its speed (``ideal``), a motor at
+    constant voltage (``dc_motor``), the motor with its voltage controlled by a
+    linear-quadratic regulator (``lqr``), or a drive whose torque follows the law of a
+    controller (:mod:`nsdrill.models.drives`). The weights of the regulator are those of
+    squared deviations from steady drilling, and of the squared voltage."""
 
-    kind: Literal["dc_motor", "ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "pi", "lqr"] = choice(
-        "dc_motor", "B; those by torque as in the main model"
+    kind: Literal[
+        "dc_motor", "ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "pi", "lqr"
+    ] = choice("dc_motor", "B; those by torque as in the main model")
+    inductance: float = parameter(
+        0.005,
+        "H",
+        "CY as quoted; B's is lost",
+        "low",
+        low=1e-6,
+        high=100.0,
+        usual="1 to 50 mH",
+        meaning="Inductance of the motor",
     )
-    inductance: float = parameter(0.005, "H", "CY as quoted; B's is lost", "low", low=1e-6, high=100.0,
-                                  usual="1 to 50 mH", meaning="Inductance of the motor")  # fmt: skip
-    resistance: float = parameter(0.01, "ohm", "CY as quoted; B's is lost", "low", low=1e-9, high=1e3,
-                                  usual="0.005 to 0.1 ohm", meaning="Resistance of the motor")  # fmt: skip
-    torque_constant: float = parameter(6.0, "V s/rad", "CY as quoted; B's is lost", "low", low=1e-3, high=1e4,
-                                      usual="1 to 20 V s/rad", meaning="Voltage over motor speed")  # fmt: skip
-    gear: float = parameter(7.2, "", "CY as quoted; B's is lost", "low", low=1e-3, high=1e3, usual="1 to 12",
-                            meaning="Turns of the motor for one of the table")  # fmt: skip
-    motor_inertia: float = parameter(23.0, "kg m^2", "CY as quoted; B's is lost", "low", high=1e6,
-                                     usual="5 to 50 kg m^2", meaning="Inertia at the motor's shaft")  # fmt: skip
-    table_inertia: float = parameter(930.0, "kg m^2", "CY as quoted; B's is lost", "low", high=1e7,
-                                     usual="200 to 2000 kg m^2", meaning="Inertia of the table")  # fmt: skip
-    table_damping: float = parameter(0.0, "N m s/rad", "R: B's number is lost", "low", high=1e7,
-                                     usual="0 to 500 N m s/rad", meaning="Damping of the table")  # fmt: skip
+    resistance: float = parameter(
+        0.01,
+        "ohm",
+        "CY as quoted; B's is lost",
+        "low",
+        low=1e-9,
+        high=1e3,
+        usual="0.005 to 0.1 ohm",
+        meaning="Resistance of the motor",
+    )
+    torque_constant: float = parameter(
+        6.0,
+        "V s/rad",
+        "CY as quoted; B's is lost",
+        "low",
+        low=1e-3,
+        high=1e4,
+        usual="1 to 20 V s/rad",
+        meaning="Voltage over motor speed",
+    )
+    gear: float = parameter(
+        7.2,
+        "",
+        "CY as quoted; B's is lost",
+        "low",
+        low=1e-3,
+        high=1e3,
+        usual="1 to 12",
+        meaning="Turns of the motor for one of the table",
+    )
+    motor_inertia: float = parameter(
+        23.0,
+        "kg m^2",
+        "CY as quoted; B's is lost",
+        "low",
+        high=1e6,
+        usual="5 to 50 kg m^2",
+        meaning="Inertia at the motor's shaft",
+    )
+    table_inertia: float = parameter(
+        930.0,
+        "kg m^2",
+        "CY as quoted; B's is lost",
+        "low",
+        high=1e7,
+        usual="200 to 2000 kg m^2",
+        meaning="Inertia of the table",
+    )
+    table_damping: float = parameter(
+        0.0,
+        "N m s/rad",
+        "R: B's number is lost",
+        "low",
+        high=1e7,
+        usual="0 to 500 N m s/rad",
+        meaning="Damping of the table",
+    )
     gains: tuple[float, ...] | None = parameter(
-        None, "", "", "", low=-1e9, high=1e9, usual="", most=5,
+        None,
+        "",
+        "",
+        "",
+        low=-1e9,
+        high=1e9,
+        usual="",
+        most=5,
         meaning="K_I, K_1, K_2, K_3, K_4 of the voltage, kind dc_motor; null: constant voltage",
-    )  # fmt: skip
-    control_weight: float = parameter(950.0, "", "B: a loose number", "medium", low=1e-9, high=1e15, usual="1 to 1e5",
-                                      meaning="Weight of the squared control voltage; kind lqr")  # fmt: skip
-    lag_weight: float = parameter(1.0, "", "B; the order is lost", "medium", high=1e15, usual="0 to 1e6",
-                                  meaning="Weight of the table's squared angle; kind lqr")  # fmt: skip
-    drive_speed_weight: float = parameter(20000.0, "", "B; the order is lost", "medium", high=1e15, usual="0 to 1e6",
-                                          meaning="Weight of the table's squared speed; kind lqr")  # fmt: skip
-    current_weight: float = parameter(1.0, "", "B; the order is lost", "medium", high=1e15, usual="0 to 1e6",
-                                      meaning="Weight of the squared current; kind lqr")  # fmt: skip
-    twist_weight: float = parameter(80000.0, "", "B; the order is lost", "medium", high=1e15, usual="0 to 1e6",
-                                    meaning="Weight of the bit's squared angle; kind lqr")  # fmt: skip
-    bit_speed_weight: float = parameter(950000.0, "", "B; the order is lost", "medium", high=1e15, usual="0 to 1e7",
-                                        meaning="Weight of the bit's squared speed; kind lqr")  # fmt: skip
-    on_at: float = parameter(0.0, "s", "", "", high=1e7, usual="0 or 40 s",
-                                    meaning="Time of a run at which control begins; before it, with lqr and gains the "
-                                    "voltage is constant, else the top turns with the set speed")  # fmt: skip
+    )
+    control_weight: float = parameter(
+        950.0,
+        "",
+        "B: a loose number",
+        "medium",
+        low=1e-9,
+        high=1e15,
+        usual="1 to 1e5",
+        meaning="Weight of the squared control voltage; kind lqr",
+    )
+    lag_weight: float = parameter(
+        1.0,
+        "",
+        "B; the order is lost",
+        "medium",
+        high=1e15,
+        usual="0 to 1e6",
+        meaning="Weight of the table's squared angle; kind lqr",
+    )
+    drive_speed_weight: float = parameter(
+        20000.0,
+        "",
+        "B; the order is lost",
+        "medium",
+        high=1e15,
+        usual="0 to 1e6",
+        meaning="Weight of the table's squared speed; kind lqr",
+    )
+    current_weight: float = parameter(
+        1.0,
+        "",
+        "B; the order is lost",
+        "medium",
+        high=1e15,
+        usual="0 to 1e6",
+        meaning="Weight of the squared current; kind lqr",
+    )
+    twist_weight: float = parameter(
+        80000.0,
+        "",
+        "B; the order is lost",
+        "medium",
+        high=1e15,
+        usual="0 to 1e6",
+        meaning="Weight of the bit's squared angle; kind lqr",
+    )
+    bit_speed_weight: float = parameter(
+        950000.0,
+        "",
+        "B; the order is lost",
+        "medium",
+        high=1e15,
+        usual="0 to 1e7",
+        meaning="Weight of the bit's squared speed; kind lqr",
+    )
+    on_at: float = parameter(
+        0.0,
+        "s",
+        "",
+        "",
+        high=1e7,
+        usual="0 or 40 s",
+        meaning="Time of a run at which control begins; before it, "
+        "with lqr and gains the "
+        "voltage is constant, else the top turns with the set speed",
+    )
     inertia: float = _as_main("inertia", "Inertia of a drive by torque, without the kelly's")
     torque_limit: float | None = _as_main(
         "torque_limit", "Greatest torque of the motor, whose least is 0 then; null: no limits"
     )
     matching: float = _as_main("matching", "Speed gain in impedances of the pipe; kind soft_torque")
     frequency: float | None = _as_main(
-        "frequency", "Frequency that the controller is tuned to, null: the string's first; kind soft_torque"
+        "frequency",
+        "Frequency that the controller is tuned to, null: the string's first; kind soft_torque",
     )
-    compensated_inertia: float = _as_main("compensated_inertia", "Inertia that is compensated; kind soft_torque")
+    compensated_inertia: float = _as_main(
+        "compensated_inertia", "Inertia that is compensated; kind soft_torque"
+    )
     a: float = _as_main("a", "How much softer than a stiff drive; kind z_torque")
-    high_pass: float = _as_main("high_pass", "Time constant of the filter on the torque; kind z_torque")
+    high_pass: float = _as_main(
+        "high_pass", "Time constant of the filter on the torque; kind z_torque"
+    )
     stiffness: float = _as_main("stiffness", "Integral gain of the speed control (K_i); kind pi")
     damping: float = _as_main("damping", "Proportional gain of the speed control (K_p); kind pi")
     twist_gain: float = _as_main("twist_gain", "Gain on the twist of the string (G_t); kind pi")
@@ -266,8 +550,8 @@ class Drive(Checked):
 
     @property
     def by_torque(self) -> bool:
-        """Whether the torque follows the law of a controller, or is whatever keeps the set speed: the drive has no
-        circuit."""
+        """Whether the torque follows the law of a controller, or is whatever keeps the
+        set speed: the drive has no circuit."""
         return self.kind == "ideal" or self.kind in LAWS
 
     def __post_init__(self) -> None:
@@ -295,7 +579,8 @@ class Parameters:
         widest = max(self.drillstring.collar.outer_diameter, self.drillstring.pipe.outer_diameter)
         if widest >= self.well.diameter:
             raise ValueError(
-                f"well.diameter: found {self.well.diameter:g} m, allowed: above the outer diameters of pipe and "
+                f"well.diameter: found {self.well.diameter:g} m, allowed: above the outer "
+                f"diameters of pipe and "
                 f"collars, {widest:g} m"
             )
 
@@ -306,20 +591,29 @@ class SegmentsOperation(Operation):
 
     depth: float = parameter(2200.0, "m", "B", "high", low=1e-2, high=1e5, usual="500 to 10 000 m")
     wob: float = parameter(100e3, "N", "B", "high", high=LARGEST_FORCE, usual="20 to 300 kN")
-    rotary_speed: float = parameter(13.0, "rad/s", "B", "high", low=1e-9, high=1e3, usual="5 to 60 rad/s")
+    rotary_speed: float = parameter(
+        13.0, "rad/s", "B", "high", low=1e-9, high=1e3, usual="5 to 60 rad/s"
+    )
 
 
 @dataclass(frozen=True)
 class Initial(Starts):
-    """The state at the start, from which the rest of the string follows. None stands for steady drilling, of twist and
-    bit speed with ``start: rest`` for 0: a string at rest below a table that turns.
+    """The state at the start, from which the rest of the string follows. None stands
+    for steady drilling, of twist and bit speed with ``start: rest`` for 0: a string at
+    rest below a table that turns.
 
-    The positions and angles between surface and bit are those of a string that is stretched or twisted by a force or a
-    torque at its ends, and the speeds grow from that of the table to that of the bit as such angles do."""
+    The positions and angles between surface and bit are those of a string that is
+    stretched or twisted by a force or a torque at its ends, and the speeds grow from
+    that of the table to that of the bit as such angles do."""
 
     start: Literal["steady", "rest"] = choice("steady", "")
     z: float | None = state(None, "m", 1e3, "-50 to 50 mm")
-    twist: float | None = state(None, "rad", 1e5, "-150 to 0 rad; a string at rest 0",
-                                "Angle of the bit less that of the drive; null: as start says")  # fmt: skip
+    twist: float | None = state(
+        None,
+        "rad",
+        1e5,
+        "-150 to 0 rad; a string at rest 0",
+        "Angle of the bit less that of the drive; null: as start says",
+    )
     bit_speed: float | None = state(None, "rad/s", 1e4, "-10 to 60 rad/s; a string at rest 0")
     drive_angle: float = state(0.0, "rad", 1e9, "any")

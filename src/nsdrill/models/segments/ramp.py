@@ -1,10 +1,12 @@
-"""The string of segments along a ramp: its own right-hand side, with lane parameters that move in time.
+"""The string of segments along a ramp: its own right-hand side, with lane parameters
+that move in time.
 
-As :mod:`nsdrill.models.scalar_ramp` has it, but for three things. All angles of the string are counted from the set
-speed. The voltage and the regulator follow the true set speed, not that of the middle of a segment of the ramp. And the
-mud's pulsation and the time at which control begins go by the time of the whole run: of a segment the clock begins at
-zero. So while the right-hand side is evaluated, set speed and time are the true ones, and the phase is less by what
-both would add to the angle of the drive.
+As :mod:`nsdrill.models.scalar_ramp` has it, but for three things. All angles of the
+string are counted from the set speed. The voltage and the regulator follow the true set
+speed, not that of the middle of a segment of the ramp. And the mud's pulsation and the
+time at which control begins go by the time of the whole run: of a segment the clock
+begins at zero. So while the right-hand side is evaluated, set speed and time are the
+true ones, and the phase is less by what both would add to the angle of the drive.
 """
 
 from __future__ import annotations
@@ -35,7 +37,12 @@ class SegmentsRamps(Ramps):
     def columns(self, variant: Variant) -> tuple[str, ...]:
         own = self._names(variant)
         moving = [name for name in own if name != SPEED]
-        return (*own, *(f"{name}_start" for name in moving), *(f"{name}_slope" for name in moving), *ADDED)
+        return (
+            *own,
+            *(f"{name}_start" for name in moving),
+            *(f"{name}_slope" for name in moving),
+            *ADDED,
+        )
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         from numba import types
@@ -83,9 +90,13 @@ class SegmentsRamps(Ramps):
 
         return ramped_segments
 
-    def pack(self, parameters: Any, schedule: Schedule, cuts: Array, thresholds: Thresholds) -> Array:
+    def pack(
+        self, parameters: Any, schedule: Schedule, cuts: Array, thresholds: Thresholds
+    ) -> Array:
         point, variant = schedule.at(cuts), self.model.variant(parameters)
-        values = Values(parameters, self.model.initial(), (point.depth, point.wob, point.rotary_speed))
+        values = Values(
+            parameters, self.model.initial(), (point.depth, point.wob, point.rotary_speed)
+        )
         ends = self.model.pack(values, thresholds)
         own = self._names(variant)
         moving = [place for place, name in enumerate(own) if name != SPEED]
@@ -101,7 +112,9 @@ class SegmentsRamps(Ramps):
         table[:, -1] = -0.5 * slope[:, speed] * length[:, 0]
         return table
 
-    def mend(self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant) -> None:
+    def mend(
+        self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant
+    ) -> None:
         segment = np.clip(np.searchsorted(cuts, time, side="right") - 1, 0, len(table) - 1)
         within = np.clip(time - cuts[segment], 0.0, None)
         ahead = (table[segment, -2] * within + table[segment, -1]) * within

@@ -1,29 +1,34 @@
 """The right-hand side of the string of segments, for all lanes at once.
 
-Nodes i = 0 (surface) .. n (bit); u_i [m] up from the string's shape off bottom, th_i the angle less that of the set
-speed [rad], I the current [A]. With the numbers of :mod:`nsdrill.models.segments.string`, the damping times beta_a and
-beta_t, and D_i the mud's drag on a node:
+Nodes i = 0 (surface) .. n (bit); u_i [m] up from the string's shape off bottom, th_i
+the angle less that of the set speed [rad], I the current [A]. With the numbers of
+:mod:`nsdrill.models.segments.string`, the damping times beta_a and beta_t, and D_i the
+mud's drag on a node:
 
     S_i = k_i (u_{i+1} - u_i + beta_a (v_{i+1} - v_i)),    M_i = kt_i (th_{i+1} - th_i + beta_t (w_{i+1} - w_i))
     m_0 v_0' = -k_top u_0 - c_top v_0 + S_0 + D_0,  m_i v_i' = S_i - S_{i-1} + D_i,  m_n v_n' = F - W - S_{n-1} + D_n
     J_0 w_0' = nK I - (c_rt + cw_0) w_0 + M_0,      J_i w_i' = M_i - M_{i-1} - cw_i w_i,
     J_n w_n' = -T - M_{n-1} - cw_n w_n,             L I' = V - R I - nK w_0
 
-A drive by torque has T_m of :mod:`nsdrill.models.segments.drive` in place of nK I - c_rt w_0, and no current.
+A drive by torque has T_m of :mod:`nsdrill.models.segments.drive` in place of nK I -
+c_rt w_0, and no current.
 
-The bit, with phi = th_n + the drive's angle, omega = w_n, d = s0 sin(b phi) - u_n and chi = c_c / W:
+The bit, with phi = th_n + the drive's angle, omega = w_n, d = s0 sin(b phi) - u_n and
+chi = c_c / W:
 
-    F = k_c max(d, 0) max(1 + chi d', 0)
-    T = F r_b [mu0 (tanh omega + alpha omega / (1 + beta omega^2) + nu omega) + on g zeta sqrt(delta / r_b)]
+    F = k_c max(d, 0) max(1 + chi d', 0) T = F r_b [mu0 (tanh omega + alpha omega / (1 +
+    beta omega^2) + nu omega) + on g zeta sqrt(delta / r_b)]
     ROP = max(c1 W sqrt|w_c| + c2, 0),  delta = 2 pi ROP / sqrt(w_c^2 + w_s^2),  g = (2/pi) atan(eps omega)
     on = (F - W_fs) / (0.1 W_fs), at least 0 and at most 1
 
-Sources: Sarker, Rideout & Butt 2012 for the structure and the numbers, with the friction's fifth number gamma = 1; its
-equations are read from their remains. The rock's force is Hunt and Crossley's (1975): it has the printed damping c_c at
-the working load, no jump at the touch, and never pulls, as a spring and a damper side by side would.
+Sources: Sarker, Rideout & Butt 2012 for the structure and the numbers, with the
+friction's fifth number gamma = 1; its equations are read from their remains. The rock's
+force is Hunt and Crossley's (1975): it has the printed damping c_c at the working load,
+no jump at the touch, and never pulls, as a spring and a damper side by side would.
 
-The text is generated: one loop over the lanes for each node, its places in the buffer being constants, as the compiler
-packs no loop over nodes whose rows are apart by one stride here and another there.
+The text is generated: one loop over the lanes for each node, its places in the buffer
+being constants, as the compiler packs no loop over nodes whose rows are apart by one
+stride here and another there.
 """
 
 from __future__ import annotations
@@ -35,15 +40,23 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, RATES, Rows, compiled, inlined
-from nsdrill.elementary import TWO_OVER_PI, direction, direction_joined, direction_reduced, exp2, fma, sincos
+from nsdrill.elementary import (
+    TWO_OVER_PI,
+    direction,
+    direction_joined,
+    direction_reduced,
+    exp2,
+    fma,
+    sincos,
+)
 from nsdrill.generate import constants, define
 from nsdrill.kernel.slip import first_slip
 from nsdrill.models.segments.names import AUX, BY_TORQUE, PARAMETERS
 
 ITERATIONS = 4  # for the speed of a bit whose cutting torque is implicit
 
-# The bend of a chain about a node times stiffness over mass, and the drag. A flow of either direction has the drag
-# v |v|; tanh w is 1 - 2 / (1 + 2^(2 w log2 e)).
+# The bend of a chain about a node times stiffness over mass, and the drag. A flow of
+# either direction has the drag v |v|; tanh w is 1 - 2 / (1 + 2^(2 w log2 e)).
 HELPERS = """
 def axial_node(b, n, u, a, K_, time_, annulus_, bore_, up_, down_, mean_):
     for i in range(n):
@@ -88,18 +101,23 @@ BIT = """        lobes, omega = b[lobes_ + i], b[w_n + i]
         b[torque_ + i] = force * fma(b[friction_arm + i], rubbing, b[cutting_arm + i] * cutting)
 """
 
-# The same with the cutting torque apart, T(omega) = c F on(F) g(omega) r(omega), r = sqrt(delta / r_b), with a force F
-# that the bit's speed changes too, as the rock is damped. Two kinds of lanes:
+# The same with the cutting torque apart, T(omega) = c F on(F) g(omega) r(omega), r =
+# sqrt(delta / r_b), with a force F that the bit's speed changes too, as the rock is
+# damped. Two kinds of lanes:
 #
-# - Where the depth of cut follows the bit's speed and begins at a speed x_0 > 0 (ROP offset below zero), r rises from
-#   zero there with an infinite slope, and a bit that creeps is held by that slope. All of r is implicit. With
-#   |omega| = (sqrt(x_0) + tau^2)^2 the advance is proportional to tau^2 and r to tau: Newton's method in tau meets no
-#   root. Its first guess takes x and r / tau from the speed itself, or twice the slow speed where that is less.
-# - Else r is that of the set speed, or of rest: what r is beyond that is zero at rest, so its product with g is not
-#   steep and stays explicit. Newton's method in |omega|, from the guess of the other models.
+# - Where the depth of cut follows the bit's speed and begins at a speed x_0 > 0 (ROP
+#   offset below zero), r rises from zero there with an infinite slope, and a bit that
+#   creeps is held by that slope. All of r is implicit. With |omega| = (sqrt(x_0) +
+#   tau^2)^2 the advance is proportional to tau^2 and r to tau: Newton's method in tau
+#   meets no root. Its first guess takes x and r / tau from the speed itself, or twice
+#   the slow speed where that is less.
+# - Else r is that of the set speed, or of rest: what r is beyond that is zero at rest,
+#   so its product with g is not steep and stays explicit. Newton's method in |omega|,
+#   from the guess of the other models.
 #
-# The load is that of the last tangent, which agrees with the velocity to rounding. After four iterations it is right to
-# 1e-8 in all but some thousandths of random stages as long as steps may be, and to some hundredths in the worst.
+# The load is that of the last tangent, which agrees with the velocity to rounding.
+# After four iterations it is right to 1e-8 in all but some thousandths of random stages
+# as long as steps may be, and to some hundredths in the worst.
 BIT_APART = """        phi = b[th_n + i] + fma(b[set_speed + i], b[time_ + i], b[phase_ + i])
         sine, cosine = sincos(b[lobes_ + i] * phi)
         b[sine_ + i] = sine
@@ -175,10 +193,24 @@ ITERATION = """    for i in range(n):
 
 @inlined
 def iterate(  # type: ignore[no-untyped-def]
-    place, given, relaxed, spring, follows, v, factor, from_, per_width, slow, eps, start, root, flat
+    place,
+    given,
+    relaxed,
+    spring,
+    follows,
+    v,
+    factor,
+    from_,
+    per_width,
+    slow,
+    eps,
+    start,
+    root,
+    flat,
 ):
-    """One iteration for the bit's speed at a ``place``, tau or |omega|: the load that presses the cutters with its
-    slope by |omega|, g, r, the slope of load g r by the place, and the step to the next place."""
+    """One iteration for the bit's speed at a ``place``, tau or |omega|: the load that
+    presses the cutters with its slope by |omega|, g, r, the slope of load g r by the
+    place, and the step to the next place."""
     creeps = start > 0.0
     wide = fma(place, place, start)
     speed = wide * wide if creeps else place
@@ -195,22 +227,28 @@ def iterate(  # type: ignore[no-untyped-def]
     per_tau = root * np.sqrt(np.sqrt(per_square))
     level = per_tau * place if creeps else flat
     rises = per_tau * fma(-0.5 * place * speed, widens * per_square, 1.0) if creeps else 0.0
-    load, more = load_of(speed, spring, -follows if given < 0.0 else follows, v, factor, from_, per_width)
+    load, more = load_of(
+        speed, spring, -follows if given < 0.0 else follows, v, factor, from_, per_width
+    )
     slope = fma(level * widens, fma(load, df, more * f), load * f * rises)
     rest = fma(-relaxed, load * f * level, abs(given) - speed)
     down = fma(relaxed, slope, widens)
-    down = down if down > 0.1 * widens else widens  # a load that falls faster than a step may be long for
+    # a load that falls faster than a step may be long for
+    down = down if down > 0.1 * widens else widens
     return load, more, f, level, slope, rest / max(down, 1e-300)
 
 
 @inlined
 def load_of(omega, spring, follows, v, factor, from_, per_width):  # type: ignore[no-untyped-def]
-    """The force that presses the cutters, force times the share that cuts, at a bit speed; and its slope."""
+    """The force that presses the cutters, force times the share that cuts, at a bit
+    speed; and its slope."""
     damped = fma(factor, fma(follows, omega, -v), 1.0)
     force, slope = spring * max(damped, 0.0), spring * factor * follows if damped > 0.0 else 0.0
     share = (force - from_) * per_width
     cutting = min(max(share, 0.0), 1.0)
-    return force * cutting, fma(slope, cutting, force * (per_width * slope if (share > 0.0) and (share < 1.0) else 0.0))
+    return force * cutting, fma(
+        slope, cutting, force * (per_width * slope if (share > 0.0) and (share < 1.0) else 0.0)
+    )
 
 
 MAIN = """
@@ -279,7 +317,8 @@ MOTOR = """    for i in range(n):
         b[current_rate + i] = -(law + fall) * b[per_inductance + i]
 """
 
-# The top turned by a law of torque: nothing moves the current, which such a drive has not.
+# The top turned by a law of torque: nothing moves the current, which such a drive has
+# not.
 TORQUE = """    for i in range(n):
         th, w, speed = b[th_0 + i], b[w_0 + i], b[set_speed + i]
         pull = b[pipe_torsional + i] * fma(b[torsional_time + i], b[w_0 + 2 * W + i] - w, b[th_0 + 2 * W + i] - th)
@@ -294,10 +333,14 @@ TORQUE = """    for i in range(n):
 
 @lru_cache
 def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int, by_torque: int) -> Any:
-    """The compiled right-hand side for a number of lanes and of segments of pipe and collar, in a buffer of these
-    rows, of a drive by torque or of the electric motor; with the cutting torque apart where the rows have it so."""
+    """The compiled right-hand side for a number of lanes and of segments of pipe and
+    collar, in a buffer of these rows, of a drive by torque or of the electric motor;
+    with the cutting torque apart where the rows have it so."""
     W, last = lanes, pipes + collars
-    place = {name: W * (rows.parameter + i) for i, name in enumerate(BY_TORQUE if by_torque else PARAMETERS)}
+    place = {
+        name: W * (rows.parameter + i)
+        for i, name in enumerate(BY_TORQUE if by_torque else PARAMETERS)
+    }
     place |= {name: W * (rows.aux_now + i) for i, name in enumerate(AUX)}
     place |= {"time_": W * rows.stage_time, "phase_": W * rows.phase, "W": W}
     place |= {"relax": W * rows.relax, "falling": W * rows.falling, "push": W * rows.push}
@@ -309,7 +352,10 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int, by_to
             place[f"{rate}_{word}"] = W * (rows.acceleration + slope + node)
     place["I_"] = W * (rows.stage + 4 * (last + 1))
     place["current_rate"] = W * (rows.acceleration + 2 * (last + 1))
-    helpers = {name: inlined(define(name, f"W = {W}\n{HELPERS}", fma=fma)) for name in ("axial_node", "torsional_node")}
+    helpers = {
+        name: inlined(define(name, f"W = {W}\n{HELPERS}", fma=fma))
+        for name in ("axial_node", "torsional_node")
+    }
     lines = []
     for node in range(1, last):
         if node == pipes:
@@ -320,30 +366,50 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int, by_to
         words = ("axial", "annulus", "bore", "up", "down", "mean")
         K, annulus, bore, up, down, mean = (place[f"{ring}_{word}"] for word in words)
         lines += [
-            f"    axial_node(b, n, {u}, {a}, {K}, {place['axial_time']}, {annulus}, {bore}, {up}, {down}, {mean})",
-            f"    torsional_node(b, n, {th}, {alpha}, {place[f'{ring}_torsional']}, {place['torsional_time']}, "
+            f"    axial_node(b, n, {u}, {a}, {K}, {place['axial_time']}, {annulus}, {bore}, {up}, "
+            f"{down}, {mean})",
+            f"    torsional_node(b, n, {th}, {alpha}, {place[f'{ring}_torsional']}, "
+            f"{place['torsional_time']}, "
             f"{place[f'{ring}_drag']})",
         ]
-    main = MAIN.replace("        BIT\n", BIT_APART.replace("ITERATIONS", ITERATIONS * ITERATION) if rows.apart else BIT)
+    main = MAIN.replace(
+        "        BIT\n",
+        BIT_APART.replace("ITERATIONS", ITERATIONS * ITERATION) if rows.apart else BIT,
+    )
     main = main.replace("    DRIVE\n", TORQUE if by_torque else MOTOR)
-    head = "".join(f"# {line}\n" for line in HELPERS.splitlines())  # their text is part of what names this code
+    # their text is part of what names this code
+    head = "".join(f"# {line}\n" for line in HELPERS.splitlines())
     text = f"{head}{constants(**place)}def right_hand_side(b):{main}" + "\n".join(lines) + "\n"
     known = {"np": np, "fma": fma, "sincos": sincos, "exp2": exp2, "direction": direction}
     if rows.apart:
         known |= {"first_slip": first_slip, "iterate": iterate, "load_of": load_of}
-    return compiled(types.void(BUFFER), W, pipes, collars, by_torque, int(rows.apart > 0), int(rows.companions > 0))(
-        define("right_hand_side", text, **known, **helpers)
-    )
+    return compiled(
+        types.void(BUFFER),
+        W,
+        pipes,
+        collars,
+        by_torque,
+        int(rows.apart > 0),
+        int(rows.companions > 0),
+    )(define("right_hand_side", text, **known, **helpers))
 
 
 @lru_cache
-def make_contact(lanes: int, rows: Rows, place: int, pipes: int, collars: int, by_torque: int, *apart: int) -> Any:
-    """The compiled function that puts value, slope and second derivative of the interference of bit and rock at the end
-    of the step into the observer's rows at ``place``."""
+def make_contact(
+    lanes: int, rows: Rows, place: int, pipes: int, collars: int, by_torque: int, *apart: int
+) -> Any:
+    """The compiled function that puts value, slope and second derivative of the
+    interference of bit and rock at the end of the step into the observer's rows at
+    ``place``."""
     W, last = lanes, pipes + collars
-    P = {name: W * (rows.parameter + i) for i, name in enumerate(BY_TORQUE if by_torque else PARAMETERS)}
+    P = {
+        name: W * (rows.parameter + i)
+        for i, name in enumerate(BY_TORQUE if by_torque else PARAMETERS)
+    }
     A = {name: W * (rows.aux_now + i) for i, name in enumerate(AUX)}
-    sine_, cosine_, interference_, closing_ = (A[name] for name in ("sine_", "cosine_", "interference_", "closing_"))
+    sine_, cosine_, interference_, closing_ = (
+        A[name] for name in ("sine_", "cosine_", "interference_", "closing_")
+    )
     amplitude_, lobes_ = P["surface_amplitude"], P["lobes_"]
     speed_ = W * (rows.stage + 2 * (last + 1) + 2 * last + 1)
     axial_, turning_ = W * (rows.acceleration + last), W * (rows.acceleration + 2 * last + 1)

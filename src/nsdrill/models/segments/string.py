@@ -1,17 +1,19 @@
-"""What the lumped string is made of: masses, inertias, stiffnesses and drag of its segments, and steady drilling.
+"""What the lumped string is made of: masses, inertias, stiffnesses and drag of its
+segments, and steady drilling.
 
-Nodes i = 0 (surface) to n (bit); a segment is a spring with half of its mass at either end. With h the length of a
-segment, A its steel area and I_p its polar moment:
+Nodes i = 0 (surface) to n (bit); a segment is a spring with half of its mass at either
+end. With h the length of a segment, A its steel area and I_p its polar moment:
 
     k = E A / h,  kt = G I_p / h,  m = rho A h,  J = rho I_p h
 
-**Mud.** Weisbach's drag of the flow Q = Q_m + Q_a sin(w_q t), up the annulus (area A_o) and down the bore (A_b), on a
-segment that moves with v, less that of the mean flow: D = a [x|x| - (Q_m/A_o)^2] - b [y|y| - (Q_m/A_b)^2] with
-x = Q/A_o - v, y = Q/A_b + v, a = (f_o/8) rho_f pi D h and b = (f_i/8) rho_f pi d h. The turning string is slowed by the
+**Mud.** Weisbach's drag of the flow Q = Q_m + Q_a sin(w_q t), up the annulus (area A_o)
+and down the bore (A_b), on a segment that moves with v, less that of the mean flow: D =
+a [x|x| - (Q_m/A_o)^2] - b [y|y| - (Q_m/A_b)^2] with x = Q/A_o - v, y = Q/A_b + v, a =
+(f_o/8) rho_f pi D h and b = (f_i/8) rho_f pi d h. The turning string is slowed by the
 shear in the annulus, a narrow gap between cylinders: 2 pi mu (D/2)^3 h / ((D_w - D)/2).
 
-Source: the structure of Sarker, Rideout & Butt 2012 (a bond graph); the closed forms are the textbook ones. The flow
-that the moving pipe displaces is left out.
+Source: the structure of Sarker, Rideout & Butt 2012 (a bond graph); the closed forms
+are the textbook ones. The flow that the moving pipe displaces is left out.
 """
 
 from __future__ import annotations
@@ -23,13 +25,15 @@ import numpy as np
 
 from nsdrill.models.segments.parameters import Parameters
 
-SPEEDS = tuple(0.01 * 1.2**k for k in range(48))  # rad/s, to 53: where the cutting torque is looked at
+# rad/s, to 53: where the cutting torque is looked at
+SPEEDS = tuple(0.01 * 1.2**k for k in range(48))
 LEAST_ADVANCE = 1e-12  # m/s at a rad/s: with less the bit never cuts
 
 
 class Ring(NamedTuple):
-    """A segment of pipe or of collar: its length [m], stiffnesses [N/m, N m/rad], mass [kg], inertia [kg m^2], drag
-    coefficients of annulus and bore [kg/m], drag to the wall [N m s/rad] and areas of annulus and bore [m^2]."""
+    """A segment of pipe or of collar: its length [m], stiffnesses [N/m, N m/rad], mass
+    [kg], inertia [kg m^2], drag coefficients of annulus and bore [kg/m], drag to the
+    wall [N m s/rad] and areas of annulus and bore [m^2]."""
 
     length: Any
     axial: Any
@@ -44,9 +48,11 @@ class Ring(NamedTuple):
 
 
 class String(NamedTuple):
-    """The whole string: segments of pipe and collar with their numbers; at the ends and at the junction the masses [kg]
-    and inertias [kg m^2]; stiffnesses of the whole string, the hoist's spring among them, [N/m, N m/rad]; the kelly's
-    inertia [kg m^2]. ``drive_inertia`` is that of the electric motor, with its table, kelly and half a segment."""
+    """The whole string: segments of pipe and collar with their numbers; at the ends and
+    at the junction the masses [kg] and inertias [kg m^2]; stiffnesses of the whole
+    string, the hoist's spring among them, [N/m, N m/rad]; the kelly's inertia [kg m^2].
+    ``drive_inertia`` is that of the electric motor, with its table, kelly and half a
+    segment."""
 
     pipe: Ring
     collar: Ring
@@ -67,12 +73,17 @@ class String(NamedTuple):
         """The drag to the wall [N m s/rad] of each node, from the surface to the bit."""
         pipe, collar = self.pipe.drag, self.collar.drag
         return (
-            pipe / 2, *(pipe,) * (self.pipes - 1), (pipe + collar) / 2, *(collar,) * (self.collars - 1), collar / 2
-        )  # fmt: skip
+            pipe / 2,
+            *(pipe,) * (self.pipes - 1),
+            (pipe + collar) / 2,
+            *(collar,) * (self.collars - 1),
+            collar / 2,
+        )
 
     @property
     def springs(self) -> tuple[Any, ...]:
-        """The torsional stiffness [N m/rad] of each segment, from the surface to the bit."""
+        """The torsional stiffness [N m/rad] of each segment, from the surface to the
+        bit."""
         return (self.pipe.torsional,) * self.pipes + (self.collar.torsional,) * self.collars
 
     @property
@@ -83,13 +94,18 @@ class String(NamedTuple):
     @property
     def inertias(self) -> tuple[Any, ...]:
         """The inertia [kg m^2] of each node but the first, to the bit."""
-        return (*(self.pipe.inertia,) * (self.pipes - 1), self.joint_inertia,
-                *(self.collar.inertia,) * (self.collars - 1), self.bit_inertia)  # fmt: skip
+        return (
+            *(self.pipe.inertia,) * (self.pipes - 1),
+            self.joint_inertia,
+            *(self.collar.inertia,) * (self.collars - 1),
+            self.bit_inertia,
+        )
 
 
 class Steady(NamedTuple):
-    """Steady drilling without lobes and without pulsation: force [N] and torque [N m] of the rock, torque of the table
-    [N m], current [A], voltage [V]; angles of the nodes behind the drive [rad], and the bit's position [m]."""
+    """Steady drilling without lobes and without pulsation: force [N] and torque [N m]
+    of the rock, torque of the table [N m], current [A], voltage [V]; angles of the
+    nodes behind the drive [rad], and the bit's position [m]."""
 
     force: Any
     torque: Any
@@ -102,7 +118,12 @@ class Steady(NamedTuple):
 
 def string_of(parameters: Parameters, depth: Any) -> String:
     """The lumped string at a depth [m], a number or an array."""
-    drill, bit, drive, cut = parameters.drillstring, parameters.bit, parameters.drive, parameters.segments
+    drill, bit, drive, cut = (
+        parameters.drillstring,
+        parameters.bit,
+        parameters.drive,
+        parameters.segments,
+    )
     steel, kelly = drill.material, cut.kelly
     pipe = _ring(parameters, drill.pipe, (depth - drill.collar.length) / cut.pipe)
     collar = _ring(parameters, drill.collar, drill.collar.length / cut.collar)
@@ -131,7 +152,10 @@ def string_of(parameters: Parameters, depth: Any) -> String:
 def _section(outer: Any, inner: Any) -> tuple[Any, Any]:
     """The area [m^2] and the polar moment [m^4] of a ring."""
     squares = outer * outer, inner * inner
-    return (math.pi / 4 * (squares[0] - squares[1]), math.pi / 32 * (squares[0] * squares[0] - squares[1] * squares[1]))
+    return (
+        math.pi / 4 * (squares[0] - squares[1]),
+        math.pi / 32 * (squares[0] * squares[0] - squares[1] * squares[1]),
+    )
 
 
 def _ring(parameters: Parameters, ring: Any, length: Any) -> Ring:
@@ -155,37 +179,54 @@ def _ring(parameters: Parameters, ring: Any, length: Any) -> Ring:
 
 
 def bit_torque(parameters: Parameters, wob: Any, set_speed: Any, force: Any, speed: Any) -> Any:
-    """The torque of the rock on the bit [N m] under a ``force`` [N] at a bit ``speed`` [rad/s], with friction and
-    cutting (:mod:`nsdrill.models.segments.rhs`)."""
+    """The torque of the rock on the bit [N m] under a ``force`` [N] at a bit ``speed``
+    [rad/s], with friction and cutting (:mod:`nsdrill.models.segments.rhs`)."""
     bit, law, cut = parameters.bit, parameters.bit.friction, parameters.bit.cutting
     at = speed if cut.speed == "live" else set_speed
     advance = np.maximum(cut.c1 * wob * np.sqrt(np.abs(at)) + cut.c2, 0.0)
     depth = 2 * math.pi * advance / np.sqrt(at * at + cut.slow * cut.slow)
     threshold = parameters.segments.threshold_force
     on = np.clip((force - threshold) / (0.1 * threshold), 0.0, 1.0)
-    rubbing = np.tanh(speed) + law.hump * speed / (1 + law.narrowing * speed * speed) + law.viscous * speed
-    cutting = on * (2 / math.pi) * np.arctan(cut.smoothing * speed) * cut.zeta * np.sqrt(depth / bit.radius)
+    rubbing = (
+        np.tanh(speed)
+        + law.hump * speed / (1 + law.narrowing * speed * speed)
+        + law.viscous * speed
+    )
+    cutting = (
+        on
+        * (2 / math.pi)
+        * np.arctan(cut.smoothing * speed)
+        * cut.zeta
+        * np.sqrt(depth / bit.radius)
+    )
     return force * bit.radius * (law.level * rubbing + cutting)
 
 
 def cut_root(parameters: Parameters, wob: Any, speed: Any) -> Any:
-    """sqrt(depth of cut / radius) at a ``speed`` [rad/s] that the depth follows, under a weight on bit [N]."""
+    """sqrt(depth of cut / radius) at a ``speed`` [rad/s] that the depth follows, under
+    a weight on bit [N]."""
     bit, cut = parameters.bit, parameters.bit.cutting
     advance = np.maximum(cut.c1 * wob * np.sqrt(speed) + cut.c2, 0.0)
-    return np.sqrt(2 * math.pi * advance / bit.radius / np.sqrt(speed * speed + cut.slow * cut.slow))
+    return np.sqrt(
+        2 * math.pi * advance / bit.radius / np.sqrt(speed * speed + cut.slow * cut.slow)
+    )
 
 
 def creeping(parameters: Parameters, wob: Any, set_speed: Any) -> dict[str, Any]:
-    """What the implicit method knows of the cutting torque (:mod:`nsdrill.models.segments.rhs`), by name: of a bit that
-    creeps, whose depth of cut follows its speed and begins at one above zero, or else the root at the set speed or at
-    rest."""
+    """What the implicit method knows of the cutting torque
+    (:mod:`nsdrill.models.segments.rhs`), by name: of a bit that creeps, whose depth of
+    cut follows its speed and begins at one above zero, or else the root at the set
+    speed or at rest."""
     bit, cut = parameters.bit, parameters.bit.cutting
     live = cut.speed == "live"
     advance, offset = np.broadcast_arrays(np.asarray(cut.c1 * wob, dtype=float), cut.c2)
     creeps = (offset < 0.0) & live
     start = np.where(creeps, -offset / np.maximum(advance, LEAST_ADVANCE), 0.0)
     roots = [cut_root(parameters, wob, speed) for speed in SPEEDS]
-    falls = [(one - two) / (b - a) for one, two, a, b in zip(roots, roots[1:], SPEEDS, SPEEDS[1:], strict=False)]
+    falls = [
+        (one - two) / (b - a)
+        for one, two, a, b in zip(roots, roots[1:], SPEEDS, SPEEDS[1:], strict=False)
+    ]
     steepest = 0.0
     for fall in falls:
         steepest = np.maximum(steepest, fall)
@@ -194,7 +235,9 @@ def creeping(parameters: Parameters, wob: Any, set_speed: Any) -> dict[str, Any]
         "creep_root": np.sqrt(2 * math.pi / bit.radius * cut.c1 * wob),
         "creep_fall": np.where(creeps, steepest, 0.0),
         "creep_speed": 2 * cut.slow,
-        "flat_root": np.where(creeps, 0.0, cut_root(parameters, wob, 0.0 * set_speed if live else set_speed)),
+        "flat_root": np.where(
+            creeps, 0.0, cut_root(parameters, wob, 0.0 * set_speed if live else set_speed)
+        ),
     }
 
 
@@ -215,4 +258,4 @@ def steady_of(parameters: Parameters, string: String, wob: Any, speed: Any) -> S
     current = table / motor
     return Steady(
         force, torque, table, current, motor * speed + drive.resistance * current, tuple(angles), z
-    )  # fmt: skip
+    )

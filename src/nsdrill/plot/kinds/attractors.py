@@ -1,6 +1,7 @@
-"""What each attractor is like, along one axis: a marker for each, its size by share, its colour and shape by response,
-open where most of its members are unsettled. A line joins what is one attractor along the axis, dotted where an
-operating point between has none of its starts."""
+"""What each attractor is like, along one axis: a marker for each, its size by share,
+its colour and shape by response, open where most of its members are unsettled. A line
+joins what is one attractor along the axis, dotted where an operating point between has
+none of its starts."""
 
 from __future__ import annotations
 
@@ -47,7 +48,14 @@ def draw(results: Results, units: str = "si") -> Figure:
             for one in some
         ]
         for centre, height, one in sorted(points, key=lambda p: -p[2].share):
-            axes.plot([centre], [height], linestyle="none", **style(one), zorder=3, gid=f"{name}:{one.response}")
+            axes.plot(
+                [centre],
+                [height],
+                linestyle="none",
+                **style(one),
+                zorder=3,
+                gid=f"{name}:{one.response}",
+            )
         if joined:
             draw_branches(axes, points, centres, numbered=row == min(1, len(shown) - 1))
         low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
@@ -68,8 +76,11 @@ def draw(results: Results, units: str = "si") -> Figure:
     return figure
 
 
-def draw_branches(axes: Axes, points: list[tuple[float, float, Attractor]], centres: Array, *, numbered: bool) -> None:
-    """A line along each attractor, under the markers, and the numbers of those with a share of ``LEAST`` or more."""
+def draw_branches(
+    axes: Axes, points: list[tuple[float, float, Attractor]], centres: Array, *, numbered: bool
+) -> None:
+    """A line along each attractor, under the markers, and the numbers of those with a
+    share of ``LEAST`` or more."""
     branches: dict[int, list[tuple[float, float, Attractor]]] = {}
     for point in points:
         branches.setdefault(point[2].number, []).append(point)
@@ -99,12 +110,14 @@ def draw_branches(axes: Axes, points: list[tuple[float, float, Attractor]], cent
 
 
 def value(one: Attractor, least: str | None, name: str) -> float:
-    """The median feature of a panel, SI; the range from ``least`` on is between the medians of the extremes."""
+    """The median feature of a panel, SI; the range from ``least`` on is between the
+    medians of the extremes."""
     return one.features[name] - (one.features[least] if least else 0.0)
 
 
 def size(share: float) -> float:
-    """Diameter in points, by the root of the share; the least that is seen and told from others for none."""
+    """Diameter in points, by the root of the share; the least that is seen and told
+    from others for none."""
     return SMALLEST + (LARGEST - SMALLEST) * math.sqrt(share)
 
 
@@ -125,7 +138,9 @@ def _handles(every: list[Attractor], *, joined: bool) -> list[Artist]:
     if any(one.unsettled > one.members / 2 for one in every):
         handles.append(marker_entry("open: most of its starts unsettled", opened=True))
     if joined:
-        handles.append(Line2D([], [], color=REFERENCE, linewidth=0.5, label="one attractor; its number"))
+        handles.append(
+            Line2D([], [], color=REFERENCE, linewidth=0.5, label="one attractor; its number")
+        )
     for share in (1.0, 0.25, 0.05):
         handles.append(marker_entry(f"share {100 * share:.0f} %", size=size(share)))
     return handles
@@ -138,7 +153,10 @@ KINDS = (
         of=STARTS,
         place=lambda data: 11 if has_starts(data) and len(data.swept) == 1 else None,
         draw=draw,
-        uses=lambda model: (*USED, *(name for one in model.drawn.attractors for name in one[:2] if name)),
+        uses=lambda model: (
+            *USED,
+            *(name for one in model.drawn.attractors for name in one[:2] if name),
+        ),
         across=lambda data: str(data.swept[0]),
         advice=needs_starts,
     ),

@@ -1,7 +1,8 @@
-"""Basins: which start goes to which attractor, over two states of the start, at one operating point.
+"""Basins: which start goes to which attractor, over two states of the start, at one
+operating point.
 
-A slice fills a plane with cells. The starts of an ensemble differ in all states; over two of them they are dots, and
-basins that lie apart in the whole may overlap there.
+A slice fills a plane with cells. The starts of an ensemble differ in all states; over
+two of them they are dots, and basins that lie apart in the whole may overlap there.
 """
 
 from __future__ import annotations
@@ -31,9 +32,11 @@ from nsdrill.plot.style import RESPONSES, new_figure, page_width, put_title, sea
 from nsdrill.variables import OK, has_failed
 
 HEIGHT = 4.4
-NAMED, LEAST = 8, 0.005  # so many attractors have an entry of their own in the legend, with such a share or more
+# so many attractors have an entry of their own in the legend, with such a share or more
+NAMED, LEAST = 8, 0.005
 OTHERS, FAILED, WAITING = "#F2F2F2", "#FFFFFF", "#FFFFFF"
-# Attractors of one response: its own colour, then towards white and towards black by turns.
+# Attractors of one response: its own colour, then towards white and towards black by
+# turns.
 TINTS = (0.0, 0.55, -0.45, 0.3, -0.25, 0.75, -0.65, 0.45)
 MARKERS = ("o", "^", "s", "D", "v", "P", "X", "p")
 
@@ -42,12 +45,16 @@ def draw(results: Results, units: str = "si", states: Sequence[str] | None = Non
     if results.swept:
         options = " and ".join(f"--{name.replace('_', '-')}" for name in results.swept)
         many = ", ".join(f"{len(results.coords[name])} values of {name}" for name in results.swept)
-        raise InputError(f"plot kind 'basin': found {many}; allowed: one operating point. Select it with {options}.")
+        raise InputError(
+            f"plot kind 'basin': found {many}; allowed: one operating point. Select "
+            f"it with {options}."
+        )
     variables = flat(results)
     ((found, counts),) = describe(variables, model_in(results.attrs).told)
     if counts["ungrouped"]:
         raise InputError(
-            "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
+            "The starts are not grouped into attractors yet: this is done when all points are "
+            "there. Finish the run."
         )
     names = _states(results, states)
     colours = tinted(found)
@@ -78,19 +85,25 @@ def _states(results: Results, asked: Sequence[str] | None) -> tuple[str, str]:
     plane = tuple(name for name in results["state"].tolist() if name in results.slice)
     if plane:
         if asked and set(asked) != set(plane):
-            raise InputError(f"--states: found {','.join(asked)}; allowed: those of the slice, {','.join(plane)}.")
+            raise InputError(
+                f"--states: found {','.join(asked)}; allowed: those of the slice, "
+                f"{','.join(plane)}."
+            )
         across, up = tuple(asked) if asked else plane
         return across, up
     names, usual = results["state"].tolist(), drawn_in(results.attrs).planes[0]
     chosen = tuple(asked or usual)
     if len(chosen) != 2 or len(set(chosen)) != 2 or not set(chosen) <= set(names):
         found, example = ",".join(chosen), ",".join(usual)
-        raise InputError(f"--states: found {found}; allowed: two of {', '.join(names)}, as in {example}.")
+        raise InputError(
+            f"--states: found {found}; allowed: two of {', '.join(names)}, as in {example}."
+        )
     return chosen[0], chosen[1]
 
 
 def tinted(found: list[Attractor]) -> list[str]:
-    """The colours of the attractors that are named: that of the response, in another tint for each."""
+    """The colours of the attractors that are named: that of the response, in another
+    tint for each."""
     used: dict[int, int] = {}
     colours = []
     for one in [one for one in found[:NAMED] if one.share >= LEAST]:
@@ -104,8 +117,9 @@ def tinted(found: list[Attractor]) -> list[str]:
 
 @dataclass(frozen=True)
 class _Came:
-    """What became of the starts: of each the ``number`` of its attractor and its ``status`` [start]; the attractors
-    ``found``, the largest first, of which the first have ``colours``."""
+    """What became of the starts: of each the ``number`` of its attractor and its
+    ``status`` [start]; the attractors ``found``, the largest first, of which the first
+    have ``colours``."""
 
     number: Array
     status: Array
@@ -114,8 +128,8 @@ class _Came:
 
 
 def _draw_cells(axes: Axes, x: Array, y: Array, came: _Came, *, turned: bool) -> None:
-    """A cell for each start, at the values ``x`` across and ``y`` up. The second state of the slice runs faster over
-    the starts: ``turned`` where that lies up."""
+    """A cell for each start, at the values ``x`` across and ``y`` up. The second state
+    of the slice runs faster over the starts: ``turned`` where that lies up."""
     colours = came.colours
     # 0 others, 1 ... the named ones, then failed and waiting.
     named = enumerate(came.found[: len(colours)], 1)
@@ -166,10 +180,20 @@ def _draw_dots(axes: Axes, x: Array, y: Array, came: _Came) -> None:
         gid="others",
     )
     failed = has_failed(came.status)
-    axes.plot(x[failed], y[failed], "kx", markersize=size, markeredgewidth=0.7, linestyle="none", gid="failed")
+    axes.plot(
+        x[failed],
+        y[failed],
+        "kx",
+        markersize=size,
+        markeredgewidth=0.7,
+        linestyle="none",
+        gid="failed",
+    )
 
 
-def _handles(found: list[Attractor], counts: dict[str, int], colours: list[str], *, cells: bool) -> list[Artist]:
+def _handles(
+    found: list[Attractor], counts: dict[str, int], colours: list[str], *, cells: bool
+) -> list[Artist]:
     handles: list[Artist] = []
     for one, colour, marker in zip(found, colours, MARKERS, strict=False):
         label = f"{one.number}: {words(one)}, {100 * one.share:.3g} %"
@@ -181,7 +205,9 @@ def _handles(found: list[Attractor], counts: dict[str, int], colours: list[str],
         label = f"{len(rest)} smaller group{'s' * (len(rest) > 1)}, {members} starts"
         handles.append(_handle(label, OTHERS if cells else "#808080", "o", cells))
     if counts["failed"]:
-        handles.append(_handle(f"failed ({counts['failed']})", FAILED if cells else "black", "x", cells))
+        handles.append(
+            _handle(f"failed ({counts['failed']})", FAILED if cells else "black", "x", cells)
+        )
     return handles
 
 

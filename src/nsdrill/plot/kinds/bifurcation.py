@@ -1,7 +1,9 @@
-"""The bifurcation diagram: every recorded peak of the axial, torsional and lateral motion along one axis.
+"""The bifurcation diagram: every recorded peak of the axial, torsional and lateral
+motion along one axis.
 
-Colour and shape of a marker say which critical responses its point shows, filled or open whether the state was carried
-up or down. A point without peaks stands still and is drawn as a dash at its constant value.
+Colour and shape of a marker say which critical responses its point shows, filled or
+open whether the state was carried up or down. A point without peaks stands still and is
+drawn as a dash at its constant value.
 """
 
 from __future__ import annotations
@@ -30,16 +32,22 @@ HEIGHT = 6.3  # inches, of three panels and the words
 
 def draw(results: Results, units: str = "si") -> Figure:
     panels = drawn_in(results.attrs).panels
-    figure, lines, columns = frame(results, units, len(panels), WORDS + (HEIGHT - WORDS) * len(panels) / 3)
+    figure, lines, columns = frame(
+        results, units, len(panels), WORDS + (HEIGHT - WORDS) * len(panels) / 3
+    )
     handles = outcome_handles(lines, markers=True)
     spans = steady = 0
-    markers = sum(int(np.isfinite(results[peaks]).sum()) for peaks in (panel.peaks for panel in panels))
+    markers = sum(
+        int(np.isfinite(results[peaks]).sum()) for peaks in (panel.peaks for panel in panels)
+    )
     for one, column in zip(lines, columns, strict=True):
         x = quantity(one.axis, units)
         for axes, panel in zip(column[1:], panels, strict=True):
             spans += shade_hysteresis(axes, one, x.scale)
             y = quantity(panel.peaks, units)
-            steady += draw_peaks(axes, one, panel.peaks, panel.greatest, x, y, markers > MANY_MARKERS)
+            steady += draw_peaks(
+                axes, one, panel.peaks, panel.greatest, x, y, markers > MANY_MARKERS
+            )
     rows = {panel.mode: [column[1 + row] for column in columns] for row, panel in enumerate(panels)}
     speed = draw_set_speed(lines, rows["torsional"], units) if "torsional" in rows else []
     wall = draw_wall(results, rows["lateral"], units) if "lateral" in rows else []
@@ -47,20 +55,26 @@ def draw(results: Results, units: str = "si") -> Figure:
         axes.set_ylabel(quantity(panel.peaks, units).label)
     handles += direction_entries(lines[0].procedures)
     if spans:
-        handles.append(Patch(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label="up and down differ"))
+        handles.append(
+            Patch(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label="up and down differ")
+        )
     if steady:
         handles.append(marker_entry("no peaks: constant value", "_", size=5, edge=1.0))
     legend_below(figure, [*handles, *speed, *wall], 4)
     return figure
 
 
-def draw_peaks(axes: Axes, one: Line, peaks: str, constant: str, x: Shown, y: Shown, rasterise: bool) -> int:
-    """Draw one panel, an artist for each response and procedure; the number of points drawn as a constant value."""
+def draw_peaks(
+    axes: Axes, one: Line, peaks: str, constant: str, x: Shown, y: Shown, rasterise: bool
+) -> int:
+    """Draw one panel, an artist for each response and procedure; the number of points
+    drawn as a constant value."""
     outcomes, values, still = one.outcome, one[peaks] / y.scale, one[constant] / y.scale
     at = one.x / x.scale
     size = marker_size(len(at), axes)
     steady = 0
-    # By response first, so that grey lies below and the rarer combinations on top; the open markers after the filled.
+    # By response first, so that grey lies below and the rarer combinations on top; the
+    # open markers after the filled.
     for code, style in enumerate(RESPONSES):
         for row, procedure in enumerate(one.procedures):
             points = outcomes[row] == code

@@ -34,12 +34,32 @@ def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
             continue  # it floats in the mud, or does not fit the hole
         axes.plot(x, height, color=colour, linestyle=dashes, linewidth=1.3, gid=name)
         axes.fill_between(
-            x, HELIX * height, FULL_HELIX * height, color=colour, alpha=0.25, linewidth=0, gid=f"{name} helix"
+            x,
+            HELIX * height,
+            FULL_HELIX * height,
+            color=colour,
+            alpha=0.25,
+            linewidth=0,
+            gid=f"{name} helix",
         )
         handles.append(
-            Line2D([], [], color=colour, linestyle=dashes, linewidth=1.3, label=f"{name}: sinusoid on the low side")
+            Line2D(
+                [],
+                [],
+                color=colour,
+                linestyle=dashes,
+                linewidth=1.3,
+                label=f"{name}: sinusoid on the low side",
+            )
         )
-        handles.append(Patch(color=colour, alpha=0.25, linewidth=0, label=f"{name}: helix, from its onset to complete"))
+        handles.append(
+            Patch(
+                color=colour,
+                alpha=0.25,
+                linewidth=0,
+                label=f"{name}: helix, from its onset to complete",
+            )
+        )
     others: tuple[tuple[np.ndarray, Any, str], ...] = (
         (chart.euler, (0, (5, 2)), "span of the collars, pinned (Euler)"),
         (chart.vertical, (0, (1, 1.4)), "collars in a vertical hole, their own weight"),
@@ -51,7 +71,9 @@ def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
             width = 2.5 if dashes == "-" else 1.0
             colour = REFERENCE if dashes == "-" else BLACK
             axes.plot(x, height, color=colour, linestyle=dashes, linewidth=width, gid=words)
-            handles.append(Line2D([], [], color=colour, linestyle=dashes, linewidth=width, label=words))
+            handles.append(
+                Line2D([], [], color=colour, linestyle=dashes, linewidth=width, label=words)
+            )
     axes.set_yscale("log")
     logarithmic(axes.yaxis)
     if chart.axis == "inclination":
@@ -70,7 +92,8 @@ def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
 KINDS = (
     chart_kind(
         "buckling",
-        "loads at which collars and pipe buckle against the inclination of the hole, or along an axis",
+        "loads at which collars and pipe buckle against the inclination of the hole, or along an "
+        "axis",
         BucklingLoads,
         _draw,
     ),

@@ -1,4 +1,5 @@
-"""Critical speeds of a string along an axis, as the standing waves of its parts have them."""
+"""Critical speeds of a string along an axis, as the standing waves of its parts have
+them."""
 
 from __future__ import annotations
 
@@ -30,17 +31,29 @@ def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
     )
     handles: list[Artist] = []
     low, high = (speed / up.scale for speed in drawn.speeds)
-    if chart.axis == "rotary_speed":  # the string turns with the speed that lies across: on the diagonal
+    # the string turns with the speed that lies across: on the diagonal
+    if chart.axis == "rotary_speed":
         axes.plot(x, x, color=REFERENCE, linewidth=2.5, alpha=0.5, zorder=0, gid="operating")
         handles.append(
-            Line2D([], [], color=REFERENCE, linewidth=2.5, alpha=0.5, label="the speed at which the string turns")
+            Line2D(
+                [],
+                [],
+                color=REFERENCE,
+                linewidth=2.5,
+                alpha=0.5,
+                label="the speed at which the string turns",
+            )
         )
     elif high > low:
         axes.axhspan(low, high, color=OPERATING, linewidth=0, zorder=0, gid="operating")
         handles.append(Patch(color=OPERATING, label="rotary speeds of the study"))
     else:
         axes.axhline(low, color=REFERENCE, linewidth=2.5, alpha=0.5, zorder=0, gid="operating")
-        handles.append(Line2D([], [], color=REFERENCE, linewidth=2.5, alpha=0.5, label="rotary speed of the study"))
+        handles.append(
+            Line2D(
+                [], [], color=REFERENCE, linewidth=2.5, alpha=0.5, label="rotary speed of the study"
+            )
+        )
     for words, modes, colour, dashes, place in families:
         if not len(modes):
             continue
@@ -48,11 +61,18 @@ def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
             axes.plot(x, values, color=colour, linestyle=dashes, linewidth=1.1, gid=words)
             there = np.flatnonzero(np.isfinite(values))
             if there.size:
-                at = there[round(place * (there.size - 1))]  # each kind at another place, as its modes cross others
+                # each kind at another place, as its modes cross others
+                at = there[round(place * (there.size - 1))]
                 axes.annotate(
-                    str(number), (x[at], values[at]), color=colour, fontsize=type_size(6.5), ha="center", va="center",
-                    bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none"}, zorder=4,
-                )  # fmt: skip
+                    str(number),
+                    (x[at], values[at]),
+                    color=colour,
+                    fontsize=type_size(6.5),
+                    ha="center",
+                    va="center",
+                    bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none"},
+                    zorder=4,
+                )
         handles.append(Line2D([], [], color=colour, linestyle=dashes, linewidth=1.1, label=words))
     axes.set_yscale("log")
     logarithmic(axes.yaxis)
@@ -64,7 +84,9 @@ def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
     axes.set_xlabel(across.label)
     axes.set_ylabel(up.label)
     remark(
-        axes, "The equations of motion have one mode of each kind, near the first (axial: off the rock), and no others."
+        axes,
+        "The equations of motion have one mode of each kind, near the first (axial: off the "
+        "rock), and no others.",
     )
     return handles
 

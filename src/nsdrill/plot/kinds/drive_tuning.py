@@ -1,4 +1,5 @@
-"""The slope of friction that a soft-torque drive holds, over its gain and its frequency."""
+"""The slope of friction that a soft-torque drive holds, over its gain and its
+frequency."""
 
 from __future__ import annotations
 
@@ -20,24 +21,49 @@ def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
     chart: Any = drawn.numbers
     slope = shown("Fall of friction that is held", SLOPE, units)
     x, y, held = chart.matching, chart.frequency * TO_HERTZ, chart.held / slope.scale
-    mesh = axes.pcolormesh(x, y, held, cmap="viridis", shading="gouraud", rasterized=True, gid="cells")
+    mesh = axes.pcolormesh(
+        x, y, held, cmap="viridis", shading="gouraud", rasterized=True, gid="cells"
+    )
     lines = axes.contour(x, y, held, levels=8, colors="white", linewidths=0.6)
     axes.clabel(lines, fontsize=type_size(6), fmt="%g")
     figure.colorbar(mesh, ax=axes, label=slope.label, fraction=0.05, pad=0.01, aspect=30)
     handles: list[Artist] = []
     axes.axhline(chart.lumped * TO_HERTZ, color="white", linewidth=1.0, linestyle=(0, (5, 2)))
     handles.append(
-        Line2D([], [], color=REFERENCE, linewidth=1.0, linestyle=(0, (5, 2)), label="frequency of the string")
+        Line2D(
+            [],
+            [],
+            color=REFERENCE,
+            linewidth=1.0,
+            linestyle=(0, (5, 2)),
+            label="frequency of the string",
+        )
     )
     matching, frequency, best = chart.best
     marks: Sequence[tuple[tuple[float, float], str, float, str]] = (
-        ((matching, frequency * TO_HERTZ), "*", 11.0,
-         f"best: {matching:.3g} impedances, {frequency * TO_HERTZ:.3g} Hz, holds {best / slope.scale:.4g}"),
-        *([((chart.own[0], chart.own[1] * TO_HERTZ), "o", 6.0, "the drive of the study")] if chart.own else []),
-    )  # fmt: skip
+        (
+            (matching, frequency * TO_HERTZ),
+            "*",
+            11.0,
+            f"best: {matching:.3g} impedances, {frequency * TO_HERTZ:.3g} Hz, holds "
+            f"{best / slope.scale:.4g}",
+        ),
+        *(
+            [((chart.own[0], chart.own[1] * TO_HERTZ), "o", 6.0, "the drive of the study")]
+            if chart.own
+            else []
+        ),
+    )
     for place, marker, size, words in marks:
-        style: dict[str, Any] = {"marker": marker, "markersize": size, "linestyle": "none", "color": "white",
-                                 "markeredgecolor": BLACK, "markeredgewidth": 0.9, "label": words}  # fmt: skip
+        style: dict[str, Any] = {
+            "marker": marker,
+            "markersize": size,
+            "linestyle": "none",
+            "color": "white",
+            "markeredgecolor": BLACK,
+            "markeredgewidth": 0.9,
+            "label": words,
+        }
         if x[0] <= place[0] <= x[-1] and y[0] <= place[1] <= y[-1]:
             axes.plot(*np.atleast_1d(*place), **style, gid=words, clip_on=False, zorder=5)
             handles.append(Line2D([], [], **style))

@@ -1,4 +1,5 @@
-"""The collar in the hole, to scale, and the path of its centre: one moment of a whirl. An animation is many of them."""
+"""The collar in the hole, to scale, and the path of its centre: one moment of a whirl.
+An animation is many of them."""
 
 from __future__ import annotations
 
@@ -50,14 +51,16 @@ class Hole:
         gap, diameter = trace.attrs.get("gap"), _diameter(trace)
         if gap is None or diameter is None:
             raise InputError(
-                "trace: found no width of the hole or of the collar; allowed: a trace whose string has them. The kind "
+                "trace: found no width of the hole or of the collar; allowed: a trace whose "
+                "string has them. The kind "
                 "orbit needs neither."
             )
         return cls(float(gap) + 0.5 * diameter, 0.5 * diameter)
 
 
 def _diameter(trace: Trace) -> float | None:
-    """The outer diameter of the collar [m]: that of the point where it was an axis, else of the study."""
+    """The outer diameter of the collar [m]: that of the point where it was an axis,
+    else of the study."""
     key = drawn_in(trace.attrs).collar
     if key is None:
         return None
@@ -75,7 +78,8 @@ def bit_angle(trace: Trace) -> Array:
 
 
 class Scene:
-    """Hole, bit and collar in one axes: what stands still is drawn once, :meth:`show` moves the rest."""
+    """Hole, bit and collar in one axes: what stands still is drawn once, :meth:`show`
+    moves the rest."""
 
     def __init__(self, axes: Axes, trace: Trace, units: str) -> None:
         self.size = Hole.of(trace)
@@ -89,28 +93,78 @@ class Scene:
         hole, collar = self.size.hole / self._scale, self.size.collar / self._scale
         half = 1.1 * hole
         axes.set_facecolor(ROCK)
-        axes.set(xlim=(-half, half), ylim=(-half, half), xlabel=across.label, ylabel=up.label, aspect="equal")
-        axes.add_patch(Circle((0, 0), hole, facecolor=MUD, edgecolor=REFERENCE, linewidth=0.9, gid="wall"))
-        axes.add_patch(Circle((0, 0), 0.95 * hole, fill=False, edgecolor=BIT, linewidth=0.6, linestyle="--", gid="bit"))
-        axes.plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none", zorder=4)
+        axes.set(
+            xlim=(-half, half),
+            ylim=(-half, half),
+            xlabel=across.label,
+            ylabel=up.label,
+            aspect="equal",
+        )
+        axes.add_patch(
+            Circle((0, 0), hole, facecolor=MUD, edgecolor=REFERENCE, linewidth=0.9, gid="wall")
+        )
+        axes.add_patch(
+            Circle(
+                (0, 0),
+                0.95 * hole,
+                fill=False,
+                edgecolor=BIT,
+                linewidth=0.6,
+                linestyle="--",
+                gid="bit",
+            )
+        )
+        axes.plot(
+            [0],
+            [0],
+            marker="+",
+            color=REFERENCE,
+            markersize=6,
+            markeredgewidth=0.6,
+            linestyle="none",
+            zorder=4,
+        )
         line: dict[str, Any] = {"solid_capstyle": "round", "zorder": 3}
-        self._blades = [axes.plot([], [], color=BIT, linewidth=3.0, gid="blade")[0] for _ in range(BLADES)]
-        self._collar = Circle((0, 0), collar, facecolor=STEEL, edgecolor=EDGE, linewidth=0.9, zorder=2)
+        self._blades = [
+            axes.plot([], [], color=BIT, linewidth=3.0, gid="blade")[0] for _ in range(BLADES)
+        ]
+        self._collar = Circle(
+            (0, 0), collar, facecolor=STEEL, edgecolor=EDGE, linewidth=0.9, zorder=2
+        )
         axes.add_patch(self._collar)
         self._collar.set_gid("collar")
         (self._spoke,) = axes.plot([], [], color=EDGE, linewidth=1.2, gid="spoke", **line)
         (self._path,) = axes.plot([], [], color=BLUE, linewidth=0.7, alpha=0.8, gid="path", **line)
-        (self._centre,) = axes.plot([], [], marker="o", color=BLUE, markersize=3.5, linestyle="none", zorder=4)
-        (self._touch,) = axes.plot([], [], marker="o", color=VERMILLION, markersize=6, linestyle="none", zorder=5)
+        (self._centre,) = axes.plot(
+            [], [], marker="o", color=BLUE, markersize=3.5, linestyle="none", zorder=4
+        )
+        (self._touch,) = axes.plot(
+            [], [], marker="o", color=VERMILLION, markersize=6, linestyle="none", zorder=5
+        )
         self._touch.set_gid("touch")
         self._words = axes.text(
-            0.02, 0.98, "", transform=axes.transAxes, va="top", fontsize=type_size(7), gid="clock", zorder=6,
-        )  # fmt: skip
+            0.02,
+            0.98,
+            "",
+            transform=axes.transAxes,
+            va="top",
+            fontsize=type_size(7),
+            gid="clock",
+            zorder=6,
+        )
 
     @property
     def moving(self) -> list[Artist]:
         """What :meth:`show` changes, in the order in which it is drawn."""
-        return [*self._blades, self._collar, self._path, self._spoke, self._centre, self._touch, self._words]
+        return [
+            *self._blades,
+            self._collar,
+            self._path,
+            self._spoke,
+            self._centre,
+            self._touch,
+            self._words,
+        ]
 
     def show(self, time: float, since: float | None = None) -> None:
         """The moment ``time`` [s], with the path ``since`` then, or of the last turn."""
@@ -118,20 +172,30 @@ class Scene:
             float(np.interp(time, self._time, values))
             for values in (self._x, self._y, self._angle, self._force, self._speed)
         )
-        hole, collar, scale = self.size.hole / self._scale, self.size.collar / self._scale, self._scale
+        hole, collar, scale = (
+            self.size.hole / self._scale,
+            self.size.collar / self._scale,
+            self._scale,
+        )
         x, y = x / scale, y / scale
         for number, blade in enumerate(self._blades):
-            direction = np.array([np.cos(angle + 2 * pi * number / BLADES), np.sin(angle + 2 * pi * number / BLADES)])
+            direction = np.array(
+                [np.cos(angle + 2 * pi * number / BLADES), np.sin(angle + 2 * pi * number / BLADES)]
+            )
             blade.set_data(*np.outer(direction, [0.9 * hole, 0.985 * hole]))
         self._collar.set_center((x, y))
         self._spoke.set_data([x, x + collar * np.cos(angle)], [y, y + collar * np.sin(angle)])
         begin = time - TAIL * self._turn if since is None else since
         past = (self._time >= begin) & (self._time < time)
-        self._path.set_data(np.append(self._x[past] / scale, x), np.append(self._y[past] / scale, y))
+        self._path.set_data(
+            np.append(self._x[past] / scale, x), np.append(self._y[past] / scale, y)
+        )
         self._centre.set_data([x], [y])
         radius = np.hypot(x, y)
         touching = force > 0.0 and radius > 0.0
-        self._touch.set_data(*(([x / radius * hole], [y / radius * hole]) if touching else ([], [])))
+        self._touch.set_data(
+            *(([x / radius * hole], [y / radius * hole]) if touching else ([], []))
+        )
         shown = speed / self._shown_speed.scale
         self._words.set_text(f"{time:.2f} s\nbit {shown:.2f} {self._shown_speed.unit}")
 

@@ -1,5 +1,5 @@
-"""What kind of motion there is along one axis: a strip of kinds, and below it the Lyapunov exponent, the 0-1 test and
-the period, those of which there are values.
+"""What kind of motion there is along one axis: a strip of kinds, and below it the
+Lyapunov exponent, the 0-1 test and the period, those of which there are values.
 """
 
 from __future__ import annotations
@@ -23,16 +23,28 @@ from nsdrill.plot.style import DIRECTION_COLOURS, MOTIONS, REFERENCE, seamless
 from nsdrill.variables import OK, PERIODIC
 
 COLOURS = ListedColormap([style.colour for style in MOTIONS], name="motions")
-LABELS = {"lyapunov_exponent": "Lyapunov\nexponent [1/s]", "zero_one": "0-1 test $K$", "period": "Period\n[returns]"}
+LABELS = {
+    "lyapunov_exponent": "Lyapunov\nexponent [1/s]",
+    "zero_one": "0-1 test $K$",
+    "period": "Period\n[returns]",
+}
 NORM = BoundaryNorm(np.arange(-0.5, len(MOTIONS)), len(MOTIONS))
 
 
 def draw(results: Results, units: str = "si") -> Figure:
-    return _draw_lines(results, units) if fits_columns(results) else draw_categories_map(results, "motion", units)
+    return (
+        _draw_lines(results, units)
+        if fits_columns(results)
+        else draw_categories_map(results, "motion", units)
+    )
 
 
 def _draw_lines(results: Results, units: str) -> Figure:
-    names = [name for name in LABELS if any(np.isfinite(_shown(one, name)).any() for one in lines_of(results))]
+    names = [
+        name
+        for name in LABELS
+        if any(np.isfinite(_shown(one, name)).any() for one in lines_of(results))
+    ]
     figure, lines, columns = frame(results, units, 1 + len(names), 2.0 + 1.3 * len(names))
     present: set[int] = set()
     for one, column in zip(lines, columns, strict=True):
@@ -43,11 +55,19 @@ def _draw_lines(results: Results, units: str) -> Figure:
     for axes, name in zip(columns[0][2:], names, strict=True):
         axes.set_ylabel(LABELS[name])
     if "lyapunov_exponent" in names:
-        ends = [_shown(one, "lyapunov_exponent") + sign * _errors(one) for one in lines for sign in (-1, 0, 1)]
+        ends = [
+            _shown(one, "lyapunov_exponent") + sign * _errors(one)
+            for one in lines
+            for sign in (-1, 0, 1)
+        ]
         low, high = robust_limits(np.concatenate([values.ravel() for values in ends]))
         room = 0.08 * (high - low)
         columns[0][2].set_ylim(min(low, 0.0) - room, max(high, 0.0) + room)
-    kinds = [Patch(facecolor=style.colour, label=style.name) for code, style in enumerate(MOTIONS) if code in present]
+    kinds = [
+        Patch(facecolor=style.colour, label=style.name)
+        for code, style in enumerate(MOTIONS)
+        if code in present
+    ]
     carried = direction_entries(lines[0].procedures) if names else []
     legend_below(figure, [*kinds, *carried, *outcome_handles(lines, markers=False)], 4)
     return figure
@@ -74,7 +94,8 @@ def _draw_kinds(axes: Axes, one: Line, x: Shown, *, named: bool) -> set[int]:
 
 
 def _shown(one: Line, name: str) -> Array:
-    """The values to draw [procedure, point], NaN where there are none: periods of periodic motions only."""
+    """The values to draw [procedure, point], NaN where there are none: periods of
+    periodic motions only."""
     if name not in one.results.variables:
         return np.empty(0)
     shown = one["status"] == OK
@@ -122,7 +143,8 @@ def _place(data: Any) -> float | None:
 KINDS = (
     Kind(
         "motion",
-        "the kind of motion: along one axis with Lyapunov exponent, 0-1 test and period, or over two axes",
+        "the kind of motion: along one axis with Lyapunov exponent, 0-1 test and period, or over "
+        "two axes",
         of=RETURNS,
         place=_place,
         draw=draw,

@@ -33,7 +33,8 @@ STEP = 2  # samples between which the direction is taken
 IN_SIGHT = 0.4  # the wall is in sight where the path comes this near to it, as a part of its radius
 FINE = 0.1  # of the gap: samples that are farther apart have a curve between them
 BETWEEN = 8  # points of such a curve
-ARROW = Path([(-0.4, -0.6), (0.0, 1.0), (0.4, -0.6), (0.0, -0.25), (-0.4, -0.6)], closed=True)  # pointing up
+# pointing up
+ARROW = Path([(-0.4, -0.6), (0.0, 1.0), (0.4, -0.6), (0.0, -0.25), (-0.4, -0.6)], closed=True)
 MARKED = 300  # samples before the end in which it is marked
 
 
@@ -46,7 +47,8 @@ def draw(trace: Trace, units: str = "si") -> Figure:
 
 
 def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
-    """The path of the collar centre seen along the hole; in another colour where the collar is on the wall."""
+    """The path of the collar centre seen along the hole; in another colour where the
+    collar is on the wall."""
     part, words = shown_part(trace)
     across, up = quantity("x", units), quantity("y", units)
     gap = trace.attrs.get("gap")
@@ -63,11 +65,22 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
             rasterized=heavy,
             gid="orbit:wall",
         )
-    axes.plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none", gid="axis")
+    axes.plot(
+        [0],
+        [0],
+        marker="+",
+        color=REFERENCE,
+        markersize=6,
+        markeredgewidth=0.6,
+        linestyle="none",
+        gid="axis",
+    )
     reach, far = float(np.nanmax(np.hypot(x, y), initial=0.0)), ""
     if gap is not None:
         wall = float(gap) / across.scale
-        axes.add_patch(Circle((0, 0), wall, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall"))
+        axes.add_patch(
+            Circle((0, 0), wall, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall")
+        )
         if IN_SIGHT * wall <= reach or reach <= STILL * wall:
             reach = max(reach, wall)
         else:
@@ -81,10 +94,21 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
 
 
 def smooth(trace: Trace, part: slice, gap: float | None) -> tuple[Array, Array, Array]:
-    """The path x, y [m] with the wall force [N] of its samples; of samples that are far apart for the ``gap`` with the
-    cubic between them that has the speeds of both, so that a turn along the wall is no polygon."""
-    time, x, y, force = trace.time[part], trace["x"][part], trace["y"][part], trace["wall_force"][part]
-    if gap is None or len(x) < 2 or not {"vx", "vy"} <= trace.variables.keys() or len(x) * BETWEEN > LAST_SAMPLES:
+    """The path x, y [m] with the wall force [N] of its samples; of samples that are far
+    apart for the ``gap`` with the cubic between them that has the speeds of both, so
+    that a turn along the wall is no polygon."""
+    time, x, y, force = (
+        trace.time[part],
+        trace["x"][part],
+        trace["y"][part],
+        trace["wall_force"][part],
+    )
+    if (
+        gap is None
+        or len(x) < 2
+        or not {"vx", "vy"} <= trace.variables.keys()
+        or len(x) * BETWEEN > LAST_SAMPLES
+    ):
         return x, y, force
     good = np.isfinite(x) & np.isfinite(y)
     if not good.all() or np.max(np.hypot(np.diff(x), np.diff(y))) <= FINE * gap:
@@ -95,28 +119,50 @@ def smooth(trace: Trace, part: slice, gap: float | None) -> tuple[Array, Array, 
     fine = np.append((time[:-1, None] + parts * np.diff(time)[:, None]).ravel(), time[-1])
     both = np.minimum(force[:-1], force[1:])  # between two samples on the wall the path is on it
     between = np.where(parts == 0.0, force[:-1, None], both[:, None]).ravel()
-    curves = [CubicHermiteSpline(time, trace[name][part], trace[f"v{name}"][part])(fine) for name in ("x", "y")]
+    curves = [
+        CubicHermiteSpline(time, trace[name][part], trace[f"v{name}"][part])(fine)
+        for name in ("x", "y")
+    ]
     return curves[0], curves[1], np.append(between, force[-1])
 
 
 def draw_direction(axes: Axes, x: Array, y: Array, least: float) -> None:
-    """A dot at the end of a path, and arrowheads along the last part of it that point forward in time, where the path
-    reaches ``least`` far: they would cover a smaller one."""
+    """A dot at the end of a path, and arrowheads along the last part of it that point
+    forward in time, where the path reaches ``least`` far: they would cover a smaller
+    one."""
     there = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     if len(there) < STEP + 1:
         return
     end = there[-1]
-    axes.plot([x[end]], [y[end]], marker="o", color=BLACK, markersize=3, linestyle="none", zorder=4, gid="end")
+    axes.plot(
+        [x[end]],
+        [y[end]],
+        marker="o",
+        color=BLACK,
+        markersize=3,
+        linestyle="none",
+        zorder=4,
+        gid="end",
+    )
     if np.hypot(x[there], y[there]).max() < least:
         return
-    for place in end - np.unique(np.linspace(0, min(len(there) - STEP, MARKED), 4)[1:-1].astype(int)):
+    for place in end - np.unique(
+        np.linspace(0, min(len(there) - STEP, MARKED), 4)[1:-1].astype(int)
+    ):
         step = np.array([x[place + STEP] - x[place], y[place + STEP] - y[place]])
         if np.hypot(*step) > 0.0:
             turned = Affine2D().rotate(np.arctan2(step[1], step[0]) - 0.5 * np.pi)
             axes.plot(
-                [x[place]], [y[place]], marker=MarkerStyle(ARROW, transform=turned), color=BLACK, markersize=9,
-                markeredgewidth=0.0, linestyle="none", zorder=4, gid="direction",
-            )  # fmt: skip
+                [x[place]],
+                [y[place]],
+                marker=MarkerStyle(ARROW, transform=turned),
+                color=BLACK,
+                markersize=9,
+                markeredgewidth=0.0,
+                linestyle="none",
+                zorder=4,
+                gid="direction",
+            )
 
 
 def has_orbit(trace: Trace) -> bool:

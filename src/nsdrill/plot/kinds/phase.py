@@ -9,7 +9,16 @@ from matplotlib.ticker import MaxNLocator
 from nsdrill.data import Trace
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import BLUE, MANY_MARKERS, REFERENCE, new_figure, page_width, put_title, say_over, side_by_side
+from nsdrill.plot.style import (
+    BLUE,
+    MANY_MARKERS,
+    REFERENCE,
+    new_figure,
+    page_width,
+    put_title,
+    say_over,
+    side_by_side,
+)
 from nsdrill.plot.traces import check_length, planes_of, shown_part, title_of
 
 WIDTH = 2.2  # inches that a plane needs
@@ -23,7 +32,9 @@ def draw(trace: Trace, units: str = "si") -> Figure:
     down = -(-planes // across)
     figure = new_figure(page_width(), 0.7 + 2.2 * down)
     grid = figure.add_gridspec(down, across)
-    draw_planes([figure.add_subplot(grid[divmod(place, across)]) for place in range(planes)], trace, units)
+    draw_planes(
+        [figure.add_subplot(grid[divmod(place, across)]) for place in range(planes)], trace, units
+    )
     put_title(figure, title_of(trace, units))
     return figure
 
@@ -49,7 +60,9 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
         if across == "radius" and gap is not None:
             low, high = axes.get_xlim()
             if low < float(gap) / x.scale < high:
-                axes.axvline(float(gap) / x.scale, color=REFERENCE, linewidth=0.7, dashes=(4, 2), gid="wall")
+                axes.axvline(
+                    float(gap) / x.scale, color=REFERENCE, linewidth=0.7, dashes=(4, 2), gid="wall"
+                )
 
 
 KINDS = (

@@ -1,6 +1,7 @@
 """The returns to the Poincare section along one axis, coloured by the kind of motion.
 
-One dot is period one, n dots a period of n returns, a closed curve quasi-periodic motion, a cloud chaos.
+One dot is period one, n dots a period of n returns, a closed curve quasi-periodic
+motion, a cloud chaos.
 """
 
 from __future__ import annotations
@@ -35,7 +36,9 @@ def draw(results: Results, units: str = "si") -> Figure:
     for one, column in zip(lines, columns, strict=True):
         x = quantity(one.axis, units)
         for axes, name in zip(column[1:], shown, strict=True):
-            present |= draw_returns(axes, one, name, x, quantity(name, units), markers > MANY_MARKERS)
+            present |= draw_returns(
+                axes, one, name, x, quantity(name, units), markers > MANY_MARKERS
+            )
     for axes, name in zip(columns[0][1:], shown, strict=True):
         axes.set_ylabel(quantity(name, units).label)
     rows = {name: [column[1 + row] for column in columns] for row, name in enumerate(shown)}
@@ -43,13 +46,18 @@ def draw(results: Results, units: str = "si") -> Figure:
         _whole_turn(axes, quantity("section_whirl_angle", units))
     handles = [*motion_entries(present), *direction_entries(lines[0].procedures)]
     wall = draw_wall(results, rows["section_radius"], units) if "section_radius" in rows else []
-    speed = draw_set_speed(lines, rows["section_bit_speed"], units) if "section_bit_speed" in rows else []
+    speed = (
+        draw_set_speed(lines, rows["section_bit_speed"], units)
+        if "section_bit_speed" in rows
+        else []
+    )
     legend_below(figure, [*handles, *speed, *wall, *outcome_handles(lines, markers=False)], 4)
     return figure
 
 
 def draw_returns(axes: Axes, one: Line, name: str, x: Shown, y: Shown, rasterise: bool) -> set[int]:
-    """One panel, an artist for each kind of motion and procedure; gives the kinds that occur."""
+    """One panel, an artist for each kind of motion and procedure; gives the kinds that
+    occur."""
     motion, values, at = one["motion"], one[name] / y.scale, one.x / x.scale
     size = 0.75 * marker_size(len(at), axes)
     present = set()
@@ -84,7 +92,10 @@ def _whole_turn(axes: Axes, y: Shown) -> None:
     """An angle from minus to plus half a turn, with ticks at the quarters."""
     axes.set_ylim(-1.04 * pi / y.scale, 1.04 * pi / y.scale)
     ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / y.scale
-    axes.set_yticks(ticks, ["−π", "−π/2", "0", "π/2", "π"] if y.unit == "rad" else [f"{tick:g}" for tick in ticks])
+    axes.set_yticks(
+        ticks,
+        ["−π", "−π/2", "0", "π/2", "π"] if y.unit == "rad" else [f"{tick:g}" for tick in ticks],
+    )
 
 
 KINDS = (

@@ -1,7 +1,8 @@
-"""How probable a safe run and each response are: over two axes as maps, along one axis with bands, else as points.
+"""How probable a safe run and each response are: over two axes as maps, along one axis
+with bands, else as points.
 
-One scale from 0 to 100 % in all panels, the same light and dark for every reader (cividis). A line surrounds the safe
-window at the confidence.
+One scale from 0 to 100 % in all panels, the same light and dark for every reader
+(cividis). A line surrounds the safe window at the confidence.
 """
 
 from __future__ import annotations
@@ -26,7 +27,16 @@ from nsdrill.plot.legend import legend_below
 from nsdrill.plot.maps import WRAP, lies_across
 from nsdrill.plot.registry import SAMPLES, Kind, has_samples, longest, needs_samples
 from nsdrill.plot.slices import edges, name_words, positions, spaced
-from nsdrill.plot.style import BLACK, REFERENCE, RESPONSES, new_figure, page_width, put_title, seamless, type_size
+from nsdrill.plot.style import (
+    BLACK,
+    REFERENCE,
+    RESPONSES,
+    new_figure,
+    page_width,
+    put_title,
+    seamless,
+    type_size,
+)
 from nsdrill.variables import RESPONSES as NAMES
 from nsdrill.variables import SAMPLE
 
@@ -40,7 +50,11 @@ def draw(results: Results, units: str = "si", confidence: float = USUAL_CONFIDEN
     found = chances(results, responses=model_in(results.attrs).responses)
     if len(results.swept) == 2:
         return _maps(results, found, units, confidence)
-    return _lines(results, found, units, confidence) if results.swept else _points(results, found, units)
+    return (
+        _lines(results, found, units, confidence)
+        if results.swept
+        else _points(results, found, units)
+    )
 
 
 def _style(outcome: str) -> tuple[str, str, str]:
@@ -67,7 +81,9 @@ def _maps(results: Results, found: Chances, units: str, confidence: float) -> Fi
     figure = new_figure(page_width(), 1.3 + deep * 2.4)
     grid = figure.add_gridspec(deep, wrap)
     x, y = quantity(across, units), quantity(up, units)
-    columns, rows = (edges(positions(results, name)) / one.scale for name, one in ((across, x), (up, y)))
+    columns, rows = (
+        edges(positions(results, name)) / one.scale for name, one in ((across, x), (up, y))
+    )
 
     def plane(values: Array) -> Array:
         kept = [results.axes.index(up), results.axes.index(across)]
@@ -82,7 +98,13 @@ def _maps(results: Results, found: Chances, units: str, confidence: float) -> Fi
         axes = figure.add_subplot(grid[divmod(place, wrap)], sharex=first, sharey=first)
         share = 100.0 * plane(found.of(outcome)[0])
         mesh = axes.pcolormesh(
-            columns, rows, share, cmap=SCALE, norm=PERCENT, gid=f"probability:{outcome}", **seamless(share.size)
+            columns,
+            rows,
+            share,
+            cmap=SCALE,
+            norm=PERCENT,
+            gid=f"probability:{outcome}",
+            **seamless(share.size),
         )
         _outline(axes, columns, rows, plane(inside))
         axes.set_title(_style(outcome)[0], pad=3)
@@ -110,7 +132,8 @@ def _outlined() -> list[Any]:
 
 
 def _outline(axes: Axes, columns: Array, rows: Array, inside: Array) -> None:
-    """The borders of the cells that are ``inside`` [y, x], white within black: seen on every shade."""
+    """The borders of the cells that are ``inside`` [y, x], white within black: seen on
+    every shade."""
     padded = np.pad(inside, 1)
     upright = [
         ((columns[j], rows[i]), (columns[j], rows[i + 1]))
@@ -120,7 +143,9 @@ def _outline(axes: Axes, columns: Array, rows: Array, inside: Array) -> None:
         ((columns[j], rows[i]), (columns[j + 1], rows[i]))
         for i, j in np.argwhere(padded[1:, 1:-1] != padded[:-1, 1:-1])
     ]
-    drawn = LineCollection([*upright, *level], colors="white", linewidths=1.2, capstyle="round", gid="confidence")
+    drawn = LineCollection(
+        [*upright, *level], colors="white", linewidths=1.2, capstyle="round", gid="confidence"
+    )
     drawn.set_path_effects(_outlined())
     drawn.set_clip_on(False)
     axes.add_collection(drawn)
@@ -137,26 +162,59 @@ def _lines(results: Results, found: Chances, units: str, confidence: float) -> F
         share, low, high = (100.0 * part.ravel() for part in found.of(outcome))
         axes.fill_between(x, low, high, facecolor=colour, gid=f"band:{outcome}", **BAND)
         for edge in (low, high):  # bands one over another are told apart by their edges
-            axes.plot(x, edge, color=colour, linewidth=0.7, linestyle=EDGES[place % len(EDGES)], gid=f"edge:{outcome}")
+            axes.plot(
+                x,
+                edge,
+                color=colour,
+                linewidth=0.7,
+                linestyle=EDGES[place % len(EDGES)],
+                gid=f"edge:{outcome}",
+            )
         above = len(found.outcomes) - 1 - place  # lines one upon another: the lower is the wider
         (line,) = axes.plot(
-            x, share, color=colour, marker=marker, markersize=2.6 + 0.8 * above, linewidth=0.9 + 0.4 * above,
-            label=words, gid=f"line:{outcome}",
-        )  # fmt: skip
+            x,
+            share,
+            color=colour,
+            marker=marker,
+            markersize=2.6 + 0.8 * above,
+            linewidth=0.9 + 0.4 * above,
+            label=words,
+            gid=f"line:{outcome}",
+        )
         handles.append(line)
     for history, dashes in zip(found.histories[:-1], ("--", ":"), strict=False):
         share = 100.0 * found.of(SAFE, history)[0].ravel()
         label = f"safe, {history} by itself"
         handles += axes.plot(
-            x, share, color=BLACK, linestyle=dashes, linewidth=0.9, label=label, gid=f"alone:{history}"
+            x,
+            share,
+            color=BLACK,
+            linestyle=dashes,
+            linewidth=0.9,
+            label=label,
+            gid=f"alone:{history}",
         )
-    axes.axhline(100.0 * confidence, color=REFERENCE, linewidth=0.6, linestyle=(0, (4, 2)), zorder=0, gid="confidence")
+    axes.axhline(
+        100.0 * confidence,
+        color=REFERENCE,
+        linewidth=0.6,
+        linestyle=(0, (4, 2)),
+        zorder=0,
+        gid="confidence",
+    )
     axes.set_ylim(-2.0, 102.0)
     axes.set_xlabel(shown.label)
     axes.set_ylabel("Probability [%]")
     spaced(axes, values)
     axes.margins(x=0.01)
-    reference = Line2D([], [], color=REFERENCE, linewidth=0.6, linestyle=(0, (4, 2)), label=f"{100 * confidence:g} %")
+    reference = Line2D(
+        [],
+        [],
+        color=REFERENCE,
+        linewidth=0.6,
+        linestyle=(0, (4, 2)),
+        label=f"{100 * confidence:g} %",
+    )
     band = Line2D([], [], color=REFERENCE, linewidth=5, alpha=BAND["alpha"], label="95 % interval")
     legend_below(figure, [*handles, band, reference], 6)
     put_title(figure, _title(results, found, units))
@@ -171,11 +229,22 @@ def _points(results: Results, found: Chances, units: str) -> Figure:
         _, colour, marker = _style(outcome)
         share, low, high = (100.0 * float(part.ravel()[0]) for part in found.of(outcome))
         axes.errorbar(
-            [share], [row], xerr=[[share - low], [high - share]], color=colour, marker=marker, markersize=5, capsize=3,
+            [share],
+            [row],
+            xerr=[[share - low], [high - share]],
+            color=colour,
+            marker=marker,
+            markersize=5,
+            capsize=3,
             linestyle="none",
-        )[0].set_gid(f"point:{outcome}")  # fmt: skip
+        )[0].set_gid(f"point:{outcome}")
         axes.annotate(
-            f"{share:.1f} %", (high, row), (5, 0), textcoords="offset points", va="center", fontsize=type_size(7)
+            f"{share:.1f} %",
+            (high, row),
+            (5, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=type_size(7),
         )
     axes.set_yticks(range(len(found.outcomes)), [_style(outcome)[0] for outcome in found.outcomes])
     axes.set_ylim(len(found.outcomes) - 0.5, -0.5)

@@ -1,7 +1,8 @@
-"""A bifurcation diagram made by a real ramp: local maxima of the motions against the value that was moved.
+"""A bifurcation diagram made by a real ramp: local maxima of the motions against the
+value that was moved.
 
-Filled markers where it rose, open ones where it fell, small grey ones where it was held; the peaks of a quasi-static
-sweep may lie below for comparison.
+Filled markers where it rose, open ones where it fell, small grey ones where it was
+held; the peaks of a quasi-static sweep may lie below for comparison.
 """
 
 from __future__ import annotations
@@ -22,7 +23,16 @@ from nsdrill.plot.legend import legend_below
 from nsdrill.plot.registry import RAMP, Kind
 from nsdrill.plot.schedule import moving, point_words, rate_words, set_values
 from nsdrill.plot.slices import line, ordered
-from nsdrill.plot.style import BLUE, GREY, MANY_MARKERS, REFERENCE, VERMILLION, new_figure, page_width, put_title
+from nsdrill.plot.style import (
+    BLUE,
+    GREY,
+    MANY_MARKERS,
+    REFERENCE,
+    VERMILLION,
+    new_figure,
+    page_width,
+    put_title,
+)
 from nsdrill.variables import AXES, OK
 
 SWEPT = "#D9D9D9"  # the sweep lies behind, paler than anything of the ramp
@@ -62,29 +72,55 @@ def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure
                 )
         axes.set_ylabel(y.label)
     handles += [
-        Line2D([], [], linestyle="none", **{**STYLES[sign], "markersize": 3.5}) for sign in (1, -1, 0) if sign in shown
+        Line2D([], [], linestyle="none", **{**STYLES[sign], "markersize": 3.5})
+        for sign in (1, -1, 0)
+        if sign in shown
     ]
     handles += _references(panels, trace, axis, units)
     margin = 0.03 * float(np.ptp(value))
     panels[-1].set_xlim((value.min() - margin) / x.scale, (value.max() + margin) / x.scale)
     panels[-1].set_xlabel(x.label)
     rate = rate_words(trace, axis, units)
-    put_title(figure, heading(trace.attrs, f"{point_words(trace, units)}{'; ' + rate if rate else ''}"))
+    put_title(
+        figure, heading(trace.attrs, f"{point_words(trace, units)}{'; ' + rate if rate else ''}")
+    )
     figure.align_ylabels(panels)
     legend_below(figure, handles, 4)
     return figure
 
 
 STYLES: dict[int, dict[str, Any]] = {
-    0: {"label": "held", "color": REFERENCE, "marker": ".", "markersize": 1.5, "markeredgewidth": 0.0, "zorder": 2.0},
-    1: {"label": "rising", "color": BLUE, "marker": "o", "markersize": 1.6, "markeredgewidth": 0.0, "zorder": 2.1},
-    -1: {"label": "falling", "color": VERMILLION, "marker": "o", "markersize": 2.2, "markeredgewidth": 0.35,
-         "markerfacecolor": "none", "zorder": 2.2},
-}  # fmt: skip
+    0: {
+        "label": "held",
+        "color": REFERENCE,
+        "marker": ".",
+        "markersize": 1.5,
+        "markeredgewidth": 0.0,
+        "zorder": 2.0,
+    },
+    1: {
+        "label": "rising",
+        "color": BLUE,
+        "marker": "o",
+        "markersize": 1.6,
+        "markeredgewidth": 0.0,
+        "zorder": 2.1,
+    },
+    -1: {
+        "label": "falling",
+        "color": VERMILLION,
+        "marker": "o",
+        "markersize": 2.2,
+        "markeredgewidth": 0.35,
+        "markerfacecolor": "none",
+        "zorder": 2.2,
+    },
+}
 
 
 def local_maxima(time: Array, values: Array) -> tuple[Array, Array]:
-    """Times and heights of the local maxima of samples, by the parabola through three of them."""
+    """Times and heights of the local maxima of samples, by the parabola through three
+    of them."""
     before, here, after = values[:-2], values[1:-1], values[2:]
     place = np.flatnonzero((here > before) & (here >= after))
     a, b, c = before[place], here[place], after[place]
@@ -93,11 +129,15 @@ def local_maxima(time: Array, values: Array) -> tuple[Array, Array]:
     return time[place + 1] + offset * step, b - 0.25 * (a - c) * offset
 
 
-def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, units: str) -> list[Artist]:
-    """The peaks of a sweep along the same axis, pale; where it has several values of another axis, at the ramp's."""
+def draw_sweep(
+    panels: list[Axes], results: Results, trace: Trace, axis: str, units: str
+) -> list[Artist]:
+    """The peaks of a sweep along the same axis, pale; where it has several values of
+    another axis, at the ramp's."""
     if axis not in results.swept:
         raise InputError(
-            f"--over: found a sweep of {', '.join(results.swept) or 'nothing'}; allowed: a sweep of "
+            f"--over: found a sweep of {', '.join(results.swept) or 'nothing'}; allowed: a sweep "
+            f"of "
             f"{axis}, which this trace ramps."
         )
     held: dict[str, float] = {}
@@ -109,7 +149,8 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
         held[other] = float(values[np.argmin(np.abs(values - wanted))])
         if abs(held[other] - wanted) > 0.01 * abs(wanted):
             raise InputError(
-                f"--over: found a sweep at {operating_point({other: held[other]}, units)}; allowed: one at "
+                f"--over: found a sweep at {operating_point({other: held[other]}, units)}; "
+                f"allowed: one at "
                 f"{operating_point({other: wanted}, units)}, as this trace."
             )
     one = line(ordered(results, held), axis)
@@ -119,12 +160,17 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
     handles: list[Artist] = []
     for row, procedure in enumerate(one.procedures):
         style: dict[str, Any] = {
-            "linestyle": "none", "color": SWEPT if procedure != "down" else GREY, "marker": "o" if procedure != "down"
-            else "x", "markersize": 3.0 if procedure != "down" else 2.2, "markeredgewidth": 0.0 if procedure != "down"
-            else 0.4, "zorder": 1.0,
-        }  # fmt: skip
+            "linestyle": "none",
+            "color": SWEPT if procedure != "down" else GREY,
+            "marker": "o" if procedure != "down" else "x",
+            "markersize": 3.0 if procedure != "down" else 2.2,
+            "markeredgewidth": 0.0 if procedure != "down" else 0.4,
+            "zorder": 1.0,
+        }
         for axes, peaks in zip(panels, drawn_in(trace.attrs).peaks, strict=True):
-            heights = np.where(fine[row][:, None], one[peaks][row], np.nan) / quantity(peaks, units).scale
+            heights = (
+                np.where(fine[row][:, None], one[peaks][row], np.nan) / quantity(peaks, units).scale
+            )
             at = np.broadcast_to((one.x / x.scale)[:, None], heights.shape)
             axes.plot(
                 at[np.isfinite(heights)],
@@ -165,7 +211,8 @@ def _references(panels: list[Axes], trace: Trace, axis: str, units: str) -> list
 KINDS = (
     Kind(
         "ramp",
-        "peaks of the three motions against the value that was moved: a bifurcation diagram made by a real ramp",
+        "peaks of the three motions against the value that was moved: a bifurcation diagram made "
+        "by a real ramp",
         of=RAMP,
         place=lambda data: 85 if isinstance(data, Trace) and moving(data) else None,
         draw=draw,

@@ -1,6 +1,7 @@
 """The Poincare section of one operating point or of a trace, in planes of the motion.
 
-One dot is period one, n dots a period of n returns, a closed curve quasi-periodic motion, a cloud chaos.
+One dot is period one, n dots a period of n returns, a closed curve quasi-periodic
+motion, a cloud chaos.
 """
 
 from __future__ import annotations
@@ -22,7 +23,15 @@ from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.registry import TRACE, Kind, is_sweep, needs_returns
 from nsdrill.plot.slices import text
-from nsdrill.plot.style import BLUE, MOTIONS, REFERENCE, new_figure, page_width, put_title, side_by_side
+from nsdrill.plot.style import (
+    BLUE,
+    MOTIONS,
+    REFERENCE,
+    new_figure,
+    page_width,
+    put_title,
+    side_by_side,
+)
 from nsdrill.plot.traces import title_of
 
 WIDTH = 1.6  # inches that a plane needs
@@ -40,7 +49,11 @@ def draw_point(results: Results, units: str = "si") -> Figure:
     rows = np.atleast_1d(np.asarray(figure.subfigures(len(names), 1), dtype=object))
     gap, drawn = results.attrs.get("gap"), drawn_in(results.attrs)
     for row, name in enumerate(names):
-        here = {key: results[key][row].ravel() for key in results.variables if key.startswith("section_")}
+        here = {
+            key: results[key][row].ravel()
+            for key in results.variables
+            if key.startswith("section_")
+        }
         code = int(results["motion"][row].ravel()[0])
         words = MOTIONS[code].name
         if period := int(results["period"][row].ravel()[0]):
@@ -54,18 +67,26 @@ def draw_point(results: Results, units: str = "si") -> Figure:
 
 
 def draw_trace(trace: Trace, units: str) -> Figure:
-    """The section of a trace: its returns after the transient, if there is time for three."""
+    """The section of a trace: its returns after the transient, if there is time for
+    three."""
     section, drawn = section_of(trace), drawn_in(trace.attrs)
     figure = new_figure(page_width(), 0.6 + 2.1 * _rows(trace.attrs))
     begin = _observed_from(trace)
-    words = f"{len(section['section_bit_speed'])} returns" + (f" after {begin:g} s" if begin else "")
+    words = f"{len(section['section_bit_speed'])} returns" + (
+        f" after {begin:g} s" if begin else ""
+    )
     _draw_planes(figure, section, drawn, units, trace.attrs.get("gap"), BLUE)
     put_title(figure, f"{title_of(trace, units)}; {words}")
     return figure
 
 
 def _draw_planes(
-    figure: Any, section: Mapping[str, Array], drawn: Drawn, units: str, gap: float | None, colour: str
+    figure: Any,
+    section: Mapping[str, Array],
+    drawn: Drawn,
+    units: str,
+    gap: float | None,
+    colour: str,
 ) -> None:
     """The returns in a row of planes, the first of them the orbit where there is one."""
     style: dict[str, Any] = {
@@ -84,7 +105,9 @@ def _draw_planes(
         _draw_orbit(panels[0], section, units, gap, style)
     for axes, (across, up) in zip(panels[orbit:], drawn.section_planes, strict=True):
         a, b = quantity(across, units), quantity(up, units)
-        axes.plot(section[across] / a.scale, section[up] / b.scale, gid=f"section:{across}", **style)
+        axes.plot(
+            section[across] / a.scale, section[up] / b.scale, gid=f"section:{across}", **style
+        )
         axes.set(xlabel=a.label, ylabel=b.label)
         _open(axes)
     for axes in panels:
@@ -100,16 +123,24 @@ def _rows(attrs: Mapping[str, Any]) -> int:
 
 
 def _draw_orbit(
-    axes: Axes, section: Mapping[str, Array], units: str, gap: float | None, style: Mapping[str, Any]
+    axes: Axes,
+    section: Mapping[str, Array],
+    units: str,
+    gap: float | None,
+    style: Mapping[str, Any],
 ) -> None:
     """The collar centre in the hole, as an observer on the bit sees it."""
     x = quantity("x", units)
     r, angle = section["section_radius"] / x.scale, section["section_whirl_angle"]
     axes.plot(r * np.cos(angle), r * np.sin(angle), gid="section:orbit", **style)
-    axes.plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none")
+    axes.plot(
+        [0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none"
+    )
     reach = float(np.nanmax(r, initial=0.0)) or 1.0
     if gap is not None and reach > 0.4 * gap / x.scale:
-        axes.add_patch(Circle((0, 0), gap / x.scale, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5))
+        axes.add_patch(
+            Circle((0, 0), gap / x.scale, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5)
+        )
         reach = max(reach, gap / x.scale)
     axes.set(
         xlim=(-1.1 * reach, 1.1 * reach),
@@ -130,23 +161,36 @@ def _open(axes: Axes) -> None:
 
 
 def _observed_from(trace: Trace) -> float:
-    """Where the section of a trace begins: after its transient, or at its start if hardly anything follows."""
-    transient, speed = float(trace.attrs.get("transient", 0.0)), float(trace.attrs.get("rotary_speed", 0.0))
+    """Where the section of a trace begins: after its transient, or at its start if
+    hardly anything follows."""
+    transient, speed = (
+        float(trace.attrs.get("transient", 0.0)),
+        float(trace.attrs.get("rotary_speed", 0.0)),
+    )
     turns = (trace.time[-1] - transient) * speed / (2 * pi)
     return transient if turns >= 3 else 0.0
 
 
 def section_of(trace: Trace) -> dict[str, Array]:
-    """The section of a trace at whole revolutions of the bit, by the cubic through samples and their rates."""
+    """The section of a trace at whole revolutions of the bit, by the cubic through
+    samples and their rates."""
     chosen = trace.time >= _observed_from(trace)
     time = trace.time[chosen]
     angle = (trace["twist"] + trace["drive_angle"])[chosen]
     if not np.all(np.isfinite(angle)):
-        raise InputError("trace: found samples of the bit angle that are no numbers; the section needs all of them.")
+        raise InputError(
+            "trace: found samples of the bit angle that are no numbers; the section "
+            "needs all of them."
+        )
     reached = np.maximum.accumulate(angle)  # a bit that turns back is not counted twice
-    levels = np.arange(np.floor(angle[0] / (2 * pi)) + 1, np.floor(reached[-1] / (2 * pi)) + 1) * 2 * pi
+    levels = (
+        np.arange(np.floor(angle[0] / (2 * pi)) + 1, np.floor(reached[-1] / (2 * pi)) + 1) * 2 * pi
+    )
     if not len(levels):
-        raise InputError("trace: found less than one revolution of the bit; the section needs one. Simulate longer.")
+        raise InputError(
+            "trace: found less than one revolution of the bit; the section needs "
+            "one. Simulate longer."
+        )
     after = np.searchsorted(reached, levels, side="left")
     after = np.clip(after, 1, len(time) - 1)
     h = time[after] - time[after - 1]
@@ -159,7 +203,11 @@ def section_of(trace: Trace) -> dict[str, Array]:
     speed = trace["bit_speed"][chosen]
     theta = (levels - angle[after - 1]) / np.maximum(angle[after] - angle[after - 1], 1e-300)
     for _ in range(3):  # the angle is nearly straight between samples
-        theta = np.clip(theta - (cubic(angle, speed, theta) - levels) / np.maximum(h * speed[after], 1e-300), 0.0, 1.0)
+        theta = np.clip(
+            theta - (cubic(angle, speed, theta) - levels) / np.maximum(h * speed[after], 1e-300),
+            0.0,
+            1.0,
+        )
 
     def of(name: str, rate: str | None = None) -> Array:
         values = trace[name][chosen]
@@ -196,7 +244,8 @@ def _advice(data: Any) -> str:
 KINDS = (
     Kind(
         "section",
-        "the Poincare section of one operating point, or of a trace: the motion once in every revolution of the bit",
+        "the Poincare section of one operating point, or of a trace: the motion once in every "
+        "revolution of the bit",
         of=TRACE,
         place=_place,
         draw=draw,

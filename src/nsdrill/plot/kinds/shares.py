@@ -1,9 +1,11 @@
-"""Shares of the starts along one axis: a column for every operating point, stacked by response, divided by attractor.
+"""Shares of the starts along one axis: a column for every operating point, stacked by
+response, divided by attractor.
 
-Within a response the attractors are stacked by number, so that one attractor is a band along the axis.
+Within a response the attractors are stacked by number, so that one attractor is a band
+along the axis.
 
-The bars at the borders between responses are 95 % intervals of the share below that border; none where the starts are a
-slice, which is no sample.
+The bars at the borders between responses are 95 % intervals of the share below that
+border; none where the starts are a slice, which is no sample.
 """
 
 from __future__ import annotations
@@ -29,7 +31,9 @@ from nsdrill.plot.starts import USED, along, has_starts, matched
 from nsdrill.plot.style import RESPONSES, new_figure, page_width, put_title, type_size
 
 HEIGHT = 3.6
-LEAST = 0.02  # borders of attractors with a smaller share are not drawn: their columns would be all border
+# borders of attractors with a smaller share are not drawn: their columns would be all
+# border
+LEAST = 0.02
 ROOM = 8.0  # per cent of the height that the number of an attractor needs
 BORDER: dict[str, Any] = {"linewidth": 0.6, "solid_capstyle": "butt", "zorder": 2.5}
 MOST_BARS = 80  # with more operating points every second, third ... has its interval
@@ -42,7 +46,11 @@ def draw(results: Results, units: str = "si") -> Figure:
     borders = edges(centres)
     figure = new_figure(page_width(), HEIGHT)
     axes = figure.add_subplot()
-    present = [code for code in range(len(RESPONSES)) if any(a.response == code for some, _ in found for a in some)]
+    present = [
+        code
+        for code in range(len(RESPONSES))
+        if any(a.response == code for some, _ in found for a in some)
+    ]
     columns = [
         draw_column(axes, some, left, right)
         for (some, _), left, right in zip(found, borders[:-1], borders[1:], strict=True)
@@ -62,13 +70,31 @@ def draw(results: Results, units: str = "si") -> Figure:
     starts = len(results.coords["start"])
     point = operating_point(fixed_values(results), units)
     put_title(figure, heading(results.attrs, f"{point}; {starts} starts each"))
-    handles: list[Artist] = [Patch(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present]
+    handles: list[Artist] = [
+        Patch(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present
+    ]
     if divided:
-        handles.append(Line2D([], [], color="white", linewidth=1, label="between attractors", path_effects=_outlined()))
+        handles.append(
+            Line2D(
+                [],
+                [],
+                color="white",
+                linewidth=1,
+                label="between attractors",
+                path_effects=_outlined(),
+            )
+        )
     if sampled and len(present) > 1:
         handles.append(marker_entry("95 % interval", "|", "black", size=7, edge=1.0))
     if failed := sum(counts["failed"] for _, counts in found):
-        handles.append(Patch(facecolor="white", edgecolor="black", linewidth=0.4, label=f"failed, left out ({failed})"))
+        handles.append(
+            Patch(
+                facecolor="white",
+                edgecolor="black",
+                linewidth=0.4,
+                label=f"failed, left out ({failed})",
+            )
+        )
     legend_below(figure, handles, 4)
     return figure
 
@@ -81,8 +107,8 @@ def _outlined() -> list[object]:
 
 @dataclass(frozen=True)
 class Part:
-    """What an attractor has of a column: from ``bottom`` over ``height`` [%], and whether the border below it was
-    drawn."""
+    """What an attractor has of a column: from ``bottom`` over ``height`` [%], and
+    whether the border below it was drawn."""
 
     of: Attractor
     bottom: float
@@ -106,7 +132,11 @@ def draw_column(axes: Axes, some: list[Attractor], left: float, right: float) ->
             gid=f"attractor:{one.number}:{one.response}",
         )
         before = parts[-1].of if parts else None
-        divided = before is not None and before.response == one.response and max(before.share, one.share) >= LEAST
+        divided = (
+            before is not None
+            and before.response == one.response
+            and max(before.share, one.share) >= LEAST
+        )
         if divided:
             axes.plot([left, right], [bottom, bottom], color="white", **BORDER)
         parts.append(Part(one, bottom, height, divided))
@@ -115,7 +145,8 @@ def draw_column(axes: Axes, some: list[Attractor], left: float, right: float) ->
 
 
 def draw_bands(axes: Axes, columns: list[list[Part]], borders: Array) -> None:
-    """What shows that an attractor goes on: the steps of its lower border, and its number where its band is widest."""
+    """What shows that an attractor goes on: the steps of its lower border, and its
+    number where its band is widest."""
     bands: dict[tuple[int, int], dict[int, Part]] = {}
     for place, column in enumerate(columns):
         for part in column:
@@ -123,7 +154,9 @@ def draw_bands(axes: Axes, columns: list[list[Part]], borders: Array) -> None:
     for (number, response), parts in bands.items():
         for place, part in parts.items():
             if part.divided and (after := parts.get(place + 1)) and after.divided:
-                axes.plot([borders[place + 1]] * 2, [part.bottom, after.bottom], color="white", **BORDER)
+                axes.plot(
+                    [borders[place + 1]] * 2, [part.bottom, after.bottom], color="white", **BORDER
+                )
         for run in np.split(list(parts), 1 + np.flatnonzero(np.diff(list(parts)) > 1)):
             place = max(run.tolist(), key=lambda i: parts[i].height)
             if (widest := parts[place]).height >= ROOM:

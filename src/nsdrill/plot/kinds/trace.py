@@ -22,7 +22,10 @@ TWO_COLUMNS = 5.0  # inches from which on the planes stand beside the histories
 def draw(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
     planes, orbit = len(planes_of(trace)), has_orbit(trace)
-    tall, heights = 8.6 + room_for(trace) - ROOM * len(still(trace)), [*[1.55] * orbit, *[1.0] * planes]
+    tall, heights = (
+        8.6 + room_for(trace) - ROOM * len(still(trace)),
+        [*[1.55] * orbit, *[1.0] * planes],
+    )
     tall = max(tall, 0.7 + sum(heights) * ROW)
     if page_width() >= TWO_COLUMNS:
         figure = new_figure(page_width(), tall)

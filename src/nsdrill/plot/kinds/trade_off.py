@@ -1,6 +1,8 @@
-"""What safety costs: the rate of penetration of every operating point against the probability of a safe run there.
+"""What safety costs: the rate of penetration of every operating point against the
+probability of a safe run there.
 
-Points that no other one beats in both lie on a line, the front, and carry their settings.
+Points that no other one beats in both lie on a line, the front, and carry their
+settings.
 """
 
 from __future__ import annotations
@@ -21,7 +23,8 @@ from nsdrill.plot.style import BLACK, new_figure, page_width, put_title, type_si
 from nsdrill.variables import SAMPLE
 
 ENERGY = "mechanical_specific_energy"
-APART, WIDE = 0.05, 30.0  # of the greatest rate, and percent of probability, that two names are apart
+# of the greatest rate, and percent of probability, that two names are apart
+APART, WIDE = 0.05, 30.0
 
 
 def draw(results: Results, units: str = "si") -> Figure:
@@ -34,38 +37,87 @@ def draw(results: Results, units: str = "si") -> Figure:
     figure = new_figure(page_width(5.5), 4.6)
     axes = figure.add_subplot()
     named = best[_named(probability[best], rate[best])] if best.size else best
-    axes.errorbar(probability[named], rate[named], xerr=[(probability - low)[named], (high - probability)[named]],
-                  linestyle="none", ecolor="#808080", elinewidth=0.7, capsize=2, zorder=2, gid="interval")  # fmt: skip
+    axes.errorbar(
+        probability[named],
+        rate[named],
+        xerr=[(probability - low)[named], (high - probability)[named]],
+        linestyle="none",
+        ecolor="#808080",
+        elinewidth=0.7,
+        capsize=2,
+        zorder=2,
+        gid="interval",
+    )
     axes.plot(probability[best], rate[best], color=BLACK, linewidth=0.8, zorder=2.5, gid="front")
-    colours = _mean(results, ENERGY) / energy.scale if ENERGY in results.variables else np.full(len(rate), np.nan)
+    colours = (
+        _mean(results, ENERGY) / energy.scale
+        if ENERGY in results.variables
+        else np.full(len(rate), np.nan)
+    )
     told = known & np.isfinite(colours)
-    axes.scatter(probability[known & ~told], rate[known & ~told], s=14, facecolor="white", edgecolor=BLACK,
-                 linewidth=0.5, zorder=3, gid="points:no energy")  # fmt: skip
+    axes.scatter(
+        probability[known & ~told],
+        rate[known & ~told],
+        s=14,
+        facecolor="white",
+        edgecolor=BLACK,
+        linewidth=0.5,
+        zorder=3,
+        gid="points:no energy",
+    )
     if told.any():
         least, most = robust_limits(colours[told])
-        drawn = axes.scatter(probability[told], rate[told], s=16, c=colours[told], cmap="viridis", vmin=least,
-                             vmax=most, edgecolor=BLACK, linewidth=0.4, zorder=3, gid="points")  # fmt: skip
+        drawn = axes.scatter(
+            probability[told],
+            rate[told],
+            s=16,
+            c=colours[told],
+            cmap="viridis",
+            vmin=least,
+            vmax=most,
+            edgecolor=BLACK,
+            linewidth=0.4,
+            zorder=3,
+            gid="points",
+        )
         figure.colorbar(drawn, ax=axes, label=energy.label, aspect=30, pad=0.01)
     halo = [patheffects.withStroke(linewidth=2.0, foreground="white")]
     for place in named:
         right = probability[place] > 55.0
-        axes.annotate(_setting(results, int(place), units), (probability[place], rate[place]), fontsize=type_size(6),
-                      xytext=(-5 if right else 5, 4), textcoords="offset points", ha="right" if right else "left",
-                      path_effects=halo, zorder=4)  # fmt: skip
+        axes.annotate(
+            _setting(results, int(place), units),
+            (probability[place], rate[place]),
+            fontsize=type_size(6),
+            xytext=(-5 if right else 5, 4),
+            textcoords="offset points",
+            ha="right" if right else "left",
+            path_effects=halo,
+            zorder=4,
+        )
     axes.set_xlim(-3.0, 103.0)
     axes.set_ylim(0.0, 1.08 * float(np.max(rate[known], initial=1e-9)))
-    axes.set_xlabel(f"Probability of a safe run{', whatever the history' if EVERY in found.histories else ''} [%]")
+    axes.set_xlabel(
+        f"Probability of a safe "
+        f"run{', whatever the history' if EVERY in found.histories else ''} [%]"
+    )
     axes.set_ylabel(shown.label)
     samples = f"{len(results.coords[SAMPLE])} samples"
-    put_title(figure, heading(results.attrs, "; ".join(filter(None, (
-        operating_point(fixed_values(results), units), samples))), width=70))  # fmt: skip
+    put_title(
+        figure,
+        heading(
+            results.attrs,
+            "; ".join(filter(None, (operating_point(fixed_values(results), units), samples))),
+            width=70,
+        ),
+    )
     words = "not beaten in both, with the 95 % interval of the probability"
     legend_below(figure, [Line2D([], [], color=BLACK, linewidth=0.8, label=words)], 1)
     return figure
 
 
 def front(rate: Array, probability: Array) -> Array:
-    """The places of the points that no other point beats in rate and probability, the least probable first."""
+    """The places of the points that no other point beats in rate and probability, the
+    least probable first."""
     order = np.lexsort((-rate, -probability))  # the most probable first, among equals the fastest
     fastest, best = -np.inf, []
     for place in order.tolist():
@@ -76,7 +128,8 @@ def front(rate: Array, probability: Array) -> Array:
 
 
 def _mean(results: Results, name: str) -> Array:
-    """A variable at every operating point, the mean over procedures and samples of what is finite, NaN for none."""
+    """A variable at every operating point, the mean over procedures and samples of what
+    is finite, NaN for none."""
     values = np.moveaxis(np.asarray(results[name], dtype=float), 0, -1)
     values = values.reshape(-1, values.shape[-2] * values.shape[-1])
     there = np.isfinite(values)
@@ -86,8 +139,8 @@ def _mean(results: Results, name: str) -> Array:
 
 
 def _named(probability: Array, rate: Array) -> Array:
-    """Which points of the front carry their settings, so that no two lie on one another: the most probable one first,
-    then each that is far enough from the last."""
+    """Which points of the front carry their settings, so that no two lie on one
+    another: the most probable one first, then each that is far enough from the last."""
     named = [len(rate) - 1]
     for place in range(len(rate) - 2, -1, -1):
         last = named[-1]
@@ -101,8 +154,10 @@ def _named(probability: Array, rate: Array) -> Array:
 def _setting(results: Results, place: int, units: str) -> str:
     lengths = [len(results.coords[axis]) for axis in results.axes]
     at = dict(zip(results.axes, np.unravel_index(place, lengths), strict=True))
-    return operating_point({axis: float(results.coords[axis][i]) for axis, i in at.items() if axis in results.swept},
-                           units)  # fmt: skip
+    return operating_point(
+        {axis: float(results.coords[axis][i]) for axis, i in at.items() if axis in results.swept},
+        units,
+    )
 
 
 KINDS = (
@@ -110,7 +165,9 @@ KINDS = (
         "trade-off",
         "rate of penetration against the probability of a safe run, point by point",
         of=SAMPLES,
-        place=lambda data: 52 if has_samples(data) and data.swept and RATE in data.variables else None,
+        place=lambda data: (
+            52 if has_samples(data) and data.swept and RATE in data.variables else None
+        ),
         draw=draw,
         uses=lambda model: tuple(one.name for one in model.derived if one.name in (RATE, ENERGY)),
         advice=needs_samples,

@@ -1,4 +1,5 @@
-"""One measured value: along one axis, or as a map. A kind for every feature, by its name."""
+"""One measured value: along one axis, or as a map. A kind for every feature, by its
+name."""
 
 from __future__ import annotations
 
@@ -15,7 +16,11 @@ from nsdrill.plot.maps import draw_values_map, lies_across
 from nsdrill.plot.registry import VALUE, Kind, is_sweep, longest, needs_returns
 from nsdrill.variables import POINT
 
-ALIASES = {"lift_off": "lift_off_fraction", "wall_contact": "wall_contact_fraction", "radius": "radius_max"}
+ALIASES = {
+    "lift_off": "lift_off_fraction",
+    "wall_contact": "wall_contact_fraction",
+    "radius": "radius_max",
+}
 FIRST = ("stick_slip_index", *ALIASES, "whirl_ratio")  # the named ones before the rest
 
 

@@ -1,7 +1,8 @@
-"""The safe window: where every procedure is safe, where only some are, and the recommended operating point.
+"""The safe window: where every procedure is safe, where only some are, and the
+recommended operating point.
 
-A panel for each value of a third axis, or a strip where one axis is swept. The areas differ in lightness and pattern as
-well as in colour.
+A panel for each value of a third axis, or a strip where one axis is swept. The areas
+differ in lightness and pattern as well as in colour.
 """
 
 from __future__ import annotations
@@ -16,7 +17,17 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from nsdrill.analysis.window import CRITICAL, RIM, SAFE, UNKNOWN, Classes, axes_of, classes, find_window, unknown_words
+from nsdrill.analysis.window import (
+    CRITICAL,
+    RIM,
+    SAFE,
+    UNKNOWN,
+    Classes,
+    axes_of,
+    classes,
+    find_window,
+    unknown_words,
+)
 from nsdrill.data import Array, Results
 from nsdrill.plot import equal
 from nsdrill.plot.equal import RATE, drawn_of
@@ -26,14 +37,32 @@ from nsdrill.plot.legend import legend_below
 from nsdrill.plot.maps import PANEL, WRAP, lies_across
 from nsdrill.plot.registry import MAX_PANELS, PLANE, Kind, longest
 from nsdrill.plot.slices import edges, spaced
-from nsdrill.plot.style import BLACK, FULL_WIDTH, new_figure, page_width, put_title, seamless, side_by_side
+from nsdrill.plot.style import (
+    BLACK,
+    FULL_WIDTH,
+    new_figure,
+    page_width,
+    put_title,
+    seamless,
+    side_by_side,
+)
 
-SAFE_COLOUR, RIM_COLOUR, CRITICAL_COLOUR, UNKNOWN_COLOUR = "#D3ECFA", "#E69F00", "#6E6E6E", "#FFFFFF"
+SAFE_COLOUR, RIM_COLOUR, CRITICAL_COLOUR, UNKNOWN_COLOUR = (
+    "#D3ECFA",
+    "#E69F00",
+    "#6E6E6E",
+    "#FFFFFF",
+)
 COLOURS = ListedColormap([UNKNOWN_COLOUR, CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR], name="window")
 NORM = BoundaryNorm([-1.5, -0.5, 0.5, 1.5, 2.5], 4)
 
 
-def draw(results: Results, units: str = "si", severity: int | None = None, confidence: float | None = None) -> Figure:
+def draw(
+    results: Results,
+    units: str = "si",
+    severity: int | None = None,
+    confidence: float | None = None,
+) -> Figure:
     note = find_window(results, severity, confidence)
     found = classes(results, severity, note["confidence"])
     shown = _shown(len(found.state))
@@ -42,15 +71,24 @@ def draw(results: Results, units: str = "si", severity: int | None = None, confi
     lines = False
     for axes, number in zip(panels, shown, strict=True):
         axes.pcolormesh(
-            *cells, found.state[number], cmap=COLOURS, norm=NORM, gid="cells", **seamless(found.state[number].size)
+            *cells,
+            found.state[number],
+            cmap=COLOURS,
+            norm=NORM,
+            gid="cells",
+            **seamless(found.state[number].size),
         )
         hatch(axes, cells, found.state[number] == RIM, "//////", RIM_COLOUR, "#3A3A3A", "rim")
-        hatch(axes, cells, found.state[number] == UNKNOWN, "xxxxxx", UNKNOWN_COLOUR, BLACK, "unknown")
+        hatch(
+            axes, cells, found.state[number] == UNKNOWN, "xxxxxx", UNKNOWN_COLOUR, BLACK, "unknown"
+        )
         best, likely = note["maps"][number]["recommended"], _likely(found, note, number)
         if found.y and RATE in found.yields:
             scale = {axis: quantity(axis, units).scale for axis in (found.x, found.y)}
             x, y = (found.values(axis) / scale[axis] for axis in scale)
-            points = [tuple(one[axis] / scale[axis] for axis in scale) for one in (best, likely) if one]
+            points = [
+                tuple(one[axis] / scale[axis] for axis in scale) for one in (best, likely) if one
+            ]
             lines |= equal.draw_lines(axes, x, y, found.yields[RATE][number], units, points)
         _recommend(axes, found, best, units)
         if likely is not None:
@@ -59,16 +97,24 @@ def draw(results: Results, units: str = "si", severity: int | None = None, confi
             for colour, size in (("white", 8.0), (BLACK, 6.0)):
                 name = "most_probable" if colour == BLACK else "halo"
                 axes.plot(
-                    [likely[found.x] / scales[0]], [height], linestyle="none", marker="D", markersize=size,
-                    color=colour, zorder=5, clip_on=False, gid=name,
-                )  # fmt: skip
+                    [likely[found.x] / scales[0]],
+                    [height],
+                    linestyle="none",
+                    marker="D",
+                    markersize=size,
+                    color=colour,
+                    zorder=5,
+                    clip_on=False,
+                    gid=name,
+                )
     handles = [*_legend(found, note), *([equal.handle(units)] if lines else [])]
     legend_below(figure, handles, 3)
     return figure
 
 
 def _shown(panels: int) -> list[int]:
-    """The numbers of the maps to draw: all, or as many as a page takes, evenly, the first and the last among them."""
+    """The numbers of the maps to draw: all, or as many as a page takes, evenly, the
+    first and the last among them."""
     if panels <= MAX_PANELS:
         return list(range(panels))
     return [round(number * (panels - 1) / (MAX_PANELS - 1)) for number in range(MAX_PANELS)]
@@ -100,13 +146,21 @@ def _frame(found: Classes, shown: list[int], units: str) -> tuple[Figure, list[A
     spaced(panels[0], found.values(found.x), found.values(found.y) if found.y else None)
     panels[0].set_xlim(across[0], across[-1])
     panels[0].set_ylim((up[-1], up[0]) if found.y == "depth" else (up[0], up[-1]))
-    put_title(figure, heading(found.results.attrs, operating_point(fixed_values(found.results), units), width=80))
+    put_title(
+        figure,
+        heading(found.results.attrs, operating_point(fixed_values(found.results), units), width=80),
+    )
     return figure, panels
 
 
 def _cells(found: Classes, units: str) -> tuple[Array, Array]:
-    """The edges of the cells across and up, in the shown units; a strip of height one where one axis is swept."""
-    up = edges(found.values(found.y)) / quantity(found.y, units).scale if found.y else np.array([0.0, 1.0])
+    """The edges of the cells across and up, in the shown units; a strip of height one
+    where one axis is swept."""
+    up = (
+        edges(found.values(found.y)) / quantity(found.y, units).scale
+        if found.y
+        else np.array([0.0, 1.0])
+    )
     return edges(found.values(found.x)) / quantity(found.x, units).scale, up
 
 
@@ -139,7 +193,8 @@ def _recommend(axes: Axes, found: Classes, best: dict[str, Any] | None, units: s
 
 
 def is_hint(best: dict[str, Any]) -> bool:
-    """Whether a recommended point has no room to one side or more: a finer map might not have it."""
+    """Whether a recommended point has no room to one side or more: a finer map might
+    not have it."""
     return any(side["margin"] == 0.0 for axis in best["margins"].values() for side in axis.values())
 
 
@@ -148,7 +203,11 @@ def _likely(found: Classes, note: dict[str, Any], number: int) -> dict[str, Any]
     best: dict[str, Any] | None = note["most_probable"]
     if best is None or note["safe"]:
         return None
-    return best if found.third is None or note["maps"][number]["at"] == {found.third: best[found.third]} else None
+    return (
+        best
+        if found.third is None or note["maps"][number]["at"] == {found.third: best[found.third]}
+        else None
+    )
 
 
 def _bar(best: dict[str, Any], axis: str, scale: float) -> list[list[float]]:
@@ -157,9 +216,17 @@ def _bar(best: dict[str, Any], axis: str, scale: float) -> list[list[float]]:
 
 def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
     """What the areas mean in this file, with their shares of all points."""
-    calm = "no critical response" if note["severity"] is None else f"no severity above {note['severity']}"
+    calm = (
+        "no critical response"
+        if note["severity"] is None
+        else f"no severity above {note['severity']}"
+    )
     both = " and ".join(note["procedures"])
-    meaning = {SAFE: f"safe: {calm}, {both}", RIM: "rim: depends on the history", CRITICAL: "critical"}
+    meaning = {
+        SAFE: f"safe: {calm}, {both}",
+        RIM: "rim: depends on the history",
+        CRITICAL: "critical",
+    }
     if not note["history_examined"]:
         meaning[SAFE] = f"safe: {calm}; history not examined"
     if note["confidence"] is not None:
@@ -191,15 +258,30 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
     best = [one["recommended"] for one in note["maps"] if one["recommended"]]
     for hint in (False, True):
         if any(is_hint(one) == hint for one in best):
-            words = "a hint: no room to one side" if hint else "recommended, bars to the last safe point"
+            words = (
+                "a hint: no room to one side"
+                if hint
+                else "recommended, bars to the last safe point"
+            )
             face = "white" if hint else BLACK
-            style: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 5, "markerfacecolor": face}
+            style: dict[str, Any] = {
+                "color": BLACK,
+                "marker": "o",
+                "markersize": 5,
+                "markerfacecolor": face,
+            }
             handles.append(Line2D([], [], linewidth=1.0, label=words, **style))
     if note["most_probable"] and not note["safe"]:
         words = f"most probably safe, with {100 * note['most_probable']['probability']:.0f} %"
-        handles.append(Line2D([], [], color=BLACK, marker="D", markersize=5, linestyle="none", label=words))
+        handles.append(
+            Line2D([], [], color=BLACK, marker="D", markersize=5, linestyle="none", label=words)
+        )
     if len(found.state) > MAX_PANELS:
-        handles.append(Line2D([], [], linestyle="none", label=f"{MAX_PANELS} of {len(found.state)} panels shown"))
+        handles.append(
+            Line2D(
+                [], [], linestyle="none", label=f"{MAX_PANELS} of {len(found.state)} panels shown"
+            )
+        )
     return handles
 
 
