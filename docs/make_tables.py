@@ -198,7 +198,7 @@ def study_keys() -> str:
                 name = ".".join(groups[:i])
                 if name not in told:
                     told.add(name)
-                    text += f"| **`{name}`** | | | | | *{MEANINGS[name]}* |\n"
+                    text += f"| **`{name}`** | | | | | *{keys_of().meanings[name]}* |\n"
             default = leaf.default_text
             ramp = (
                 f", or [a ramp](ramps.md) of such values, `{EXAMPLE}`"
@@ -217,7 +217,7 @@ def study_keys() -> str:
         if section == "initial":  # the slice is no leaf
             states = ", ".join(map(code, keys_of().slices))
             form = f"two of {states}, each `{{from, to, points}}`, in its unit"
-            text += f"| `{SLICE}` | | none | {form} | | {MEANINGS[SLICE]} |\n"
+            text += f"| `{SLICE}` | | none | {form} | | {keys_of().meanings[SLICE]} |\n"
     return text
 
 

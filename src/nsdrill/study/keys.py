@@ -18,6 +18,7 @@ from nsdrill import units as si
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, words_of
+from nsdrill.models.meanings import MEANINGS as OF_MODELS
 from nsdrill.models.registry import NAMES, described
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
@@ -317,7 +318,7 @@ def keys_of(model: str = MODEL) -> Keys:
         "classify": Thresholds,
         "record": Record,
     }
-    told = {**MEANINGS, **found.meanings}
+    told = {**MEANINGS, **OF_MODELS, **found.meanings}
     every = {"model": MODEL_LEAF}
     every |= {
         one.key: one

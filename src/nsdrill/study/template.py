@@ -57,7 +57,7 @@ def template_text(model: str = MODEL) -> str:
             )
         parts.append("\n".join(section(keys, name, lambda leaf: leaf.default_text)))
         if name == "initial":
-            parts[-1] += f"\n  # {MEANINGS[SLICE]}:\n  # slice: {keys.model.example_slice}"
+            parts[-1] += f"\n  # {keys.meanings[SLICE]}:\n  # slice: {keys.model.example_slice}"
     parts.append(
         f"# continue: {{along: rotary_speed, from: 2 rad/s, to: 8 rad/s}}  # {MEANINGS['continue']}"
     )

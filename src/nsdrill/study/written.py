@@ -53,7 +53,7 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
                 for state in keys.slices
                 if state in plane
             ]
-            parts[-1] += "\n" + "\n".join([line("  ", "slice", "", MEANINGS[SLICE]), *ranges])
+            parts[-1] += "\n" + "\n".join([line("  ", "slice", "", keys.meanings[SLICE]), *ranges])
     if resolved.get(CONTINUE):
         parts.append("\n".join(_continued(keys, resolved[CONTINUE])))
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
