@@ -241,6 +241,11 @@ class Description:
         ]
 
     @property
+    def deciding(self) -> frozenset[str]:
+        """The keys of the choices that decide the units of another key."""
+        return frozenset(choice for choice, _ in self.units_by.values())
+
+    @property
     def sections(self) -> dict[str, type]:
         """The sections of the study that hold the parameters, in file order."""
         return {item.name: item.default_factory for item in fields(self.parameters)}  # type: ignore[misc]

@@ -71,7 +71,7 @@ def choices_of(model: str) -> dict[str, tuple[str, ...]]:
     key. A choice that decides the units of a number is none, as that number cannot
     stand for all its words."""
     told = described(model)
-    deciding = {choice for choice, _ in told.units_by.values()}
+    deciding = told.deciding
     found: dict[str, tuple[str, ...]] = {}
 
     def visit(cls: type, prefix: str) -> None:

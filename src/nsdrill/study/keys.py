@@ -318,7 +318,8 @@ def keys_of(model: str = MODEL) -> Keys:
         "classify": Thresholds,
         "record": Record,
     }
-    told = {**MEANINGS, **OF_MODELS, **found.meanings}
+    head = {key: MEANINGS[key] for key in ("title", "model")}  # in the order of the file
+    told = {**head, **OF_MODELS, **MEANINGS, **found.meanings}
     every = {"model": MODEL_LEAF}
     every |= {
         one.key: one

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from functools import partial, reduce
 from itertools import pairwise
@@ -152,20 +152,16 @@ def _validated(data: Any, keys: Keys) -> dict[str, Any]:
             value = value.get(part) if isinstance(value, dict) else None
         value = keys.leaves[choice].default if value is None else value
         chosen[choice] = value if isinstance(value, str) and value in units else None
-    sweep = data.get("sweep")
-    axes = frozenset(keys.axes).intersection(sweep if isinstance(sweep, dict) else ())
-    unknowns = _unknowns(data.get("uncertain"), keys)
-    made = study_model(axes, keys.model.name, unknowns).model_validate(data, context=chosen)
+    asked = frozenset(_keys_within(data))
+    made = study_model(keys.model.name, asked).model_validate(data, context=chosen)
     return made.model_dump(exclude_unset=True, by_alias=True)
 
 
-def _unknowns(section: Any, keys: Keys) -> frozenset[str]:
-    """The numbers that the section ``uncertain`` names, as unknowns or in its table."""
-    section = section if isinstance(section, dict) else {}
-    table = section.get("table")
-    return frozenset(keys.axes).intersection(
-        (*section, *(table if isinstance(table, dict) else ()))
-    )
+def _keys_within(data: Any, prefix: str = "") -> Iterator[str]:
+    """The dotted keys of nested mappings, sections among them."""
+    for name, value in data.items() if isinstance(data, dict) else ():
+        yield f"{prefix}{name}"
+        yield from _keys_within(value, f"{prefix}{name}.")
 
 
 def _path(loc: tuple[str | int, ...]) -> KeyPath:

@@ -70,12 +70,10 @@ _STRICT = ConfigDict(extra="forbid", populate_by_name=False, defer_build=True)
 
 
 @lru_cache(maxsize=8)
-def study_model(
-    axes: frozenset[str] | None = None, model: str = MODEL, unknowns: frozenset[str] | None = None
-) -> type[BaseModel]:
-    """The pydantic model of a whole study file of the model of this name; with ``axes``
-    and ``unknowns`` of one that has no others in its sections sweep and uncertain,
-    which is made several times as fast."""
+def study_model(model: str = MODEL, asked: frozenset[str] | None = None) -> type[BaseModel]:
+    """The pydantic model of a whole study file of the model of this name; with ``asked``
+    of one that has no other keys than these dotted ones, which is made several times as
+    fast. A study says few of them."""
     keys = keys_of(model)
     text = WithJsonSchema({"type": "string", "maxLength": LONGEST_TITLE})
     sections: dict[str, Any] = {
@@ -86,23 +84,25 @@ def study_model(
     }
     sections["model"] = _leaf(MODEL_LEAF, keys)
     for name, cls in keys.sections.items():
-        if name == "simulation":  # the sweep stands before it in the file
-            made = _sweep_model(axes, keys)
-            sections["sweep"] = (
-                Annotated[made, BeforeValidator(_empty)],
-                Field(default=None, description=MEANINGS["sweep"]),
-            )
-            sections["uncertain"] = (
-                Annotated[_uncertain_model(unknowns, keys), BeforeValidator(_empty)],
-                Field(default=None, description=MEANINGS["uncertain"]),
-            )
-        sections[name] = _section(name, cls, keys)
+        if name == "simulation":  # these two stand before it in the file
+            for around, make in (("sweep", _sweep_model), ("uncertain", _uncertain_model)):
+                if _is_asked(around, asked):
+                    sections[around] = (
+                        Annotated[make(keys, asked), BeforeValidator(_empty)],
+                        Field(default=None, description=MEANINGS[around]),
+                    )
+        if _is_asked(name, asked):
+            sections[name] = _section(name, cls, keys, asked)
     # Read with the places of its values, in study/continuation.py.
     sections["continued"] = (
         Annotated[Any, PlainValidator(lambda raw: raw), WithJsonSchema(_continue_schema(keys))],
         Field(default=None, alias="continue", description=MEANINGS["continue"]),
     )
     return create_model("Study", __config__=_STRICT, **sections)
+
+
+def _is_asked(key: str, asked: frozenset[str] | None) -> bool:
+    return asked is None or key in asked
 
 
 def json_of(found: Leaf) -> dict[str, Any]:
@@ -216,18 +216,26 @@ def _continue_schema(keys: Keys) -> dict[str, Any]:
 
 
 def _section(
-    prefix: str, cls: type, keys: Keys, off: Mapping[str, Any] | None = None
+    prefix: str,
+    cls: type,
+    keys: Keys,
+    asked: frozenset[str] | None,
+    off: Mapping[str, Any] | None = None,
 ) -> tuple[Any, Any]:
-    """The field of a section: an empty one (null) is one with all its defaults, or with
-    the values ``off``."""
+    """The field of a section with the keys that are ``asked``: an empty one (null) is
+    one with all its defaults, or with the values ``off``."""
     hints = typing.get_type_hints(cls)
+    if off is not None:  # which are given by null
+        asked = None
     members: dict[str, Any] = {}
     for item in fields(cls):
         key, hint = f"{prefix}.{item.name}", hints[item.name]
+        if not (_is_asked(key, asked) or key in keys.model.deciding):
+            continue
         if key == SLICE:
             members[item.name] = _slice_model(keys)
         elif is_dataclass(hint) and isinstance(hint, type):
-            members[item.name] = _section(key, hint, keys, item.metadata.get("off"))
+            members[item.name] = _section(key, hint, keys, asked, item.metadata.get("off"))
         elif "record" in item.metadata:
             members[item.name] = _table(keys.leaves[key], keys)
         elif prefix == "operation":
@@ -334,10 +342,10 @@ def _in_units_of(
         raise QuantityError(f"{shown(raw)}, in {wrong}", error.allowed, hint) from None
 
 
-def _sweep_model(axes: frozenset[str] | None, keys: Keys) -> type[BaseModel]:
+def _sweep_model(keys: Keys, asked: frozenset[str] | None) -> type[BaseModel]:
     members: dict[str, Any] = {}
     for name, found in keys.axes.items():
-        if axes is None or name in axes:
+        if _is_asked(f"sweep.{name}", asked):
             members[name.replace(".", "_")] = _axis(name, found, keys)
     members["procedure"] = _leaf(PROCEDURE)
     members["along"] = _leaf(along(keys))
@@ -393,13 +401,14 @@ def _number(value: Leaf, keys: Keys, schema: dict[str, Any] | None = None) -> An
     return Annotated[Any, PlainValidator(validator), WithJsonSchema(schema or json_of(value))]
 
 
-def _uncertain_model(unknowns: frozenset[str] | None, keys: Keys) -> type[BaseModel]:
+def _uncertain_model(keys: Keys, asked: frozenset[str] | None) -> type[BaseModel]:
     """The section of the unknowns: their distributions by key, a joint table of
     samples, and how they are drawn."""
     members: dict[str, Any] = {}
     columns: dict[str, Any] = {}
     for name, value in keys.axes.items():
-        if (unknowns is None or name in unknowns) and not is_apart(keys.model.name, name):
+        either = any(_is_asked(f"uncertain.{place}{name}", asked) for place in ("", "table."))
+        if either and not is_apart(keys.model.name, name):
             place, one = name.replace(".", "_"), _number(value, keys, SHORT)
             units = f", in {value.units}" if value.units else ""
             told = Field(

@@ -251,7 +251,7 @@ class Session:
         keys = keys_of(self.study.model)
         physical = (*keys.model.sections, "operation")
         # with another, a number has other units
-        fixed = {choice for choice, _ in keys.model.units_by.values()}
+        fixed = keys.model.deciding
         words = {
             key: leaf
             for key, leaf in keys.leaves.items()
