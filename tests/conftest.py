@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,6 +10,11 @@ from pathlib import Path
 import pytest
 
 from nsdrill.interrupt import SIGNALS
+
+# The bits do not depend on the lanes, and to compile everything for three numbers of
+# them takes longer than all runs together. Tests of just that, and of the choice, ask
+# for others.
+os.environ.setdefault("NSDRILL_LANES", "8")
 
 # Two seconds settle nothing; they are enough to follow a point through all rooms.
 SMALL = """\

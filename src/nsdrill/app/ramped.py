@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from nsdrill.errors import InputError
-from nsdrill.kernel.gang import Compiled, Gang
+from nsdrill.kernel.gang import Compiled, Gang, choose_lanes
 from nsdrill.models.registry import model_named
 from nsdrill.models.schedule import PIECES, Array, Schedule
 from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
@@ -42,8 +42,8 @@ def follow(
     cuts = schedule.cuts(duration, pieces)
     table = model.ramps.pack(study.parameters, schedule, cuts, study.thresholds)
     rows = model.rows(fixed, columns=len(model.ramps.columns(fixed)))
-    states = len(model.states(fixed))
-    parts = Compiled(model.ramps.right_hand_side(1, fixed), *make_tracer(1, rows))
+    states, lanes = len(model.states(fixed)), choose_lanes(1)
+    parts = Compiled(model.ramps.right_hand_side(lanes, fixed), *make_tracer(lanes, rows))
     store = trace_store(samples, interval, states)
     state, status, accepted, rejected = initial, OK, 0, 0
     for i in range(len(table)):
@@ -54,7 +54,7 @@ def follow(
         store[BEGAN] = cuts[i]
         length = float(cuts[i + 1] - cuts[i])
         one = replace(study.simulation, transient=0.0, observe=length, max_steps=left)
-        gang = Gang(1, 1, rows, store, 0, one)
+        gang = Gang(lanes, 1, rows, store, 0, one)
         gang.add(np.array([i]), model.runs(table[i : i + 1], fixed, state[np.newaxis]))
         done = gang.run_alone(parts)
         state, status = done.final[0], int(done.status[0])

@@ -18,7 +18,7 @@ from nsdrill.app.run import plan_of
 from nsdrill.app.stored import stored_study
 from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
 from nsdrill.errors import InputError, printable
-from nsdrill.kernel.gang import Compiled, Gang
+from nsdrill.kernel.gang import Compiled, Gang, choose_lanes
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.leaves import (
     OPERATION,
@@ -488,9 +488,14 @@ def run_at(
     fixed = model.variant(study.parameters)
     if simulation.method == "implicit":
         fixed = model.apart(fixed)
-    points, rows = _points(study, operation), model.rows(fixed)
+    # in the layout of sweeps, whose compiled step serves here too
+    points, rows, lanes = (
+        _points(study, operation),
+        model.rows(fixed, model.observed),
+        choose_lanes(1),
+    )
     store = trace_store(samples, interval, len(model.states(fixed)))
-    parts = Compiled(model.right_hand_side(1, fixed), *make_tracer(1, rows))
+    parts = Compiled(model.right_hand_side(lanes, fixed), *make_tracer(lanes, rows))
     stages = [(model.pack(points, study.thresholds), simulation)]
     total, switch = simulation.transient + simulation.observe, model.switches(study.parameters)
     if switch is not None and switch > 0.0:
@@ -505,7 +510,7 @@ def run_at(
     for number, (table, stage) in enumerate(stages):
         store[BEGAN] = (0.0 if number == 0 or switch is None else switch) - begin
         gang = Gang(
-            1,
+            lanes,
             1,
             rows,
             store,
