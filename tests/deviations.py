@@ -28,7 +28,7 @@ def followed_and_quotient(work: Work, rtol: float = 1e-12) -> tuple[np.ndarray, 
 
 def _end(work: Work, shift: float, rtol: float) -> np.ndarray:
     one = replace(work, simulation=replace(work.simulation, rtol=rtol))
-    runs, gang, n = one.prepare(np.array([0])), one.new_gang(1, 1), one.state_count
+    runs, gang, n = one.prepare(np.array([0])), one.new_gang(8, 1), one.state_count
     runs.initial[0, :n] += shift * runs.initial[0, n : 2 * n]
     gang._store[GROWTH_HEADER] = np.inf  # the deviation keeps its length
     gang.add(np.array([0]), runs)

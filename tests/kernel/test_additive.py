@@ -145,7 +145,7 @@ def test_end_states_equal_radau(smoothing: float) -> None:
 
     exact = solve_ivp(slopes, (0.0, 12.0), [-3.0, 1.0], "Radau", rtol=1e-11, atol=1e-12).y[:, -1]
     for rtol in (1e-6, 1e-8):
-        found = run(torsion_work(smoothing, "implicit", 12.0, rtol), lanes=1)["final_state"][0, :2]
+        found = run(torsion_work(smoothing, "implicit", 12.0, rtol))["final_state"][0, :2]
         assert np.max(np.abs(found - exact) / (np.array([0.1, 0.2]) + np.abs(exact))) < 300 * rtol
 
 
@@ -176,12 +176,12 @@ def test_error_falls_as_the_fourth_power_of_the_step_where_nothing_is_stiff(
 ) -> None:
     """Order four without friction. With it the end that is solved once more has an
     error of third order, which is a small part of it."""
-    exact = run(smooth_work(friction, "explicit", 1e-12), lanes=1)["final_state"][0, :8]
+    exact = run(smooth_work(friction, "explicit", 1e-12))["final_state"][0, :8]
     work = smooth_work(friction, "implicit", 1e-6)
     size = work.kind.sizes(work.prepare(np.arange(1)).parameters, work.variant.fixed)[0]
     errors, steps = [], []
     for rtol in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9):
-        out = run(smooth_work(friction, "implicit", rtol), lanes=1)
+        out = run(smooth_work(friction, "implicit", rtol))
         errors.append(np.max(np.abs(out["final_state"][0, :8] - exact) / (size + np.abs(exact))))
         steps.append(out["steps"][0])
     order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
@@ -215,7 +215,7 @@ def test_peaks_of_stick_slip_are_those_of_the_friction_law_as_it_steepens() -> N
         law = bit_numbers(work.parameters, derive(work.parameters, 5000.0, 66.72e3, 1.0))
         arm = 2 / np.pi * np.arctan(smoothing * speed)
         arm = arm * (law.bit_rise / (1 + law.bit_decay * speed) + law.bit_dynamic)
-        found = run(work, lanes=1)
+        found = run(work)
         assert found["bit_torque_max"][0] == pytest.approx(66.72e3 * arm.max(), rel=1e-6)
         assert found["bit_speed_min"][0] > -1e-6
         steps[smoothing] = int(found["steps"][0])
@@ -248,13 +248,13 @@ def test_the_least_speed_of_a_bit_that_sticks_is_that_at_which_it_creeps(smoothi
     for _ in range(80):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if torque(middle) + damping * middle < pull else (low, middle)
-    assert run(work, lanes=1)["bit_speed_min"][0] == pytest.approx(low, rel=2e-2)
+    assert run(work)["bit_speed_min"][0] == pytest.approx(low, rel=2e-2)
 
 
 def test_features_equal_those_of_the_explicit_pair() -> None:
     """Torsion alone, which has one limit cycle: extremes and fractions of two methods
     within some tolerances."""
-    one, two = (run(main_work(2e3, method, 1e-8), lanes=1) for method in ("explicit", "implicit"))
+    one, two = (run(main_work(2e3, method, 1e-8)) for method in ("explicit", "implicit"))
     for name, scale in (
         ("bit_speed_max", 1.0),
         ("bit_torque_max", 6e3),

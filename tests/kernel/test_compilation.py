@@ -129,9 +129,7 @@ def few_steps() -> list[list[float]]:
     """State, steps and rejected of 50 ms of three motions: some steps of each."""
     found = []
     for case in (SMOOTH, BOUNCING, RUBBING):
-        out = run_from(
-            work_for(case, Simulation(0.0, 0.05, rtol=1e-8)), start_of(case)[None], lanes=1
-        )
+        out = run_from(work_for(case, Simulation(0.0, 0.05, rtol=1e-8)), start_of(case)[None])
         found.append(
             [*out["final_state"][0].tolist(), int(out["steps"][0]), int(out["rejected"][0])]
         )

@@ -25,7 +25,7 @@ def errors(case: Case, start: np.ndarray, duration: float) -> tuple[np.ndarray, 
     for rtol in TOLERANCES:
         simulation = Simulation(transient=0.0, observe=duration, rtol=rtol)
         # The middle of the window cuts a step, as every mark does.
-        out = run_from(work_for(case, simulation), start[None], lanes=1)
+        out = run_from(work_for(case, simulation), start[None])
         found.append(scaled_error(case, out["final_state"][0, :8], exact))
         steps.append(out["steps"][0])
     return np.array(found), np.array(steps)
@@ -91,7 +91,7 @@ def test_the_error_of_a_pair_falls_with_its_order(name: str) -> None:
     found, steps = [], []
     for rtol in (1e-6, 1e-7, 1e-8):
         simulation = Simulation(transient=0.0, observe=10.0, rtol=rtol, pair=name)
-        out = run_from(work_for(SMOOTH, simulation), start[None], lanes=1)
+        out = run_from(work_for(SMOOTH, simulation), start[None])
         found.append(scaled_error(SMOOTH, out["final_state"][0, :8], exact))
         steps.append(out["steps"][0])
     order = np.polyfit(np.log(steps), np.log(found), 1)[0]
@@ -141,9 +141,7 @@ def test_short_runs_equal_scipy(seed: int) -> None:
     start = start_of(case)
     start[:8] += rng.normal(0, 1, 8) * [0.03, 0.2, 0.03, 0.2, 1e-3, 0.02, 1.0, 0.3 * case.speed]
     exact = solve(case, start[:8], 1.0, rtol=1e-13, phase=start[8]).y[:, -1]
-    out = run_from(
-        work_for(case, Simulation(transient=0.0, observe=1.0, rtol=1e-11)), start[None], lanes=1
-    )
+    out = run_from(work_for(case, Simulation(transient=0.0, observe=1.0, rtol=1e-11)), start[None])
     assert scaled_error(case, out["final_state"][0, :8], exact) < 10 * 1e-11 * out["steps"][0]
 
 
@@ -156,7 +154,7 @@ def test_a_tenth_of_the_tolerance_costs_a_little_more_than_half_again() -> None:
 
 def test_few_steps_are_rejected_where_the_motion_is_smooth() -> None:
     work = work_for(SMOOTH, Simulation(transient=0.0, observe=50.0, rtol=1e-7))
-    out = run_from(work, start_of(SMOOTH)[None], lanes=1)
+    out = run_from(work, start_of(SMOOTH)[None])
     assert out["rejected"][0] < 0.02 * out["steps"][0]
 
 

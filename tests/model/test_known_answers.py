@@ -65,7 +65,7 @@ def stick_slip(smoothing: float) -> dict[str, float]:
         Simulation(transient=20.0, observe=12.0, rtol=1e-8),
         initial=Initial(x=0.0, twist=twist, bit_speed=4.0),
     )
-    out = run_work(work, lanes=1)
+    out = run_work(work)
     peaks = out["bit_speed_peaks"][0]
     # a bit that comes to rest may tremble by 1e-5 rad/s
     peaks = peaks[np.isfinite(peaks) & (peaks > c.speed)]
@@ -252,7 +252,7 @@ def test_forward_synchronous_whirl_has_the_drag_limited_radius(
 def test_any_start_ends_on_the_orbit() -> None:
     """The orbit attracts: from rest near the centre, the drag brings the collar to it."""
     c = ORBIT.but(speed=3.5, softening="none")
-    out = run_work(work_for(c, Simulation(transient=4000.0, observe=100.0, rtol=1e-9)), lanes=1)
+    out = run_work(work_for(c, Simulation(transient=4000.0, observe=100.0, rtol=1e-9)))
     r, _ = orbit(c)
     # Drag damps like 1/t without end: a perturbation obeys its linearisation at rate
     # c_h W r / m_l

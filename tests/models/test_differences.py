@@ -89,14 +89,16 @@ record: {exponent: true}
     work = replace(work_of(parse_study(steady)), record=Record())
     model, fixed = work.kind, work.variant.fixed
     runs, rows = work.prepare(np.array([0])), model.rows(fixed)
-    slopes = model.right_hand_side(1, fixed)
+    slopes = model.right_hand_side(8, fixed)
     n, names = work.state_count, model.states(fixed)
     free = [i for i, name in enumerate(names) if name not in ("lag", "drive_speed", "current")]
 
     def rates(state: np.ndarray) -> np.ndarray:
-        b = np.zeros(rows.total)
-        b[:n], b[rows.parameter : rows.parameter + rows.parameters] = state, runs.parameters[0]
-        slopes(b)
+        lanes = np.zeros((rows.total, 8))
+        lanes[:n] = state[:, None]
+        lanes[rows.parameter : rows.parameter + rows.parameters] = runs.parameters[0][:, None]
+        slopes(lanes.reshape(-1))
+        b = lanes[:, 0]
         made = np.empty(n)
         for order, count, first, slope in rows.blocks:
             for k in range(count):

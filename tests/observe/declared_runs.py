@@ -53,7 +53,7 @@ def observe(
     parameters: Any,
     start: Any,
     simulation: Simulation,
-    lanes: int = 1,
+    lanes: int = 8,
     *,
     peaks: int = 8,
     returns: int = 0,

@@ -98,7 +98,7 @@ def exponents(
     parameters: list[tuple[float, float, float]],
     start: tuple[float, float, float],
     simulation: Simulation,
-    lanes: int = 1,
+    lanes: int = 8,
 ) -> np.ndarray:
     """The observer's columns, shape (runs, len(REPORT))."""
     watch = make_growth(lanes, ROWS, 0, 0)

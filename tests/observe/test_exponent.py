@@ -80,7 +80,7 @@ def run_one(
     work = replace(work_for(case, simulation), record=record)
     runs = work.prepare(np.array([0]))
     work.begin(runs.initial[0], start)
-    gang = work.new_gang(1, 1)
+    gang = work.new_gang(8, 1)
     if not looks:
         gang._store[GROWTH_HEADER] = np.inf
     gang.add(np.array([0]), runs)

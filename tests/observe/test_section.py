@@ -33,7 +33,7 @@ def crossings(work: Work, start: np.ndarray) -> dict[str, np.ndarray]:
     """The section of one run from ``start``, NaN left out."""
     runs = work.prepare(np.array([0]))
     work.begin(runs.initial[0], start)
-    gang = work.new_gang(1, 1)
+    gang = work.new_gang(8, 1)
     gang.add(np.array([0]), runs)
     columns = work.columns(finish(work, gang)[-1])
     return {name: columns[name][0][np.isfinite(columns[name][0])] for name in SECTION}

@@ -78,7 +78,7 @@ def test_a_sweep_over_the_rock_has_the_bits_of_single_runs(procedure: str) -> No
         runs = single.prepare(np.array([0]))
         if procedure == "same":
             assert runs.initial.tobytes() == out["initial_state"][point][None].tobytes()
-        gang = single.new_gang(1, 1)
+        gang = single.new_gang(8, 1)
         gang.add(np.array([0]), replace(runs, initial=out["initial_state"][point][None]))
         alone = collect(single, finish(single, gang))
         assert same_bits(alone, {name: values[[point]] for name, values in out.items()})

@@ -97,7 +97,7 @@ def test_a_chain_is_a_sequence_of_single_runs(procedure: str) -> None:
         for place in range(plan.chain_length):
             point = plan.points_of(chain, place)[None]
             runs = work.prepare(point)
-            gang = work.new_gang(1, 1)
+            gang = work.new_gang(8, 1)
             gang.add(point, runs if state is None else replace(runs, initial=state[None]))
             single = collect(work, finish(work, gang))
             assert all(single[n][0].tobytes() == out[n][point[0]].tobytes() for n in single), (
