@@ -145,7 +145,7 @@ def test_a_file_with_words_is_classified_shown_and_seen(path: Path) -> None:
 def test_switches_and_starts_are_words_too() -> None:
     study = """
 model: segments
-segments: {pipe: 1, collar: 1}
+segments: {pipe: 2, collar: 2}
 sweep: {initial.start: [steady, rest], bit.cutting.speed: [mean]}
 simulation: {transient: 0.2 s, observe: 0.5 s}
 """

@@ -35,7 +35,7 @@ OTHERS = LAWS[1:]
 def lawful(rng: np.random.Generator, law: str) -> Case:
     u = rng.uniform
     numbers = {"b0": u(0.005, 0.05), "b1": u(0.5, 10), "b2": u(0, 20), "b3": u(1, 20)}
-    return random_case(rng, bit_law=law, bit_from=10 ** u(-2, 1), **numbers)
+    return random_case(rng, bit_law=law, bit_from=10 ** u(-2, 1), lobes=3, **numbers)
 
 
 @pytest.mark.parametrize("law", OTHERS)

@@ -29,7 +29,7 @@ from segments.lanes import DEPTH, MODEL, QUIET, SPEED, WOB, Slopes, run, string
 from segments.plain import Plain, ours, plain_of
 
 KINDS = ("stiff", "soft_torque", "equal_damping", "z_torque", "pi")
-FEW = {"segments__pipe": 3, "segments__collar": 2}
+FEW = {"segments__pipe": 2, "segments__collar": 2}
 
 
 @dataclass
@@ -120,7 +120,7 @@ def test_the_lanes_have_the_rates_of_the_law(kind: str, keys: dict, numbers: dic
         )
         slopes = Slopes(parameters)
         plain = Driven(
-            pipes=3, collars=2, kind=kind, numbers=numbers, limit=limit or math.inf, on_at=2.0
+            pipes=2, collars=2, kind=kind, numbers=numbers, limit=limit or math.inf, on_at=2.0
         )
         n, generator = plain.n, np.random.default_rng(2)
         sizes = np.repeat([1e-3, 0.05, 2.0, 3.0, 0.0], [n + 1] * 4 + [1])
@@ -158,7 +158,7 @@ def test_a_run_ends_where_scipy_does(kind: str, method: str, within: float) -> N
     the explicit pair 7e-9, of the implicit one 2.4e-7."""
     parameters = string(**FEW, drive__kind=kind)
     done = run(parameters, Simulation(0.0, 0.4, rtol=1e-12, method=method), Initial(bit_speed=6.0))  # type: ignore[arg-type]
-    plain = Driven(pipes=3, collars=2, kind=kind)
+    plain = Driven(pipes=2, collars=2, kind=kind)
     n = plain.n
     start = plain_of(done["initial_state"][0, :-1], n)
     absolute = 1e-12 * np.repeat([1e-4, 1e-2, 0.1, 1.0, 1.0], [n + 1] * 4 + [1])
@@ -181,7 +181,7 @@ def test_energy(kind: str) -> None:
     parameters = string(**FEW, drive__kind=kind)
     slopes = Slopes(parameters)
     plain: Plain = (
-        Driven(pipes=3, collars=2, kind=kind) if kind != "ideal" else Plain(pipes=3, collars=2)
+        Driven(pipes=2, collars=2, kind=kind) if kind != "ideal" else Plain(pipes=2, collars=2)
     )
     n, generator = plain.n, np.random.default_rng(3)
     sizes = np.repeat([1e-3, 0.05, 2.0, 3.0, 0.0], [n + 1] * 4 + [1])
@@ -260,7 +260,7 @@ def test_stick_slip_begins_where_the_linear_loop_says(kind: str) -> None:
     drilling above the onset of `check`, and swings more and more below it: 15 percent
     on either side, a minute. Soft torque moves the onset from 32.8 to 14.3 rad/s, which
     is what it is for."""
-    study = f"model: segments\ndrive: {{kind: {kind}}}\nsegments: {{pipe: 3, collar: 2}}\n"
+    study = f"model: segments\ndrive: {{kind: {kind}}}\nsegments: {{pipe: 2, collar: 2}}\n"
     onset = check(parse_study(study)).figures["stick_slip_onset"].value
     assert onset is not None
     growth = []
@@ -297,7 +297,7 @@ def test_gains_that_swing_the_string_are_told() -> None:
         "drive: {kind: pi, damping: 10 N*m*s/rad, stiffness: 3000 N*m/rad, speed_gain: 500 "
         "N*m*s/rad}"
     )
-    text = "model: segments\nsegments: {{pipe: 3, collar: 2}}\n{}\nsimulation: {{observe: 100 s}}\n"
+    text = "model: segments\nsegments: {{pipe: 2, collar: 2}}\n{}\nsimulation: {{observe: 100 s}}\n"
     warnings = " ".join(check(parse_study(text.format(bad))).warnings)
     assert "Unstable" in warnings
     root = growth_at_rest(
