@@ -252,9 +252,10 @@ class Motions:
         work = self._alone(study, simulation, state)
         runs = work.prepare(np.array([0]))
         motion = _motion(study, study.operation, work.simulation, runs.initial[0], seconds, sample)
-        gang = work.new_gang(1, 1)
+        lanes = choose_lanes(1)
+        gang = work.new_gang(lanes, 1)
         gang.add(np.array([0]), runs)
-        found = work.columns(gang.run_alone(compiled_parts(1, work.variant)))
+        found = work.columns(gang.run_alone(compiled_parts(lanes, work.variant)))
         return replace(
             motion, found={name: v[0].item() for name, v in found.items() if np.ndim(v) == 1}
         )
@@ -287,10 +288,8 @@ class Motions:
         if values is not None:
             work, _, lanes = self._group(study, state, {key: np.atleast_1d(values)}, 0.0, 1.0)
         else:
-            work, lanes = (
-                self._alone(study, replace(study.simulation, transient=0.0, observe=1.0), state),
-                1,
-            )
+            simulation = replace(study.simulation, transient=0.0, observe=1.0)
+            work, lanes = self._alone(study, simulation, state), choose_lanes(1)
         compiled_parts(lanes, work.variant)
 
     def _alone(self, study: Study, simulation: Simulation, state: Array) -> _From:
