@@ -25,7 +25,7 @@ import hashlib
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -252,9 +252,9 @@ class Rows:
             found.append((1, self.singles, state + 2 * self.pairs, slope + self.pairs))
         return tuple(block for block in found if block[1])
 
-    # What the model reads (`stage`, `stage_time`, `phase`, `parameter`) and writes
-    # (`acceleration`, `aux_now`): the slopes are accelerations, but for states of first
-    # order.
+    # First what follows from the states alone. What the model reads (`stage`,
+    # `stage_time`, `phase`) and writes (`acceleration`): the slopes are accelerations,
+    # but for states of first order.
     @property
     def stage(self) -> int:
         return 0
@@ -280,16 +280,8 @@ class Rows:
         return self.stage_time + 2
 
     @property
-    def aux_now(self) -> int:
-        return self.stage_time + (3 if self.apart else 1)
-
-    @property
     def phase(self) -> int:
-        return self.aux_now + self.aux
-
-    @property
-    def parameter(self) -> int:
-        return self.phase + 1
+        return self.stage_time + (3 if self.apart else 1)
 
     # What the observer reads besides: the step goes from (`time`, `start`) to (`time` +
     # `step`, `stage`), with the accelerations `start_acceleration` and `acceleration`
@@ -297,7 +289,7 @@ class Rows:
     # else 0.0.
     @property
     def start(self) -> int:
-        return self.parameter + self.parameters
+        return self.phase + 1
 
     @property
     def start_acceleration(self) -> int:
@@ -327,28 +319,65 @@ class Rows:
     def window(self) -> int:
         return self.time + 3
 
-    @property
-    def observer(self) -> int:
-        return self.time + 4
-
-    # The kernel's own rows, of which an observer may read `size` and the tolerance,
-    # then the stepper's private ones.
+    # The kernel's own rows, of which an observer may read `size` and the tolerance.
     @property
     def size(self) -> int:
         """The natural sizes of the states."""
-        return self.observer + self.observed
+        return self.time + 4
 
     @property
     def control(self) -> int:
         return self.size + self.states
 
+    # Then what the model has besides: it writes `aux_now` and reads `parameter`.
+    @property
+    def aux_now(self) -> int:
+        return self.control + len(CONTROL)
+
+    @property
+    def parameter(self) -> int:
+        return self.aux_now + self.aux
+
+    # Then the rows of the observer and those of the stepper. Both begin at multiples,
+    # so that models which differ by a few numbers share their machine code.
+    @property
+    def observer(self) -> int:
+        return self.aux_now + _up(self.aux + self.parameters, 64)
+
     @property
     def stepper(self) -> int:
-        return self.control + len(CONTROL)
+        return self.observer + _up(self.observed, 32)
 
     @property
     def total(self) -> int:
         return self.stepper + self.private
+
+    @property
+    def used(self) -> int:
+        """How many rows there are without those that are left out."""
+        known = self.aux + self.parameters + self.observed
+        return self.aux_now + known + self.private
+
+    @property
+    def of_states(self) -> Rows:
+        """The rows without what a tracer never sees: all but those that follow from the
+        states."""
+        return replace(self, aux=0, parameters=0, observed=0, private=0, judged=False)
+
+    @property
+    def of_observer(self) -> Rows:
+        """The same rows for all layouts between which an observer cannot tell."""
+        room = self.observer - self.parameter
+        return replace(self, parameters=room, private=0, judged=False)
+
+    @property
+    def of_stepper(self) -> Rows:
+        """The same rows for all layouts between which a stepper cannot tell."""
+        return replace(self, aux=0, parameters=0, observed=self.stepper - self.aux_now)
+
+
+def _up(count: int, unit: int) -> int:
+    return -(-count // unit) * unit
 
 
 # The kernel's bookkeeping of a lane, one row each.

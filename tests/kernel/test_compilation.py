@@ -41,7 +41,7 @@ function = {
     "rhs": lambda: make_right_hand_side(8),
     **{f"law {n}": lambda n=n: make_right_hand_side(8, Options(friction=n)) for n in (1, 2, 3)},
     "drive": lambda: make_right_hand_side(8, Options(driven=1, limited=1)),
-    "events 3": lambda: make_events(8, rows, Options(friction=3))[1],
+    "events 3": lambda: make_events(8, rows, friction=3)[1],
     "options": lambda: make_right_hand_side(8, Options(swirl=1, stabilizer=1, weight=1, axial_friction=1)),
     "stabilizer": lambda: make_right_hand_side(8, Options(hertz=1, stabilizer=1)),
     **{f"slips {W}": lambda W=W: make_solve(W, APART, rows_of(APART), columns_of(APART), aux_of(APART))

@@ -90,7 +90,7 @@ class AdditivePair(OfTableau):
     def make(self, lanes: int, rows: Rows) -> Any:
         """The compiled stepper for a number of lanes and a row layout with this pair's
         rows."""
-        return _make(self.tableau, lanes, rows)
+        return _make(self.tableau, lanes, rows.of_stepper)
 
 
 @lru_cache

@@ -71,7 +71,7 @@ def widened(lanes: int, chains: int, rows: Rows) -> int:
     of it: 1.1 to 1.3 times the speed, measured with a first-level cache of 48 KiB.
     Where the buffer is much larger than that cache, nothing is gained.
     """
-    fits = rows.total * WIDE * 8 <= BEYOND * nearest_cache()
+    fits = rows.used * WIDE * 8 <= BEYOND * nearest_cache()
     gains = rows.apart != 0 and lanes == USUAL and chains >= 2 * FEW and fits
     return WIDE if gains and not os.environ.get("NSDRILL_LANES") else lanes
 

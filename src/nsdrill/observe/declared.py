@@ -169,7 +169,7 @@ class _Maker:
             **known,
         )
         try:
-            return compiled(signature, self.lanes, *astuple(self.rows))(function)
+            return compiled(signature, self.lanes, *astuple(self.rows.of_observer))(function)
         except NumbaError as error:
             functions = (
                 ", ".join(getattr(f, "__qualname__", repr(f)) for f in self.helpers) or "none"

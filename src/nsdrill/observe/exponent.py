@@ -93,6 +93,7 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     ``first`` is the place of their rows among those of the observer, ``place`` that of
     their header in the store.
     """
+    rows = rows.of_observer
     W, own, companions = lanes, rows.own, rows.companions
     deviation_, size_ = W * (rows.stage + own), W * (rows.size + own)
     slope_, slopes = W * (rows.acceleration + rows.own_slopes), rows.own_slopes
@@ -107,9 +108,7 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     @compiled(
         types.void(BUFFER, BUFFER, types.int64, types.float64, types.float64),
         W,
-        own,
-        companions,
-        rows.observed,
+        *astuple(rows),
         first,
         place,
     )

@@ -35,7 +35,7 @@ def make_touches(
     """The compiled (observer, marker) for contact functions whose values and rates at
     the start of the step stand among the observer's rows at ``functions``, those at its
     end after them; ``first`` is the place of its own rows."""
-    W = lanes
+    W, rows = lanes, rows.of_observer
     before, found = W * (rows.observer + functions), W * (rows.observer + first)
     now = before + W * RATES * contacts
     step_, moves_ = W * rows.step, W * rows.moves
@@ -93,7 +93,7 @@ def make_levels(
     """The compiled observer and marker, as those of :func:`make_touches`, for a
     parameter less a velocity: ``levels`` are the places of the velocity among the
     states and of the parameter among those of a lane."""
-    W, width, count = lanes, len(TOUCHES), len(levels)
+    W, width, count, rows = lanes, len(TOUCHES), len(levels), rows.of_observer
     found = W * (rows.observer + first)
     step_, moves_ = W * rows.step, W * rows.moves
     places = np.array(levels, np.int64).reshape(-1, 2)

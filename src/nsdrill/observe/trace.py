@@ -33,9 +33,13 @@ def samples_of(store: np.ndarray, states: int) -> np.ndarray:
     return store[HEADER : HEADER + taken * states].reshape(taken, states)
 
 
-@lru_cache
 def make_tracer(lanes: int, rows: Rows) -> tuple[Any, Any]:
     """The compiled (observer, marker) that sample lane 0."""
+    return _make(lanes, rows.of_states)
+
+
+@lru_cache
+def _make(lanes: int, rows: Rows) -> tuple[Any, Any]:
     W, N, pairs = lanes, rows.own, rows.pairs
     start_, start_rate_, end_, end_rate_, drift_ = (
         W * r

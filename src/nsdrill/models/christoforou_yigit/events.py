@@ -43,8 +43,7 @@ from nsdrill.models.christoforou_yigit.layout import (
     TOPS,
     TURNS,
 )
-from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.rhs import MAIN, PARAMETERS, columns_of
+from nsdrill.models.christoforou_yigit.rhs import PARAMETERS
 from nsdrill.observe.interpolant import (
     above,
     derivative,
@@ -352,9 +351,16 @@ def keep(store, ring, peaks, height):  # type: ignore[no-untyped-def]
 
 
 @lru_cache
-def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, Any]:
-    """The compiled (attend, settle) for a number of lanes, a row layout and these
-    options.
+def make_events(
+    lanes: int,
+    rows: Rows,
+    driven: int = 0,
+    friction: int = 0,
+    stabilizer: int = 0,
+    clearance: int = 0,
+) -> tuple[Any, Any]:
+    """The compiled (attend, settle) for a number of lanes, a row layout and what events
+    see of the options, as in :class:`.options.Seen`.
 
     ``attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall,
     top, held)`` takes the events of the step just made: for what turns and for what is
@@ -364,9 +370,8 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
     ``settle(b, store)`` empties the lists: whoever wants to read the measurements calls
     it first.
     """
-    W, driven, friction, stabilizer = lanes, options.driven, options.friction, options.stabilizer
-    h_ = W * rows.step
-    room_ = W * (rows.parameter + columns_of(options).index("clearance")) if stabilizer else 0
+    W, rows = lanes, rows.of_observer
+    h_, room_ = W * rows.step, W * (rows.parameter + clearance)
     drive_, gap_, stuck_, k_c_, eps_, tau_, rise_, mu_ = (
         W * (rows.parameter + PARAMETERS.index(name))
         for name in (
@@ -569,6 +574,7 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
         driven,
         friction,
         stabilizer,
+        clearance,
     )
     def attend(  # type: ignore[no-untyped-def]
         b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top, held

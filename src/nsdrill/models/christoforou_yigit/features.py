@@ -13,13 +13,14 @@ whether the run has settled.
 from __future__ import annotations
 
 import math
+from dataclasses import astuple
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numba import types
 
-from nsdrill.abi import BUFFER, CLOSES, CONTROL, OPENS, compiled, inlined
+from nsdrill.abi import BUFFER, CLOSES, CONTROL, OPENS, Rows, compiled, inlined
 from nsdrill.elementary import fma, lowest_bit
 from nsdrill.models.christoforou_yigit.events import keep, least_of, make_events, slide
 from nsdrill.models.christoforou_yigit.friction import bit_slope
@@ -45,7 +46,7 @@ from nsdrill.models.christoforou_yigit.layout import (
     SUMS,
 )
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
-from nsdrill.models.christoforou_yigit.options import Options
+from nsdrill.models.christoforou_yigit.options import Options, Seen
 from nsdrill.models.christoforou_yigit.rhs import (
     AUX,
     MAIN,
@@ -85,16 +86,36 @@ def both_sets(bits):  # type: ignore[no-untyped-def]
     return bits & lanes, (bits >> SECOND) & lanes
 
 
-@lru_cache
 def make_observer(
     lanes: int, options: Options = MAIN, tangent: bool = False, others: int = 0
 ) -> tuple[Any, Any]:
     """The compiled (observer, marker) for a number of lanes and these options, with a
     deviation beside the states or without, and beside so many rows of ``others``."""
     rows = rows_of(options, len(OBSERVED) + others, tangent=tangent)
-    W, lobes, driven, friction = lanes, options.lobes, options.driven, options.friction
-    stabilizer, weight = options.stabilizer, options.weight
-    room_ = W * (rows.parameter + columns_of(options).index("clearance")) if stabilizer else 0
+    return _make(lanes, rows.of_observer, seen_of(options))
+
+
+def seen_of(options: Options) -> Seen:
+    """What the observer sees of these options."""
+    aux, columns = aux_of(options), columns_of(options)
+    return Seen(
+        options.lobes,
+        options.driven,
+        options.friction,
+        options.stabilizer,
+        options.weight,
+        options.apart,
+        columns.index("clearance") if options.stabilizer else 0,
+        aux.index("bb") if options.apart else 0,
+        aux.index("slope") if options.apart else 0,
+    )
+
+
+@lru_cache
+def _make(lanes: int, rows: Rows, seen: Seen) -> tuple[Any, Any]:
+    W, lobes, driven, friction = lanes, seen.lobes, seen.driven, seen.friction
+    stabilizer, weight, apart = seen.stabilizer, seen.weight, seen.apart
+    room_ = W * (rows.parameter + seen.clearance)
     # The drive's states, which an ideal one has not.
     lag0_, top0_, pull0_ = (
         W * (rows.start + 8),
@@ -120,8 +141,7 @@ def make_observer(
     eps_, tau_, rise_, mu_ = (
         parameter[n] for n in ("bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic")
     )
-    apart, aux = options.apart, aux_of(options)
-    bb_, slope_ = (W * (rows.aux_now + aux.index(name)) if apart else 0 for name in ("bb", "slope"))
+    bb_, slope_ = W * (rows.aux_now + seen.bb), W * (rows.aux_now + seen.slope)
     before_, now_, level_ = own["u_before"], own["u_now"], own["level"]
     (
         rock_crossings_,
@@ -172,11 +192,11 @@ def make_observer(
         y_sum_,
     ) = (own[name] for name in SUMS)
     twist_start_, angle_start_, lag_start_ = (own[name] for name in ANCHORS)
-    attend, settle = make_events(W, rows, options)
+    attend, settle = make_events(W, rows, driven, friction, stabilizer, seen.clearance)
     half_, half_count, ends_count = own[HALF[0]], len(HALF), len(ENDS)
     half_report = len(HALF_REPORT)
 
-    @compiled(types.void(BUFFER, BUFFER), W, *options, tangent, others)
+    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), *seen)
     def observer(b, store):  # type: ignore[no-untyped-def]
         # One bit a lane: which quantities turn inside the step, which levels are
         # crossed, whether the collar stays on the wall or passes from one half plane to
@@ -485,9 +505,10 @@ def make_observer(
     @compiled(
         types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
         W,
-        *options,
-        tangent,
-        others,
+        *astuple(rows),
+        driven,
+        friction,
+        stabilizer,
     )
     def marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         settle(b, store)

@@ -46,6 +46,23 @@ class Options(NamedTuple):
         return bool(self.stabilizer or self.axial_friction)
 
 
+class Seen(NamedTuple):
+    """What an observer sees of the options, whole numbers too: the same for all strings
+    between which it cannot tell. Besides options the places of the stabilisers'
+    clearance among the parameters and of ``bb`` and ``slope`` among the auxiliary
+    outputs, 0 where there are none."""
+
+    lobes: int
+    driven: int
+    friction: int
+    stabilizer: int
+    weight: int
+    apart: int
+    clearance: int
+    bb: int
+    slope: int
+
+
 def options_of(parameters: Parameters) -> Options:
     """The options of a string. A number that is an array, as an axis of a sweep is,
     counts as used wherever it is zero too: there the terms that it brings change no
