@@ -294,21 +294,34 @@ def test_a_command_of_ones_own(
     capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The last block of the page, put in its place: it is listed, does what it says,
-    and refuses a trace in words."""
+    """The last two blocks of the page, put in their places: the command is listed, does
+    what it says, and refuses a trace in words."""
+    import json
+
     import nsdrill
     from nsdrill.cli.main import COMMANDS, group
     from nsdrill.errors import InputError
     from nsdrill.store import read_results
 
-    module = types.ModuleType("nsdrill.cli.effort")
-    vars(module).update(run(blocks[-1]))
-    monkeypatch.setitem(sys.modules, "nsdrill.cli.effort", module)
+    for room, block in (("app", blocks[-2]), ("cli", blocks[-1])):
+        name = f"nsdrill.{room}.effort"
+        module = types.ModuleType(name)
+        vars(module).update(run(block))
+        monkeypatch.setitem(sys.modules, name, module)
     monkeypatch.setitem(COMMANDS, "effort", "Say how many steps the points of a results file took.")
     results, trace = shared / "small.h5", tmp_path / "trace.h5"
     group.main(["effort", str(results)], standalone_mode=False)
-    steps = read_results(results)["steps"]
-    assert capsys.readouterr().out == f"{int(steps.sum())} steps at {steps.size} points\n"
+    found = read_results(results)
+    steps = found["steps"]
+    speed = found.coords["rotary_speed"][steps.max(axis=0).argmax()]
+    said = capsys.readouterr().out.splitlines()
+    assert said[0] == f"{int(steps.sum())} steps at {steps.size} points"
+    assert said[1].startswith("most of them at 2000 m, 22.24 kN")
+    assert f"{speed:.4g} rad/s" in said[1]
+    group.main(["effort", str(results), "--json", "--units", "field"], standalone_mode=False)
+    told = json.loads(capsys.readouterr().out)
+    assert told["most"]["rotary_speed"] == pytest.approx(speed * 30 / np.pi)
+    assert told["units"]["rotary_speed"] == "rpm"
     group.main(["--help"], standalone_mode=False)
     assert "how many steps the points" in capsys.readouterr().out
     nsdrill.save(nsdrill.simulate(shared / "small.yaml", duration=1.0), trace)

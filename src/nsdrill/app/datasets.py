@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +16,8 @@ from nsdrill.errors import InputError
 
 if TYPE_CHECKING:
     from xarray import Dataset
+
+    from nsdrill.variables import Variable
 
 
 def is_dataset(data: Any) -> bool:
@@ -73,10 +76,35 @@ def checked(data: Results | Trace) -> Results | Trace:
     return data
 
 
+def completed(results: Results) -> Results:
+    """Results that another state of nsdrill made, with NaN for the features that it did
+    not know."""
+    from nsdrill.app.provenance import model_digest
+    from nsdrill.models.registry import model_in
+
+    if results.attrs.get("model_digest") == model_digest(model_in(results.attrs).name):
+        return results
+    unknown = np.full(results.shape, np.nan)
+    later = {v.name: unknown for v in recorded_in(results) if v.room == "feature"}
+    return replace(results, variables=later | results.variables)
+
+
+def recorded_in(results: Results) -> tuple[Variable, ...]:
+    """The variables that a file of these results has."""
+    from nsdrill.models.registry import model_in
+    from nsdrill.store import kept_of, recorded
+
+    model = model_in(results.attrs).name
+    return recorded(kept_of(results.coords, results.more, results.variables, model, results.drawn))
+
+
 def results_in(data: Any, name: str, names: Iterable[str]) -> Results:
     """The results in a Dataset or file, which have to have the variables ``names``; of
     a file only these."""
-    return with_variables(data_in(data, None if is_dataset(data) else names), name, names)
+    found = data_in(data, None if is_dataset(data) else names)
+    if is_dataset(data) and isinstance(found, Results):
+        found = completed(found)
+    return with_variables(found, name, names)
 
 
 def with_variables(data: Results | Trace, name: str, names: Iterable[str]) -> Results:

@@ -7,19 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from nsdrill.app.datasets import completed, recorded_in
 from nsdrill.app.table import write_trace_csv
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.models.registry import model_in
-from nsdrill.store import (
-    HeldResults,
-    claim_file,
-    kept_of,
-    recorded,
-    to_csv,
-    write_results,
-    write_trace,
-)
+from nsdrill.store import HeldResults, claim_file, to_csv, write_results, write_trace
 from nsdrill.variables import COUNTED
 
 ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
@@ -42,6 +34,7 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
         else:
             write_trace(path, data, overwrite=overwrite)
         return
+    data = completed(data)
     _check_whole(data)
     if suffix == ".csv":
         to_csv(data, path, overwrite=overwrite)
@@ -51,10 +44,7 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
 
 def _check_whole(results: Results) -> None:
     """InputError where a results file of these could not be read again."""
-    kept = kept_of(
-        results.coords, results.more, results.variables, model_in(results.attrs).name, results.drawn
-    )
-    if lacking := [v.name for v in recorded(kept) if v.name not in results.variables]:
+    if lacking := [v.name for v in recorded_in(results) if v.name not in results.variables]:
         few = (
             f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
         )

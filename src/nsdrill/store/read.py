@@ -131,7 +131,8 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
     with hdf5.opened(path) as file:
         points = _Points.of(path, file)
         kept, layout, shape = points.kept, points.layout, points.shape
-        datasets = {v.name: points.dataset(v) for v in recorded(kept)}
+        # what the version that made the file did not know stays NaN
+        datasets = {v.name: points.dataset(v) for v in points.present}
         coords = {name: points.coords[name] for name in kept.grid}
         coords |= {one.name: values for one, values in points.drawn.items()}
         header = {"coords": coords, "attrs": get_attributes(path, file)}
