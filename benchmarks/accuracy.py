@@ -4,7 +4,7 @@ taken, for nsdrill and its peers.
     python -m benchmarks.accuracy [--quick] [--out accuracy]
 
 Each regime is a fan of neighbouring points that begin in it. The error of a point is
-the largest of its states' end errors in units of their natural sizes (those of the
+the largest of its states' end errors in units of their natural scales (those of the
 tolerance), against DOP853 at 1e-12; of a fan, the median over points. The cost is that
 of a simulated second in the regime, taken over longer runs from the same states. Times
 at equal error come from straight lines between the measured points in log-log. Where
@@ -125,7 +125,7 @@ def _precision(
     timed_problem = problem_of(timed)
     checked = np.arange(0, points, max(points // 8, 1))
     exact = reference(problem.part(checked))
-    sizes = problem.sizes[checked]
+    state_scales = problem.state_scales[checked]
     ours = Nsdrill(8)
     runners: dict[str, Any] = {
         ours.name: lambda short, rtol: ours.run(work if short else timed, rtol)
@@ -137,7 +137,7 @@ def _precision(
     out: dict[str, Any] = {name: {"error": [], "worst": [], "seconds": []} for name in runners}
     for rtol in tolerances:
         for name, run in runners.items():
-            error = np.max(np.abs(run(True, rtol).end[checked] - exact) / sizes, axis=1)
+            error = np.max(np.abs(run(True, rtol).end[checked] - exact) / state_scales, axis=1)
             error = np.where(np.isfinite(error), error, np.inf)
             out[name]["error"].append(float(np.median(error)))
             out[name]["worst"].append(float(np.max(error)))

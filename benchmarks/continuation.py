@@ -56,26 +56,26 @@ def main() -> None:
     )
     buffer = np.zeros(rows.total)
     buffer[rows.parameter : rows.parameter + rows.parameters] = table[0]
-    drift = setting.model.drifts(table, setting.fixed)[0]
+    frame_rate = setting.model.frame_rates(table, setting.fixed)[0]
 
     def slopes(t, y):  # type: ignore[no-untyped-def]
         buffer[rows.stage : rows.stage + 8] = y
         buffer[rows.stage_time] = t
         right_hand_side(buffer)
         made = np.empty(8)
-        made[0::2] = y[1::2] + drift
+        made[0::2] = y[1::2] + frame_rate
         made[1::2] = buffer[rows.acceleration : rows.acceleration + 4]
         return made
 
     def scipy() -> np.ndarray:
-        sizes = flow.sizes(values[0])[0]
+        state_scales = flow.state_scales(values[0])[0]
         ends = []
         for j in range(19):  # the motion, each state and the speed to both sides
             start = state.copy()
             if 0 < j < 17:
-                start[(j - 1) // 2] += (1 if j % 2 else -1) * 1e-3 * sizes[(j - 1) // 2]
+                start[(j - 1) // 2] += (1 if j % 2 else -1) * 1e-3 * state_scales[(j - 1) // 2]
             found = solve_ivp(
-                slopes, (0.0, fold / SPEED), start, "DOP853", rtol=1e-11, atol=1e-11 * sizes
+                slopes, (0.0, fold / SPEED), start, "DOP853", rtol=1e-11, atol=1e-11 * state_scales
             )
             ends.append(found.y[:, -1])
         return np.array(ends)
@@ -91,8 +91,8 @@ def main() -> None:
         theirs.append(time.process_time() - begun)
     own = flow.run(problem.legs(point.x)).state[0]
     print(
-        f"difference of the ends, in natural sizes: "
-        f"{np.max(np.abs((ends[0] - own) / flow.sizes(values[0])[0])):.1e}"
+        f"difference of the ends, in natural scales: "
+        f"{np.max(np.abs((ends[0] - own) / flow.state_scales(values[0])[0])):.1e}"
     )
     print(f"one evaluation: {1e3 * median(ours):.2f} ms; on DOP853 {1e3 * median(theirs):.0f} ms")
     print(f"ratio {median(theirs) / median(ours):.0f}")

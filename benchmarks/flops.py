@@ -206,7 +206,7 @@ def _functions() -> dict[str, tuple[Any, int]]:
 
     work = mixed(2, 2, 1.0, 1.0)
     parts = compiled_parts(LANES, work.variant)
-    stepper = STEPPERS["tsitouras"].make(LANES, work.new_gang(LANES, 8).rows)
+    stepper = STEPPERS["tsitouras"].make(LANES, work.new_batch(LANES, 8).rows)
     return {
         "right-hand side": (parts.right_hand_side, 6),
         "stepper": (stepper, 1),
@@ -300,8 +300,8 @@ def _caller(right_hand_side: Any, in_turn: bool = False) -> Callable[[float], fl
     from benchmarks.workload import mixed
 
     work = mixed(4, 2, 1.0, 1.0)
-    gang = work.new_gang(LANES, 2 * LANES)
-    rows = gang.rows
+    batch = work.new_batch(LANES, 2 * LANES)
+    rows = batch.rows
     runs = work.prepare(np.arange(LANES) % work.plan.points)
     raw = np.zeros(rows.total * LANES + 8)
     buffer = raw[(-raw.ctypes.data % 64) // 8 :][: rows.total * LANES]

@@ -6,7 +6,7 @@ numbalsoda.
 Every model runs a fan of speeds in stick-slip through the whole engine, packed, one
 thread, features and labels included. The peers get the very right-hand side that
 nsdrill compiled, for one lane, and no observer; the states are integrated in units of
-their sizes. Processor time, interleaved; ratios are taken within a round. The time to
+their scales. Processor time, interleaved; ratios are taken within a round. The time to
 compile is that of a process with an empty cache (``--compile``).
 """
 
@@ -118,7 +118,7 @@ def _study(name: str, points: int, seconds: float) -> str:
 
 def _runners(name: str, points: int, seconds: float) -> list[Runner]:
     from nsdrill.app.run import work_of
-    from nsdrill.kernel.gang import choose_lanes
+    from nsdrill.kernel.batch import choose_lanes
     from nsdrill.study import parse_study
     from nsdrill.sweep.engine import Engine
     from nsdrill.sweep.work import compiled_parts
@@ -148,17 +148,21 @@ def _runners(name: str, points: int, seconds: float) -> list[Runner]:
 
 class Problem:
     """Some points of a sweep as initial-value problems for one lane, in units of the
-    states' sizes."""
+    natural scales of the states."""
 
     def __init__(self, work: Any, points: Array) -> None:
         model, variant = work.kind, work.variant.fixed
         self.rtol, self.rows = work.simulation.rtol, model.rows(variant)
         runs = work.prepare(points)
-        self.initial = runs.initial[:, :-1] / runs.sizes
-        columns = [runs.parameters, runs.sizes, runs.drifts, runs.initial[:, -1:]]
+        self.initial = runs.initial[:, :-1] / runs.state_scales
+        columns = [runs.parameters, runs.state_scales, runs.frame_rates, runs.initial[:, -1:]]
         self.data = np.concatenate([np.atleast_2d(one) for one in columns], axis=1)
         self.function = model.right_hand_side(1, variant)
-        self.widths = runs.parameters.shape[1], runs.sizes.shape[1], runs.drifts.shape[1]
+        self.widths = (
+            runs.parameters.shape[1],
+            runs.state_scales.shape[1],
+            runs.frame_rates.shape[1],
+        )
         self.derivative = self._derivative()
 
     def _derivative(self) -> Any:
@@ -178,8 +182,8 @@ class Problem:
                 b[stage + i] = scaled[i] * data[columns + i]
             function(b)
             for k in range(slopes - singles):
-                drift = data[columns + states + k]
-                out[2 * k] = (b[stage + 2 * k + 1] + drift) / data[columns + 2 * k]
+                frame_rate = data[columns + states + k]
+                out[2 * k] = (b[stage + 2 * k + 1] + frame_rate) / data[columns + 2 * k]
                 out[2 * k + 1] = b[acceleration + k] / data[columns + 2 * k + 1]
             for k in range(slopes - singles, slopes):
                 i = k + slopes - singles

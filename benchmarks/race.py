@@ -27,7 +27,7 @@ def main() -> None:
     from benchmarks.peers import MissingPeer, everybody
     from benchmarks.peers.nsdrill_peer import Nsdrill
     from benchmarks.workload import mixed, problem_of, regimes
-    from nsdrill.kernel.gang import choose_lanes
+    from nsdrill.kernel.batch import choose_lanes
 
     machine = describe()
     size = (6, 8, 3.0, 3.0) if arguments.quick else (24, 20, 30.0, 50.0)
@@ -96,8 +96,8 @@ def main() -> None:
             None if one.evaluations is None else cost * simulated / (one.evaluations / part) * 1e9
         )
         compared = ends if part == 1.0 else ends[some]
-        sizes = problem.sizes if part == 1.0 else problem.sizes[some]
-        apart = float(np.nanmedian(np.max(np.abs(one.end - compared) / sizes, axis=1)))
+        state_scales = problem.state_scales if part == 1.0 else problem.state_scales[some]
+        apart = float(np.nanmedian(np.max(np.abs(one.end - compared) / state_scales, axis=1)))
         failed = int(np.sum(~np.isfinite(one.end).all(axis=1)))
         rows.append(
             (

@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.machine import describe, spread, table, where, write
-from nsdrill.kernel.gang import choose_lanes
+from nsdrill.kernel.batch import choose_lanes
 
 ROOT = Path(__file__).parents[1]
 STUDY = """title: Scaling
@@ -46,9 +46,9 @@ from nsdrill.study import load_study
 from nsdrill.sweep.work import compiled_parts
 work = work_of(load_study(sys.argv[1]))
 compiled_parts(8, work.variant)
-gang = work.new_gang(8, 64)
-gang.add_many(np.arange(4), work.prepare(np.arange(4)))
-make_advance(8, gang.rows), STEPPERS["tsitouras"].make(8, gang.rows)
+batch = work.new_batch(8, 64)
+batch.add_many(np.arange(4), work.prepare(np.arange(4)))
+make_advance(8, batch.rows), STEPPERS["tsitouras"].make(8, batch.rows)
 print(time.time() - float(sys.argv[2]))
 """
 

@@ -9,7 +9,7 @@ the default smoothing reaches in 30 s. Both methods of nsdrill run with all obse
 the explicit one as far as it comes in reasonable time. LSODA (numbalsoda) and CVODE
 (scikit-sundae), both with a compiled right-hand side, take turns with them where they
 are installed, without observers: at the same relative tolerance, and at the same error,
-1e-4 of the final states in natural sizes against an implicit run at 1e-11, with times
+1e-4 of the final states in natural scales against an implicit run at 1e-11, with times
 interpolated between tolerances. nsdrill is there the method that ``auto`` takes.
 
 The time is that of a simulated second in the regime: of runs of two lengths, the
@@ -141,7 +141,7 @@ def _measure(
 ) -> dict[str, Any]:
     from benchmarks.peers.nsdrill_peer import Nsdrill
     from benchmarks.workload import STATES, grid, problem_of, spun_up
-    from nsdrill.kernel.gang import choose_lanes, widened
+    from nsdrill.kernel.batch import choose_lanes, widened
     from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
     from nsdrill.models.leaves import Values
     from nsdrill.models.steepness import implicit
@@ -222,7 +222,7 @@ def _measure(
     row |= {name: second[name] / second[auto] for name in there}
     if not quick and there:
         exact = Nsdrill(taken["implicit"]).run(works["implicit"][0], 1e-11).end[some, :STATES]
-        scale = problems[0].sizes + np.abs(exact)
+        scale = problems[0].state_scales + np.abs(exact)
         each = [
             _in_turns({name: entries[name] for name in (auto, *there)}, rtol) for rtol in TOLERANCES
         ]

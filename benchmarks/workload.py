@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.kernel.gang import Runs
+from nsdrill.kernel.batch import Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
@@ -63,12 +63,12 @@ CONSTANTS = (
 
 @dataclass(frozen=True)
 class Problem:
-    """Independent runs of one duration: ``constants`` [n, CONSTANTS], ``sizes`` [n, 8]
-    (the absolute tolerance is rtol times these), ``first_step`` [n], ``initial``
+    """Independent runs of one duration: ``constants`` [n, CONSTANTS], ``state_scales``
+    [n, 8] (the absolute tolerance is rtol times these), ``first_step`` [n], ``initial``
     [n, 8]."""
 
     constants: Array
-    sizes: Array
+    state_scales: Array
     first_step: Array
     initial: Array
     duration: float
@@ -80,7 +80,7 @@ class Problem:
         return Problem(
             *(
                 np.ascontiguousarray(a[which])
-                for a in (self.constants, self.sizes, self.first_step, self.initial)
+                for a in (self.constants, self.state_scales, self.first_step, self.initial)
             ),
             self.duration,
         )
@@ -147,7 +147,7 @@ def problem_of(work: Started) -> Problem:
     duration = work.simulation.transient + work.simulation.observe
     return Problem(
         constants,
-        runs.sizes.copy(),
+        runs.state_scales.copy(),
         runs.first_step.copy(),
         runs.initial[:, :STATES].copy(),
         duration,

@@ -1,7 +1,7 @@
 """Write the tables of the documentation from the code, so that the two cannot disagree.
 
-    python docs/make_tables.py           # writes them into the pages
-    python docs/make_tables.py --check   # says which pages are stale, exit code 1 if any
+python docs/make_tables.py           # writes them into the pages python
+docs/make_tables.py --check   # says which pages are stale, exit code 1 if any
 
 A table stands between two comments, ``<!-- table: NAME -->`` and
 ``<!-- end of table -->``. The tests run the check.
@@ -20,8 +20,8 @@ from nsdrill import api
 from nsdrill.cli.main import COMMANDS, group
 from nsdrill.models.christoforou_yigit.checks import MEANINGS as COEFFICIENTS
 from nsdrill.models.christoforou_yigit.coefficients import UNITS
-from nsdrill.models.christoforou_yigit.figures import figures
-from nsdrill.models.christoforou_yigit.further import further_figures
+from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
+from nsdrill.models.christoforou_yigit.further import further_quantities
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described
@@ -388,15 +388,15 @@ def coefficients() -> str:
     )
 
 
-def check_figures() -> str:
-    found = figures(Parameters(), Operation())
+def check_quantities() -> str:
+    found = derived_quantities(Parameters(), Operation())
     return table(
         ["name", "units", "meaning"], ([code(n), f.units, f.meaning] for n, f in found.items())
     )
 
 
 def further() -> str:
-    found = further_figures(Parameters(), Operation())
+    found = further_quantities(Parameters(), Operation())
     return table(
         ["name", "units", "meaning"], ([code(n), f.units, f.meaning] for n, f in found.items())
     )
@@ -541,8 +541,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "other variables": other_variables,
     "coordinates": coordinates,
     "coefficients": coefficients,
-    "check figures": check_figures,
-    "further figures": further,
+    "check quantities": check_quantities,
+    "further quantities": further,
     "plot kinds": kinds,
     "command line": command_line,
     "python functions": python_functions,

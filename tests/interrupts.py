@@ -22,4 +22,4 @@ def look_often(patch: pytest.MonkeyPatch, steps: int = 20_000) -> None:
     interrupted in its middle. (With fewer than a run takes, a study that is interrupted
     at every look would never end.)"""
     patch.setattr("nsdrill.sweep.engine.SLICE", 1e-6)
-    patch.setattr("nsdrill.kernel.gang.SEGMENT", steps)
+    patch.setattr("nsdrill.kernel.batch.SEGMENT", steps)

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from nsdrill.abi import Rows
 from nsdrill.elementary import direction as smoothed_direction
 from nsdrill.elementary import sincos
-from nsdrill.kernel.gang import Compiled, Finished, Gang, Runs
+from nsdrill.kernel.batch import Batch, Compiled, Finished, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.scalar import in_lanes, unobserved
@@ -42,23 +42,23 @@ def run(
 ) -> Finished:
     """From rest behind a drive at 3 rad/s, 20 s for each friction torque."""
     n = len(torques)
-    gang = Gang(lanes, n, ROWS, np.zeros(1), 0, Simulation(5.0, 15.0, rtol, pair=stepper))  # type: ignore[arg-type]
+    batch = Batch(lanes, n, ROWS, np.zeros(1), 0, Simulation(5.0, 15.0, rtol, pair=stepper))  # type: ignore[arg-type]
     table = np.column_stack(
         [np.full(n, INERTIA), np.full(n, STIFFNESS), np.full(n, DAMPING), torques]
     )
-    gang.add_many(
+    batch.add_many(
         np.arange(n),
         Runs(
             table,
-            sizes=np.ones((n, 2)),
-            drifts=np.full((n, 1), -3.0),
+            state_scales=np.ones((n, 2)),
+            frame_rates=np.full((n, 1), -3.0),
             phase_rate=np.full(n, 3.0),
             first_step=np.full(n, 1e-3),
             initial=np.zeros((n, 3)),
         ),
     )
-    done = gang.advance(Compiled(in_lanes(torsion, lanes, ROWS), *unobserved(lanes)), 60.0, True)
-    assert gang.idle
+    done = batch.advance(Compiled(in_lanes(torsion, lanes, ROWS), *unobserved(lanes)), 60.0, True)
+    assert batch.idle
     order = np.argsort(done.job)
     done.final, done.accepted = done.final[order], done.accepted[order]
     return done

@@ -46,8 +46,8 @@ class Clode:
     def run(self, problem: Problem, rtol: float) -> Result:
         simulator = self._simulator
         simulator.set_ensemble(
-            variables=problem.initial / problem.sizes,
-            parameters=np.concatenate([problem.constants, problem.sizes], axis=1),
+            variables=problem.initial / problem.state_scales,
+            parameters=np.concatenate([problem.constants, problem.state_scales], axis=1),
         )
         simulator.set_solver_parameters(
             abstol=rtol, reltol=rtol, dt=float(problem.first_step.min())
@@ -61,5 +61,5 @@ class Clode:
             watch.cpu,
             None,
             None,
-            np.asarray(end).reshape(len(problem), STATES) * problem.sizes,
+            np.asarray(end).reshape(len(problem), STATES) * problem.state_scales,
         )

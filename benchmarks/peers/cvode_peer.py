@@ -61,7 +61,7 @@ class Cvode:
         the number of evaluations."""
         call, made = self.library, POINTER()
         call.SUNContext_Create(0, ctypes.byref(made))
-        state, scale = problem.initial[i].copy(), rtol * problem.sizes[i]
+        state, scale = problem.initial[i].copy(), rtol * problem.state_scales[i]
         constants = np.ascontiguousarray(problem.constants[i])
         y, tolerance = (call.N_VMake_Serial(STATES, a.ctypes.data, made) for a in (state, scale))
         matrix = call.SUNDenseMatrix(STATES, STATES, made)

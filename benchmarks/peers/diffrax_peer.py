@@ -4,7 +4,7 @@ compiled by XLA, in doubles.
 Tried and kept for being the fastest: eight separate states (nearly twice as fast as one
 array of eight), batches of 256 (64: a fifth slower, 8: half), no saved steps but the
 last, contact forces with selects (under vmap a branch computes both sides anyway). The
-states are in units of their sizes, so that one scalar tolerance is the vector one. The
+states are in units of their scales, so that one scalar tolerance is the vector one. The
 lanes of a batch go on together until the last has ended.
 """
 
@@ -40,11 +40,11 @@ class Diffrax:
             else np.arange(n)
         )
         groups = order.reshape(-1, min(self.batch, n))
-        scaled = problem.initial / problem.sizes
+        scaled = problem.initial / problem.state_scales
         args = [
             (
                 tuple(problem.constants[g].T),
-                tuple(problem.sizes[g].T),
+                tuple(problem.state_scales[g].T),
                 problem.first_step[g],
                 tuple(scaled[g].T),
             )
@@ -59,7 +59,7 @@ class Diffrax:
                 count.block_until_ready()
         # The last group is filled up with points done before: they cost, but are
         # counted once.
-        ends = np.concatenate([np.stack(end, axis=1) for end, _ in out])[:n] * problem.sizes
+        ends = np.concatenate([np.stack(end, axis=1) for end, _ in out])[:n] * problem.state_scales
         steps = int(np.concatenate([np.asarray(count) for _, count in out])[:n].sum())
         share = n / len(order)
         return Result(watch.wall * share, watch.cpu * share, 6 * steps, steps, ends)
@@ -77,9 +77,9 @@ def _compile(jax: Any, diffrax: Any) -> Any:
         )
 
     def derivative(t: Any, scaled: Any, given: Any) -> Any:
-        k, sizes = given
+        k, state_scales = given
         x, vx, y, vy, z, vz, twist, omega = (
-            value * size for value, size in zip(scaled, sizes, strict=True)
+            value * size for value, size in zip(scaled, state_scales, strict=True)
         )
         (
             phase,
@@ -138,11 +138,13 @@ def _compile(jax: Any, diffrax: Any) -> Any:
             omega - drive,
             alpha,
         )
-        return tuple(slope / size for slope, size in zip(slopes, sizes, strict=True))
+        return tuple(slope / size for slope, size in zip(slopes, state_scales, strict=True))
 
     term = diffrax.ODETerm(derivative)
 
-    def one(constants: Any, sizes: Any, first: Any, scaled: Any, duration: Any, rtol: Any) -> Any:
+    def one(
+        constants: Any, state_scales: Any, first: Any, scaled: Any, duration: Any, rtol: Any
+    ) -> Any:
         controller = diffrax.PIDController(rtol=rtol, atol=rtol)
         solution = diffrax.diffeqsolve(
             term,
@@ -151,7 +153,7 @@ def _compile(jax: Any, diffrax: Any) -> Any:
             duration,
             jnp.minimum(first, duration),
             scaled,
-            args=(constants, sizes),
+            args=(constants, state_scales),
             stepsize_controller=controller,
             saveat=diffrax.SaveAt(t1=True),
             max_steps=None,

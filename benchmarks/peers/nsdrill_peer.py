@@ -1,5 +1,5 @@
-"""nsdrill itself: through the engine as a sweep runs, or the bare gang with an observer
-that observes nothing."""
+"""nsdrill itself: through the engine as a sweep runs, or the bare batch with an
+observer that observes nothing."""
 
 from __future__ import annotations
 
@@ -50,13 +50,13 @@ class Nsdrill:
                 compiled_parts(self.lanes, work.variant), observer=observer, marker=marker
             )
             points = np.arange(work.plan.points)
-            gang = work.new_gang(self.lanes, len(points))
+            batch = work.new_batch(self.lanes, len(points))
             end = np.empty((len(points), STATES))
             tries = 0
             with Stopwatch() as watch:
-                gang.add_many(points, work.prepare(points))
-                while not gang.idle:
-                    done = gang.advance(parts, 1.0, True)
+                batch.add_many(points, work.prepare(points))
+                while not batch.idle:
+                    done = batch.advance(parts, 1.0, True)
                     end[done.job] = done.final[:, :STATES]
                     tries += int(np.sum(done.accepted + done.rejected))
         except (ImportError, AttributeError, TypeError) as error:

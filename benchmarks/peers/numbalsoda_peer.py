@@ -1,7 +1,7 @@
 """numbalsoda: LSODA and DOP853 in compiled code, right-hand side and loop over the
 points in numba.
 
-It takes one scalar tolerance, so the states are integrated in units of their sizes:
+It takes one scalar tolerance, so the states are integrated in units of their scales:
 |y|/size against 1 is then what the vector tolerance asks.
 """
 
@@ -42,15 +42,15 @@ class NumbaLsoda:
 
     def run(self, problem: Problem, rtol: float) -> Result:
         data = np.concatenate(
-            [problem.constants, problem.sizes, np.zeros((len(problem), 1))], axis=1
+            [problem.constants, problem.state_scales, np.zeros((len(problem), 1))], axis=1
         )
-        scaled = problem.initial / problem.sizes
+        scaled = problem.initial / problem.state_scales
         times = np.array([0.0, problem.duration])
         with _mute(), Stopwatch() as watch:
             end = self._batch(scaled, times, data, rtol)
         evaluations = int(data[:, COUNT].sum())
         steps = evaluations // 12 if self.method == "dop853" else None
-        return Result(watch.wall, watch.cpu, evaluations, steps, end * problem.sizes)
+        return Result(watch.wall, watch.cpu, evaluations, steps, end * problem.state_scales)
 
 
 @contextmanager

@@ -39,7 +39,12 @@ class Odeint:
         with tempfile.TemporaryDirectory() as folder:
             given, taken = Path(folder, "in"), Path(folder, "out")
             rows = np.concatenate(
-                [problem.constants, problem.sizes, problem.first_step[:, None], problem.initial],
+                [
+                    problem.constants,
+                    problem.state_scales,
+                    problem.first_step[:, None],
+                    problem.initial,
+                ],
                 axis=1,
             )
             given.write_bytes(
@@ -56,7 +61,8 @@ class Odeint:
 
 
 def _build(flags: list[str]) -> Path:
-    """The program for these flags, compiled once for each source, compiler and machine."""
+    """The program for these flags, compiled once for each source, compiler and
+    machine."""
     compiler = os.environ.get("CXX") or shutil.which("g++") or shutil.which("c++")
     if compiler is None:
         raise MissingPeer("a C++ compiler")

@@ -24,7 +24,8 @@ def right_hand_side(t, y, k):  # type: ignore[no-untyped-def]
 
 
 class Scipy:
-    """``solve_ivp`` with the vector absolute tolerance and the RMS norm, which it has."""
+    """``solve_ivp`` with the vector absolute tolerance and the RMS norm, which it
+    has."""
 
     def __init__(self, method: str) -> None:
         self.method = method
@@ -43,7 +44,7 @@ class Scipy:
                     problem.initial[i],
                     self.method,
                     rtol=rtol,
-                    atol=rtol * problem.sizes[i],
+                    atol=rtol * problem.state_scales[i],
                     first_step=min(problem.first_step[i], problem.duration),
                     args=(problem.constants[i],),
                     t_eval=(problem.duration,),

@@ -179,18 +179,18 @@ class Rows:
     auxiliary outputs and ``parameters`` parameters, an observer with ``observed`` rows
     of its own and a stepper with ``private`` ones.
 
-    States are positions and velocities in turn, position' = velocity + drift, velocity'
-    = slope; after these pairs come ``singles`` states of first order, state' = slope.
-    The model reads ``stage``, ``stage_time``, ``phase`` and ``parameter`` and writes
-    ``slope`` and ``aux_now``; the observer also reads the ends of the step; the rest is
-    the kernel's.
+    States are positions and velocities in turn, position' = velocity + frame rate,
+    velocity' = slope; the frame of a position may turn with the drive; after these
+    pairs come ``singles`` states of first order, state' = slope. The model reads
+    ``stage``, ``stage_time``, ``phase`` and ``parameter`` and writes ``slope`` and
+    ``aux_now``; the observer also reads the ends of the step; the rest is the kernel's.
 
-    The last ``companions`` of the states, none or as many as the others, only follow
-    them, like the tangent vector of a Lyapunov exponent: they have no say in the step
-    size and begin anew in every run of a chain. So the others keep their bits, with
-    companions or without. Where they are ``judged``, their errors count as those of the
-    others do: a monodromy is then as good as the motion, also where the motion stands
-    still.
+    The last ``tangent_states`` of the states, none or as many as the others, only
+    follow them, like the tangent vector of a Lyapunov exponent: they have no say in the
+    step size and begin anew in every run of a chain. So the others keep their bits,
+    with tangent states or without. Where they are ``judged``, their errors count as
+    those of the others do: a monodromy is then as good as the motion, also where the
+    motion stands still.
 
     The ``phase`` is an angle that advances at a constant rate and is carried from run
     to run along a chain, the angle of a drive: its row holds its value, less whole
@@ -209,7 +209,7 @@ class Rows:
     aux: int
     parameters: int
     observed: int
-    companions: int = 0
+    tangent_states: int = 0
     singles: int = 0
     private: int = 0
     judged: bool = False
@@ -217,8 +217,8 @@ class Rows:
 
     @property
     def own(self) -> int:
-        """How many states are no companions."""
-        return self.states - self.companions
+        """How many states are no tangent states."""
+        return self.states - self.tangent_states
 
     @property
     def pairs(self) -> int:
@@ -227,26 +227,27 @@ class Rows:
 
     @property
     def own_slopes(self) -> int:
-        """How many slopes the own states have: one a pair, one a state of first order."""
+        """How many slopes the own states have: one a pair, one a state of first
+        order."""
         return self.pairs + self.singles
 
     @property
     def slopes(self) -> int:
         """How many slopes all states have."""
-        return self.own_slopes * (2 if self.companions else 1)
+        return self.own_slopes * (2 if self.tangent_states else 1)
 
     @property
     def pushed(self) -> tuple[int, ...]:
         """The slopes that have a push, in the order of its rows."""
         own = tuple(k for k in range(self.own_slopes) if self.apart >> k & 1)
-        return own + (tuple(self.own_slopes + k for k in own) if self.companions else ())
+        return own + (tuple(self.own_slopes + k for k in own) if self.tangent_states else ())
 
     @property
     def blocks(self) -> tuple[tuple[int, int, int, int], ...]:
         """The states as blocks of one order: (order, how many, first state, first
         slope)."""
         found = []
-        for copy in range(2 if self.companions else 1):
+        for copy in range(2 if self.tangent_states else 1):
             state, slope = copy * self.own, copy * self.own_slopes
             found.append((2, self.pairs, state, slope))
             found.append((1, self.singles, state + 2 * self.pairs, slope + self.pairs))
@@ -300,12 +301,12 @@ class Rows:
         return self.start_acceleration + self.slopes
 
     @property
-    def drift(self) -> int:
+    def frame_rate(self) -> int:
         return self.start_push + len(self.pushed)
 
     @property
     def time(self) -> int:
-        return self.drift + self.slopes
+        return self.frame_rate + self.slopes
 
     @property
     def step(self) -> int:
@@ -319,15 +320,15 @@ class Rows:
     def window(self) -> int:
         return self.time + 3
 
-    # The kernel's own rows, of which an observer may read `size` and the tolerance.
+    # The kernel's own rows, of which an observer may read `scale` and the tolerance.
     @property
-    def size(self) -> int:
-        """The natural sizes of the states."""
+    def scale(self) -> int:
+        """The natural scales of the states."""
         return self.time + 4
 
     @property
     def control(self) -> int:
-        return self.size + self.states
+        return self.scale + self.states
 
     # Then what the model has besides: it writes `aux_now` and reads `parameter`.
     @property

@@ -52,10 +52,11 @@ def in_lanes(slopes: Slopes, lanes: int, rows: Rows, deviation: Slopes | None = 
     ``t`` is the time, ``y`` the tuple of the own states and ``p`` that of the
     parameters, in the order of ``rows``. The result is the tuple of the slopes: for
     each pair of position and velocity the velocity's, then those of the states of first
-    order. Where the layout has companions, ``deviation(t, y, d, p)`` gives the slopes
-    of a deviation ``d`` from the motion: the Jacobian times ``d``. Without it the
-    difference of the slopes at two states, ``STEP`` times ``d`` apart about the motion,
-    takes its place: as ``d`` has natural sizes, its error is about 1e-8 of them.
+    order. Where the layout has tangent states, ``deviation(t, y, d, p)`` gives the
+    slopes of a deviation ``d`` from the motion: the Jacobian times ``d``. Without it
+    the difference of the slopes at two states, ``STEP`` times ``d`` apart about the
+    motion, takes its place: as ``d`` has natural scales, its error is about 1e-8 of
+    them.
 
     Either function may ask for the phase as one argument more, the last: the angle of
     the drive, less whole turns, when the time is zero. With the drive's speed among the
@@ -84,7 +85,7 @@ def in_lanes(slopes: Slopes, lanes: int, rows: Rows, deviation: Slopes | None = 
         f"        ({slope}) = slopes(t, y, p{_phase(slopes, 3)})",
     ]
     known = {"slopes": inlined(slopes)}
-    if rows.companions:
+    if rows.tangent_states:
         if deviation is not None:
             lines.append(
                 f"        ({follows}) = deviation(t, y, ({deviated}), p{_phase(deviation, 4)})"

@@ -1,4 +1,5 @@
-"""Files that differ in one number become the file that a sweep of it would have made."""
+"""Files that differ in one number become the file that a sweep of it would have
+made."""
 
 from __future__ import annotations
 
@@ -24,7 +25,7 @@ def run(**changes: Any) -> xarray.Dataset:
 
 
 def same(a: xarray.Dataset, b: xarray.Dataset) -> None:
-    assert a.sizes == b.sizes
+    assert a.state_scales == b.state_scales
     for name in (*a.data_vars, *a.coords):
         assert a[name].dims == b[name].dims, name
         assert np.array_equal(
@@ -118,7 +119,7 @@ def test_refined_sweeps_are_the_refined_sweep_of_all(tmp_path: Path, carried: bo
     assert (parts[0]["status"].values != parts[1]["status"].values).any(), (
         "each has borders of its own"
     )
-    assert nsdrill.classify(made, {}).sizes == made.sizes
+    assert nsdrill.classify(made, {}).state_scales == made.state_scales
 
 
 def test_a_refined_axis_is_not_put_together() -> None:

@@ -93,7 +93,7 @@ def test_further_figures(call: Call, small: Path) -> None:
     )
     short, full = (call("check", small, *words).out for words in ([], ["--all"]))
     figures = json.loads(call("check", small, "--json").out)["figures"]
-    assert "further figures with --all" in short
+    assert "further quantities with --all" in short
     assert "with --all" not in full
     for name in further:
         assert name not in short
@@ -208,7 +208,8 @@ ROTARY = "rotary-assembly"
 
 
 def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> None:
-    """The eccentricities that are named have their wall speed at the ends of the sweep."""
+    """The eccentricities that are named have their wall speed at the ends of the
+    sweep."""
     call("new", "--example", ROTARY, "-o", "rotary.yaml")
     sweep = ["--set", "sweep.rotary_speed={from: 60 rpm, to: 140 rpm, points: 17}"]
     sets = ["--set", "drillstring.eccentricity=12.7 mm", *sweep]

@@ -97,9 +97,9 @@ def test_two_iterations_solve_the_slip_near_break_away(near: float | None) -> No
 def run(work: Work, lanes: int = 8) -> dict[str, np.ndarray]:
     """The columns of all points of ``work``, in their order."""
     points = np.arange(work.plan.points)
-    gang = work.new_gang(lanes, len(points))
-    gang.add_many(points, work.prepare(points))
-    done = gang.advance(compiled_parts(lanes, work.variant), 1e9, True)
+    batch = work.new_batch(lanes, len(points))
+    batch.add_many(points, work.prepare(points))
+    done = batch.advance(compiled_parts(lanes, work.variant), 1e9, True)
     order = np.argsort(done.job)
     return {name: values[order] for name, values in work.columns(done).items()}
 
@@ -178,7 +178,7 @@ def test_error_falls_as_the_fourth_power_of_the_step_where_nothing_is_stiff(
     error of third order, which is a small part of it."""
     exact = run(smooth_work(friction, "explicit", 1e-12))["final_state"][0, :8]
     work = smooth_work(friction, "implicit", 1e-6)
-    size = work.kind.sizes(work.prepare(np.arange(1)).parameters, work.variant.fixed)[0]
+    size = work.kind.state_scales(work.prepare(np.arange(1)).parameters, work.variant.fixed)[0]
     errors, steps = [], []
     for rtol in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9):
         out = run(smooth_work(friction, "implicit", rtol))

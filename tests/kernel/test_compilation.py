@@ -141,7 +141,7 @@ def test_plain_python_takes_the_same_steps() -> None:
     it. Equal to rounding.
 
     The fused multiply-add rounds twice there. Some ten roundings of 1e-16 in each of up
-    to sixty steps, in units of the natural sizes, which are a tenth of the states:
+    to sixty steps, in units of the natural scales, which are a tenth of the states:
     below 1e-12. Before the impact of the third motion the estimated error is little
     more than rounding, so the steps differ in length, and the error that the impact
     makes depends on where it falls in a step: equal to the tolerance only.

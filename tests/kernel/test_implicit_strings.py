@@ -51,18 +51,21 @@ def exact(work: Work) -> np.ndarray:
     lanes = np.zeros((rows.total, 8))
     b, own, pairs = lanes[:, 0], rows.own, rows.pairs
     lanes[rows.parameter : rows.parameter + rows.parameters] = runs.parameters[0][:, None]
-    b[rows.phase], drifts = runs.initial[0, -1], runs.drifts[0, :pairs]
+    b[rows.phase], frame_rates = runs.initial[0, -1], runs.frame_rates[0, :pairs]
 
     def slopes(t: float, y: np.ndarray) -> np.ndarray:
         b[:own], b[rows.stage_time] = y, t
         function(lanes.reshape(-1))
         found, out = b[rows.acceleration : rows.acceleration + rows.own_slopes], np.empty(own)
-        out[: 2 * pairs : 2], out[1 : 2 * pairs : 2] = y[1 : 2 * pairs : 2] + drifts, found[:pairs]
+        out[: 2 * pairs : 2], out[1 : 2 * pairs : 2] = (
+            y[1 : 2 * pairs : 2] + frame_rates,
+            found[:pairs],
+        )
         out[2 * pairs :] = found[pairs:]
         return out
 
     span, start = (0.0, work.simulation.observe), runs.initial[0, :own]
-    done = solve_ivp(slopes, span, start, "DOP853", rtol=1e-10, atol=1e-12 * runs.sizes[0])
+    done = solve_ivp(slopes, span, start, "DOP853", rtol=1e-10, atol=1e-12 * runs.state_scales[0])
     return np.asarray(done.y[:, -1])
 
 
@@ -79,7 +82,7 @@ def test_end_states_equal_those_of_another_integrator(case: str) -> None:
                 exact(replace(work, simulation=replace(work.simulation, method="explicit"))),
                 None,
             )
-            size = work.prepare(np.arange(1)).sizes[0] + np.abs(end)
+            size = work.prepare(np.arange(1)).state_scales[0] + np.abs(end)
         errors.append(np.max(np.abs(run(work)["final_state"][0, : len(end)] - end) / size))
     assert errors[0] < 5e-3
     assert errors[1] < 2e-4

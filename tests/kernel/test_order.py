@@ -19,7 +19,7 @@ TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 
 def errors(case: Case, start: np.ndarray, duration: float) -> tuple[np.ndarray, np.ndarray]:
     """Error at the end against DOP853 at rtol 1e-13, in units of the states' natural
-    sizes; and accepted steps."""
+    state_scales; and accepted steps."""
     exact = solve(case, start[:8], duration, rtol=1e-13, phase=start[8]).y[:, -1]
     found, steps = [], []
     for rtol in TOLERANCES:

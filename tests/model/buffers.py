@@ -10,7 +10,7 @@ from nsdrill.models.christoforou_yigit.rhs import (
     AUX,
     PARAMETERS,
     STATES,
-    drifts,
+    frame_rates,
     make_right_hand_side,
 )
 
@@ -31,7 +31,7 @@ def slopes(
     state."""
     out = np.empty_like(states)
     positions, velocities = slice(0, None, 2), slice(1, None, 2)
-    out[:, positions] = states[:, velocities] + drifts(table)
+    out[:, positions] = states[:, velocities] + frame_rates(table)
     lobes = np.broadcast_to(lobes, len(states))
     for number in np.unique(lobes):
         same = np.flatnonzero(lobes == number)

@@ -23,10 +23,14 @@ from nsdrill.models.christoforou_yigit.charts import (
     slopes_held_by_soft_torque,
 )
 from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.derived_quantities import (
+    derived_quantities,
+    growth_at_rest,
+    torsional_matrix,
+)
 from nsdrill.models.christoforou_yigit.drives import gains, impedance
-from nsdrill.models.christoforou_yigit.figures import figures, growth_at_rest, torsional_matrix
 from nsdrill.models.christoforou_yigit.further import (
-    further_figures,
+    further_quantities,
     lateral_frequencies,
     low_side_swing,
     mud_damping,
@@ -255,7 +259,7 @@ def test_where_the_collar_lies_down() -> None:
 
 
 def test_further_figures_are_all_there_and_finite() -> None:
-    found = further_figures(Parameters(), HEAVY)
+    found = further_quantities(Parameters(), HEAVY)
     assert {
         "euler_fixed_free",
         "collar_vertical",
@@ -265,7 +269,7 @@ def test_further_figures_are_all_there_and_finite() -> None:
         "torsional_wave_4",
     } <= set(found)
     assert all(f.further and f.value is not None and math.isfinite(f.value) for f in found.values())
-    assert not set(found) & set(figures(Parameters(), HEAVY))
+    assert not set(found) & set(derived_quantities(Parameters(), HEAVY))
 
 
 # Drives
@@ -284,12 +288,12 @@ def test_further_figures_are_all_there_and_finite() -> None:
 )
 def test_share_of_a_wave_that_drives_throw_back(keys: dict[str, object], share: float) -> None:
     """At the torsional frequency, 5000 m; computed beforehand."""
-    found = figures(driven(**keys), HEAVY)["drive_reflection"].value
+    found = derived_quantities(driven(**keys), HEAVY)["drive_reflection"].value
     assert found == pytest.approx(share, abs=6e-4)
 
 
 def test_a_drive_that_feels_the_bit_is_no_impedance() -> None:
-    assert figures(driven(kind="lqr"), HEAVY)["drive_reflection"].value is None
+    assert derived_quantities(driven(kind="lqr"), HEAVY)["drive_reflection"].value is None
     card = drive_card(driven(kind="lqr"), HEAVY)
     assert "lqr" not in card.reflected
     assert card.held["lqr"] == pytest.approx(193.3, abs=0.06)
@@ -355,7 +359,7 @@ def test_the_best_tuning_is_the_best_of_the_map() -> None:
     assert held > around.max()
     # The same drive, asked for by its keys, holds what the map says.
     asked = driven(kind="soft_torque", matching=matching, frequency=frequency / (2 * math.pi))
-    assert figures(asked, HEAVY)["slope_held"].value == pytest.approx(held, rel=1e-6)
+    assert derived_quantities(asked, HEAVY)["slope_held"].value == pytest.approx(held, rel=1e-6)
 
 
 def test_figures_solve_for_the_gains_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -364,7 +368,7 @@ def test_figures_solve_for_the_gains_once(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(
         drives, "_regulator", lambda *numbers: calls.append(numbers) or solve(*numbers)
     )
-    figures(driven(kind="lqr"), HEAVY)
+    derived_quantities(driven(kind="lqr"), HEAVY)
     assert len(calls) == 1
 
 
@@ -379,7 +383,7 @@ def test_a_drive_that_swings_the_string_by_itself() -> None:
     assert root.real > 0.0
     # It is a root of the characteristic polynomial.
     assert abs(np.polyval(np.poly(torsional_matrix(p, k)), root)) < 1e-9
-    assert figures(p, HEAVY)["slope_held"].value < 0.0  # type: ignore[operator]
+    assert derived_quantities(p, HEAVY)["slope_held"].value < 0.0  # type: ignore[operator]
 
 
 # Charts

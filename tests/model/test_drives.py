@@ -18,13 +18,17 @@ from nsdrill.app.check import check
 from nsdrill.app.run import run_in_memory
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.derived_quantities import (
+    derived_quantities,
+    slope_held,
+    torsional_matrix,
+)
 from nsdrill.models.christoforou_yigit.drives import gains, impedance
-from nsdrill.models.christoforou_yigit.figures import figures, slope_held, torsional_matrix
 from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.christoforou_yigit.options import options_of
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.christoforou_yigit.rhs import (
-    drifts,
+    frame_rates,
     make_right_hand_side,
     pack,
     rows_of,
@@ -104,7 +108,9 @@ def test_the_slope_of_friction_that_each_drive_holds(keys: dict[str, object], he
     66.72 kN."""
     parameters = driven(**keys)
     assert slope_held(parameters, derive(parameters, *DEEP)) == pytest.approx(held, abs=0.06)
-    onset = figures(parameters, Operation(5000.0, 66.72e3, 3.0))["stick_slip_onset"].value
+    onset = derived_quantities(parameters, Operation(5000.0, 66.72e3, 3.0))[
+        "stick_slip_onset"
+    ].value
     arm = 2 / 3 * 0.1905
     assert onset == pytest.approx((math.sqrt(66.72e3 * arm * 0.3 * 3.0 / held) - 1) / 3.0, rel=2e-3)
 
@@ -159,7 +165,7 @@ def slopes(parameters: Parameters, time: float, state: np.ndarray) -> np.ndarray
     make_right_hand_side(8, options)(flat)
     flat = flat[::8]
     out = np.empty(len(state))
-    out[0::2] = state[1::2] + drifts(table, options)[0]
+    out[0::2] = state[1::2] + frame_rates(table, options)[0]
     out[1::2] = flat[rows.acceleration : rows.acceleration + rows.slopes]
     return out
 
@@ -187,9 +193,9 @@ def test_energy_changes_by_the_powers(keys: dict[str, object]) -> None:
     parameters, rng = driven(**keys), np.random.default_rng(5)
     operation = Operation(*DEEP)
     for _ in range(20):
-        sizes = [0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0, 4.0, 3.0, 1e3, 4e3]
+        state_scales = [0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0, 4.0, 3.0, 1e3, 4e3]
         names = states_of(options_of(parameters))
-        state = rng.normal(size=len(names)) * sizes[: len(names)]
+        state = rng.normal(size=len(names)) * state_scales[: len(names)]
         time = rng.uniform(0, 5)
         rate = slopes(parameters, time, state)
 
@@ -407,9 +413,9 @@ def test_a_motor_too_weak_for_the_rock_stalls_and_check_says_so() -> None:
         for study in (weak, strong)
     ]
     assert told == [True, False]
-    reserve = figures(strong.parameters, strong.operation)["torque_reserve"].value
+    reserve = derived_quantities(strong.parameters, strong.operation)["torque_reserve"].value
     assert reserve == pytest.approx(
-        60e3 - figures(strong.parameters, strong.operation)["mean_torque"].value
+        60e3 - derived_quantities(strong.parameters, strong.operation)["mean_torque"].value
     )
     found = nsdrill.simulate(weak, duration=120.0, sample=0.1)
     late = found.time.values > 100.0
@@ -527,7 +533,7 @@ def test_the_dc_motor_has_the_droop_the_modes_and_the_reflection_of_its_circuit(
     met = 1j * w * drive.top_inertia + drive.motor_damping / (1 + 1j * w * drive.circuit_time)
     zeta = float(impedance(parameters))
     assert abs((zeta - met) / (zeta + met)) == pytest.approx(0.9968, abs=1e-4)
-    shown = figures(parameters, Operation(*DEEP))
+    shown = derived_quantities(parameters, Operation(*DEEP))
     assert shown["drive_reflection"].value == pytest.approx(0.9968, abs=1e-4)
     assert shown["droop"].value == pytest.approx(5.358e-6 * shown["mean_torque"].value, rel=1e-4)
 
@@ -628,10 +634,11 @@ def test_a_regulated_motor_turns_with_the_set_speed_and_ends_stick_slip() -> Non
     assert np.sort_complex(found) == pytest.approx(
         np.sort_complex(np.linalg.eigvals(matrix)), rel=1e-9
     )
-    shown = figures(held.parameters, held.operation)
+    shown = derived_quantities(held.parameters, held.operation)
     assert "droop" not in shown
     assert (
-        shown["slope_held"].value > 2 * figures(free.parameters, free.operation)["slope_held"].value
+        shown["slope_held"].value
+        > 2 * derived_quantities(free.parameters, free.operation)["slope_held"].value
     )
     ends = [nsdrill.simulate(one, duration=250.0, sample=0.1) for one in (free, held)]
     late = ends[0].time.values > 200.0

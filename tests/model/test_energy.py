@@ -181,12 +181,12 @@ def test_nothing_is_lost_without_drag_friction_and_drive(law: str) -> None:
         held = energy(par, op, as_state(states[:, :8], states[:, 8]))
         return float(held[0] + 0.5 * c.rock_stiffness * max(-states[0, 4], 0.0) ** 2)
 
-    drift = []
+    frame_rate = []
     for rtol in (1e-7, 1e-9, 1e-11):
         out = run_from(work_for(c, Simulation(transient=10.0, observe=90.0, rtol=rtol)), start)
-        drift.append(abs(total(out["final_state"]) / total(start) - 1))
+        frame_rate.append(abs(total(out["final_state"]) / total(start) - 1))
         assert 0 < out["lift_off_fraction"][0] < 1
         assert 0 < out["wall_contact_fraction"][0] < 1
-    assert drift[0] < 1e-3
-    assert drift[1] < 1e-5
-    assert drift[2] < 1e-7
+    assert frame_rate[0] < 1e-3
+    assert frame_rate[1] < 1e-5
+    assert frame_rate[2] < 1e-7

@@ -16,7 +16,7 @@ from model.cases import operation_of, parameters_of
 from nsdrill.app.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.figures import lift_off_wob, wall_speed
+from nsdrill.models.christoforou_yigit.derived_quantities import lift_off_wob, wall_speed
 from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.study import parse_study
 
@@ -250,7 +250,8 @@ def test_forward_synchronous_whirl_has_the_drag_limited_radius(
 
 
 def test_any_start_ends_on_the_orbit() -> None:
-    """The orbit attracts: from rest near the centre, the drag brings the collar to it."""
+    """The orbit attracts: from rest near the centre, the drag brings the collar to
+    it."""
     c = ORBIT.but(speed=3.5, softening="none")
     out = run_work(work_for(c, Simulation(transient=4000.0, observe=100.0, rtol=1e-9)))
     r, _ = orbit(c)

@@ -22,7 +22,7 @@ from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.models.christoforou_yigit.rhs import (
     STATES,
-    drifts,
+    frame_rates,
     make_right_hand_side,
     pack,
     rows_of,
@@ -47,7 +47,7 @@ def slopes(
     """d(state)/dt [n, 8] by the compiled equations, so many lanes at once."""
     rows: Rows = rows_of(options)
     out = np.empty_like(states)
-    out[:, 0::2] = states[:, 1::2] + drifts(tables, options)
+    out[:, 0::2] = states[:, 1::2] + frame_rates(tables, options)
     for first in range(0, len(states), lanes):
         here = np.resize(np.arange(first, min(first + lanes, len(states))), lanes)
         buffer = np.zeros((rows.total, lanes))
@@ -160,7 +160,8 @@ def test_lanes_do_not_change_a_bit(form: str, law: str) -> None:
 
 @pytest.mark.parametrize("key", ["mud.swirl", "well.inclination"])
 def test_an_option_that_is_zero_somewhere_changes_no_bit_there(key: str) -> None:
-    """A point of a sweep that begins at zero has the bits of a run without the option."""
+    """A point of a sweep that begins at zero has the bits of a run without the
+    option."""
     found = cases("swirl", 16, 9)
     plain = [(c, replace(o, swirl=0.0)) for c, o, *_ in found]
     times, states = np.array([t for *_, t, _ in found]), np.array([s for *_, s in found])
@@ -213,7 +214,8 @@ def test_traces_follow_dop853(form: str) -> None:
 
 
 def test_a_ramp_follows_dop853() -> None:
-    """The set speed, with which the mud turns, goes from 3 to 9 rad/s within a second."""
+    """The set speed, with which the mud turns, goes from 3 to 9 rad/s within a
+    second."""
     text = (
         f"{KEYS['all']}\ninitial: {{x: 70 mm, vy: -0.6 m/s}}\nsimulation: {{rtol: 1.0e-11}}\n"
         "operation: {rotary_speed: {ramp: [[0 s, 3 rad/s], [1 s, 9 rad/s]]}}"

@@ -14,7 +14,10 @@ from scipy.optimize import brentq
 import nsdrill
 from nsdrill.app.run import run_in_memory
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.figures import figures, lateral_stiffness
+from nsdrill.models.christoforou_yigit.derived_quantities import (
+    derived_quantities,
+    lateral_stiffness,
+)
 from nsdrill.models.christoforou_yigit.further import wall_inclination
 from nsdrill.models.christoforou_yigit.lateral import weights
 from nsdrill.models.leaves import with_values
@@ -90,7 +93,7 @@ def test_synchronous_whirl_in_mud_that_turns(speed: float, radius: float) -> Non
 )
 def test_critical_speeds_in_mud_that_turns(wob: float, critical: float, own: float) -> None:
     study = whirl(wob=wob, swirl=0.5)
-    found = figures(study.parameters, study.operation)
+    found = derived_quantities(study.parameters, study.operation)
     assert found["critical_speed"].value == pytest.approx(critical, abs=6e-5)
     assert found["fluid_whirl"].value == pytest.approx(own, abs=6e-5)
 

@@ -21,7 +21,7 @@ from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.figures import figures
+from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
 from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.christoforou_yigit.laws import LAWS, bit_arm, fall, onset, static_arm, steepest
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
@@ -305,7 +305,7 @@ def test_onset_of_stick_slip(friction: str, wob: float, known: float) -> None:
         study = torsion(
             friction=friction, wob=wob, speed=3, depth=depth, zeta=1 if "hyper" in friction else 0
         )
-        found = figures(study.parameters, study.operation)["stick_slip_onset"].value
+        found = derived_quantities(study.parameters, study.operation)["stick_slip_onset"].value
         assert found == pytest.approx(known, abs=2e-3)
 
 
@@ -316,7 +316,7 @@ def test_the_averaged_fold_has_a_closed_form_without_smoothing(wob: float) -> No
     study = torsion(
         wob=wob, speed=3, depth=5000, zeta=1, friction="law: hyperbolic, smoothing: 1.0e+8 s/rad"
     )
-    found = figures(study.parameters, study.operation)["stick_slip_fold"].value
+    found = derived_quantities(study.parameters, study.operation)["stick_slip_fold"].value
     law, k = study.parameters.bit.friction, derive(study.parameters, 5000.0, wob * 1e3, 3.0)
     fallen = wob * 1e3 * 2 / 3 * float(k.bit_radius) * (law.static - law.dynamic)
 
@@ -349,9 +349,9 @@ def test_the_averaged_fold_is_near_that_of_runs(drive: str, wob: float, fold: fl
         f"rad/s}}\n"
         f"drive: {{kind: {drive}}}"
     )
-    assert figures(study.parameters, study.operation)["stick_slip_fold"].value == pytest.approx(
-        fold, rel=0.13
-    )
+    assert derived_quantities(study.parameters, study.operation)[
+        "stick_slip_fold"
+    ].value == pytest.approx(fold, rel=0.13)
 
 
 @pytest.mark.parametrize("law", OTHERS)
@@ -360,7 +360,7 @@ def test_steady_drilling_loses_its_stability_at_the_onset(law: str) -> None:
     dies out above it."""
     smoothing = "" if law == "rational" else ", smoothing: 100000 s/rad"
     friction = f"law: {law}{smoothing}"
-    hopf = figures(
+    hopf = derived_quantities(
         (one := torsion(wob=22.24, speed=3, friction=friction)).parameters, one.operation
     )
     onset_speed = hopf["stick_slip_onset"].value

@@ -23,7 +23,7 @@ from nsdrill.models.christoforou_yigit.rhs import (
     initial_states,
     make_right_hand_side,
     pack,
-    sizes,
+    state_scales,
 )
 
 HERE = Path(__file__).parent
@@ -296,7 +296,7 @@ def test_natural_sizes_and_first_steps_are_positive_everywhere() -> None:
     rng = np.random.default_rng(14)
     for _ in range(50):
         table = table_of(random_case(rng))
-        assert np.all(sizes(table) > 0)
+        assert np.all(state_scales(table) > 0)
         assert np.all((first_step(table) > 0) & (first_step(table) < 0.1))
 
 

@@ -44,7 +44,7 @@ def buffer_of(text: str, apart: bool, seed: int, relax: float = 0.0) -> Any:
     table = model.pack(points, Thresholds())
     b = np.zeros((rows.total, W))
     b[rows.parameter : rows.parameter + rows.parameters] = table.T
-    size = model.sizes(table, variant)
+    size = model.state_scales(table, variant)
     start = model.starts(points, 0)[:, : rows.own]
     b[rows.stage : rows.stage + rows.own] = (start + rng.normal(size=(W, rows.own)) * size).T
     if study.model == "beam":
@@ -126,7 +126,7 @@ def test_the_deviation_of_a_stage_is_its_derivative() -> None:
         b[to : to + count] = plain[source : source + count]
     deviation = (
         np.random.default_rng(3).normal(size=(own, W))
-        * model.sizes(b[rows.parameter :][: rows.parameters].T, variant).T
+        * model.state_scales(b[rows.parameter :][: rows.parameters].T, variant).T
     )
     b[rows.stage + own : rows.stage + 2 * own] = deviation
     moved = []

@@ -58,7 +58,7 @@ def slopes(of: Any, t: np.ndarray, states: np.ndarray, lanes: int) -> np.ndarray
     flat = buffer.ravel()
     model.right_hand_side(lanes, variant)(flat)
     out = np.empty_like(states)
-    out[:, ::2] = states[:, 1::2] + model.drifts(table, variant)
+    out[:, ::2] = states[:, 1::2] + model.frame_rates(table, variant)
     out[:, 1::2] = flat.reshape(rows.total, lanes)[
         rows.acceleration : rows.acceleration + rows.slopes
     ].T[: len(states)]
@@ -141,11 +141,11 @@ def test_the_compiled_slopes_are_those_of_the_equations(case: str) -> None:
     names = model_named("beam").states(model_named("beam").variant(of.parameters))
     rng = np.random.default_rng(7)
     N = collar.N
-    sizes = np.concatenate(
+    state_scales = np.concatenate(
         [np.repeat(q, N) / np.tile(collar.n, 4) for q in [[0.08, 0.5, 0.08, 0.5]]]
     )
-    sizes = np.concatenate([sizes, [2e-3, 0.05, 5.0, 3.0]])
-    states = rng.normal(size=(40, len(sizes))) * sizes
+    state_scales = np.concatenate([state_scales, [2e-3, 0.05, 5.0, 3.0]])
+    states = rng.normal(size=(40, len(state_scales))) * state_scales
     states[:, -1] += 2.0
     t = rng.uniform(0, 5, 40)
     expected = np.array(

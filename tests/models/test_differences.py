@@ -112,7 +112,7 @@ record: {exponent: true}
     rest = runs.initial[0, :n]
     matrix = np.empty((len(free), len(free)))
     for j, i in enumerate(free):
-        step = 1e-6 * runs.sizes[0, i]
+        step = 1e-6 * runs.state_scales[0, i]
         up, down = rest.copy(), rest.copy()
         up[i], down[i] = rest[i] + step, rest[i] - step
         matrix[:, j] = (rates(up) - rates(down))[free] / (2 * step)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import Rows
-from nsdrill.kernel.gang import Compiled, Finished, Gang, Runs
+from nsdrill.kernel.batch import Batch, Compiled, Finished, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.declared import make_observer, observed_rows
@@ -57,17 +57,17 @@ def observe(
     *,
     peaks: int = 8,
     returns: int = 0,
-    drifts: Any = 0.0,
+    frame_rates: Any = 0.0,
     first_step: float = 1e-3,
     order: Any = None,
     chained: bool = False,
 ) -> Observed:
     """All runs side by side, queued in ``order``, or each from where the one before
     ended. ``start`` is [states], with the phase [states + 1], or [runs, states]. All
-    natural sizes are 1."""
+    natural scales are 1."""
     parameters = np.atleast_2d(np.asarray(parameters, dtype=float))
     count, rows, names = len(parameters), model.rows(declaration), model.names
-    gang = Gang(
+    batch = Batch(
         lanes,
         count,
         rows,
@@ -77,15 +77,15 @@ def observe(
     )
     initial = np.zeros((count, rows.states + 1))
     initial[:, : np.shape(start)[-1]] = start
-    sizes = np.ones((count, rows.states))
+    state_scales = np.ones((count, rows.states))
     order = np.arange(count) if order is None else np.asarray(order)
-    drift = np.broadcast_to(np.asarray(drifts, dtype=float), (count, rows.slopes))
-    (gang.add if chained else gang.add_many)(
+    frame_rate = np.broadcast_to(np.asarray(frame_rates, dtype=float), (count, rows.slopes))
+    (batch.add if chained else batch.add_many)(
         order,
         Runs(
             parameters[order],
-            sizes[order],
-            drift[order],
+            state_scales[order],
+            frame_rate[order],
             np.zeros(count),
             np.full(count, first_step),
             initial[order],
@@ -95,8 +95,8 @@ def observe(
         in_lanes(model.slopes, lanes, rows), *make_observer(lanes, rows, names, declaration)
     )
     done: list[Finished] = []
-    while not gang.idle:
-        done.append(gang.advance(parts, 60.0, True))
+    while not batch.idle:
+        done.append(batch.advance(parts, 60.0, True))
     back = np.argsort(np.concatenate([part.job for part in done]))
     status, report, final = (
         np.concatenate([getattr(part, name) for part in done])[back]
@@ -104,7 +104,7 @@ def observe(
     )
     assert (status == 1).all()
     return Observed(
-        measured(names, declaration, report, parameters, sizes, simulation.observe),
+        measured(names, declaration, report, parameters, state_scales, simulation.observe),
         peaks_of(declaration, report, peaks),
         returns_of(names, declaration, report, peaks, returns),
         report,

@@ -10,14 +10,14 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled, inlined
-from nsdrill.kernel.gang import Compiled, Finished, Gang, Runs
+from nsdrill.kernel.batch import Batch, Compiled, Finished, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.observe.exponent import GROWTH, REPORT, growth_header, make_growth, seed_deviation
 from nsdrill.observe.interpolant import crossing, quintic, value
 from nsdrill.scalar import in_lanes
 
-# Three states of first order and as many companions; three parameters.
+# Three states of first order and as many tangent states; three parameters.
 ROWS = STEPPERS["tsitouras"].rows(Rows(6, 0, 3, len(GROWTH), 3, singles=3))
 
 
@@ -67,25 +67,25 @@ def run(
 ) -> Finished:
     """All the parameters side by side, from one start."""
     count = len(parameters)
-    gang = Gang(lanes, count, ROWS, store, len(REPORT), simulation)
-    sizes = np.full((count, 3), size)
+    batch = Batch(lanes, count, ROWS, store, len(REPORT), simulation)
+    state_scales = np.full((count, 3), size)
     initial = np.zeros((count, 7))
     initial[:, :3] = start
-    initial[:, 3:6] = seed_deviation(sizes)
-    gang.add_many(
+    initial[:, 3:6] = seed_deviation(state_scales)
+    batch.add_many(
         np.arange(count),
         Runs(
             np.array(parameters),
-            np.tile(sizes, 2),
-            drifts=np.zeros((count, 6)),
+            np.tile(state_scales, 2),
+            frame_rates=np.zeros((count, 6)),
             phase_rate=np.zeros(count),
             first_step=np.full(count, 1e-3),
             initial=initial,
         ),
     )
     parts, done = Compiled(right_hand_side(lanes, is_roessler), *watch), []
-    while not gang.idle:
-        done.append(gang.advance(parts, 60.0, True))
+    while not batch.idle:
+        done.append(batch.advance(parts, 60.0, True))
     whole = Finished(
         **{name: np.concatenate([getattr(d, name) for d in done]) for name in vars(done[0])}
     )

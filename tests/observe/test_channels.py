@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import direction, sincos
-from nsdrill.kernel.gang import Compiled, Gang, Runs
+from nsdrill.kernel.batch import Batch, Compiled, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.observe.channels import (
     Channel,
@@ -66,7 +66,7 @@ SWINGING = Declaration(
         Channel("x", "x", "v", "a", level=0.5),
         Channel("v", "v", "a", rate_of="x", level=-0.25),
         Channel("v by a cubic", "v", "a", level=-0.25),
-        Channel("energy", energy, power, size=1.0),
+        Channel("energy", energy, power, scale=1.0),
     ),
     (
         Extremes("x", greatest="x_max", least="x_min", peaks="x_peaks"),
@@ -193,7 +193,7 @@ def test_a_feature_more_leaves_the_others_as_they_are() -> None:
             TimeAbove("square of v", "q"),
         ),
         channels=(
-            Channel("square of v", "square", "rate", level=0.25, size=1.0),
+            Channel("square of v", "square", "rate", level=0.25, scale=1.0),
             *SWINGING.channels,
         ),
         outputs=Outputs(("square", "rate"), lambda v, a: (v * v, 2.0 * v * a)),
@@ -257,7 +257,7 @@ TURNING = Declaration(
     (
         Channel("twist", "twist", "bit_speed", "bit_acceleration", frame="drive_speed"),
         Channel("bit speed", "bit_speed", "bit_acceleration", rate_of="twist", level="stuck_below"),
-        Channel("energy", kinetic, kinetic_rate, size=1000.0),
+        Channel("energy", kinetic, kinetic_rate, scale=1000.0),
     ),
     (
         Extremes("twist", greatest="twist_max", least="twist_min"),
@@ -283,7 +283,7 @@ STICKING = np.array(
 @lru_cache
 def turned(lanes: int) -> Observed:
     return observe(
-        TORSION, TURNING, STICKING, [0.0, 3.0], Simulation(5.0, 25.0, 1e-9), lanes, drifts=-3.0
+        TORSION, TURNING, STICKING, [0.0, 3.0], Simulation(5.0, 25.0, 1e-9), lanes, frame_rates=-3.0
     )
 
 
@@ -503,10 +503,10 @@ def test_without_extremes_and_fractions_nothing_says_how_settled_a_run_is() -> N
 
 
 def test_a_peak_stands_out_by_ten_tolerances() -> None:
-    """rtol 1e-6, a natural size of 1000: the margin is 0.01 and a little more. The rise
-    from the least to the greatest value is twice the amplitude; four of the maxima
+    """rtol 1e-6, a natural scale of 1000: the margin is 0.01 and a little more. The
+    rise from the least to the greatest value is twice the amplitude; four of the maxima
     after the start are left again before 4.6 periods are over."""
-    channel = replace(SWINGING.channels[0], size=1000.0)
+    channel = replace(SWINGING.channels[0], scale=1000.0)
     declaration = Declaration((channel,), (Extremes("x", greatest="high", peaks="tops"),))
     o = observe(
         SWING,
@@ -519,7 +519,8 @@ def test_a_peak_stands_out_by_ten_tolerances() -> None:
 
 
 def test_the_ring_has_the_last_peaks_oldest_first() -> None:
-    """Of a damped swing each maximum is smaller than the one before by the same factor."""
+    """Of a damped swing each maximum is smaller than the one before by the same
+    factor."""
     many, few = (
         observe(
             SWING, SWINGING, [1.0, 0.01], [1.0, 0.0], Simulation(1.0, 9.6 * TWO_PI, 1e-10), peaks=n
@@ -600,7 +601,7 @@ def rocked(swing_of: float, spacings: Any, lanes: int) -> Observed:
         Simulation(1.0, 29.0, 1e-10),
         lanes,
         returns=20,
-        drifts=[-1.0, 0.0],
+        frame_rates=[-1.0, 0.0],
     )
 
 
@@ -612,7 +613,7 @@ AUX_ROWS = Rows(2, 1, 0, 0)
 @pytest.mark.parametrize("lanes", [1, 8])
 def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -> None:
     declaration = Declaration(
-        (Channel("twice", "twice", "rate", size=2.0),),
+        (Channel("twice", "twice", "rate", scale=2.0),),
         (Extremes("twice", greatest="high", least="low"), Mean("twice", "mean")),
         Outputs(("twice", "rate"), lambda doubled, v: (doubled, 2.0 * v)),
     )
@@ -634,8 +635,8 @@ def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -
 
     simulation = Simulation(0.5, 10.0 * TWO_PI, 1e-9)
     store, width = new_store(lanes, WITH_AUX, declaration), report_width(WITH_AUX, declaration)
-    gang = Gang(lanes, 1, rows, store, width, simulation)
-    gang.add_many(
+    batch = Batch(lanes, 1, rows, store, width, simulation)
+    batch.add_many(
         np.arange(1),
         Runs(
             np.zeros((1, 0)),
@@ -646,7 +647,7 @@ def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -
             np.array([[1.0, 0.0, 0.0]]),
         ),
     )
-    done = gang.advance(
+    done = batch.advance(
         Compiled(doubling, *make_observer(lanes, rows, WITH_AUX, declaration)), 60.0, True
     )
     found = measured(
@@ -662,7 +663,7 @@ def test_equal_texts_of_other_functions_are_other_observers() -> None:
     were made with differs."""
     for factor in (2.0, 3.0):
         declaration = Declaration(
-            (Channel("scaled", times(factor), slope_times(factor), size=1.0),),
+            (Channel("scaled", times(factor), slope_times(factor), scale=1.0),),
             (Extremes("scaled", greatest="high"),),
         )
         o = observe(SWING, declaration, [1.0, 0.0], [1.0, 0.0], Simulation(0.0, TWO_PI, 1e-9))
@@ -725,8 +726,8 @@ def wrong(_: str, channels: Any = None, features: Any = (), **more: Any) -> Decl
             ("TimeAbove 't'", "'x' has no level", "a number"),
         ),
         (
-            wrong("size", (Channel("x", lambda x: x, "v"),), (Extremes("x", "high"),)),
-            ("channel 'x'", "size", "a state"),
+            wrong("scale", (Channel("x", lambda x: x, "v"),), (Extremes("x", "high"),)),
+            ("channel 'x'", "scale", "a state"),
         ),
         (
             wrong("rate", (Channel("v", "v", "a", rate_of="y"),)),

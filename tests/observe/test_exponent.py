@@ -14,7 +14,7 @@ from sweep.runs import finish, run_work, same_bits, work_for
 
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
-from nsdrill.models.christoforou_yigit.rhs import sizes
+from nsdrill.models.christoforou_yigit.rhs import state_scales
 from nsdrill.observe.exponent import WAVES, exponent_of, growth_header, seed_deviation
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.work import Work
@@ -80,18 +80,18 @@ def run_one(
     work = replace(work_for(case, simulation), record=record)
     runs = work.prepare(np.array([0]))
     work.begin(runs.initial[0], start)
-    gang = work.new_gang(8, 1)
+    batch = work.new_batch(8, 1)
     if not looks:
-        gang._store[GROWTH_HEADER] = np.inf
-    gang.add(np.array([0]), runs)
-    done = finish(work, gang)[-1]
+        batch._store[GROWTH_HEADER] = np.inf
+    batch.add(np.array([0]), runs)
+    done = finish(work, batch)[-1]
     return done, work.columns(done)
 
 
-# Two neighbouring runs, 2e-5 natural sizes apart, miss by 2e-5 themselves. Before steps
-# were made anew from contact to contact, the deviation missed by 2e-2 and 5e-2 at 1e-6,
-# by 4e-3 and 3e-2 at 1e-8. (At 1e-6 the run is another one than that at 1e-12 by so
-# much that its derivative is by 1e-2, where it meets the wall again and again.)
+# Two neighbouring runs, 2e-5 natural scales apart, miss by 2e-5 themselves. Before
+# steps were made anew from contact to contact, the deviation missed by 2e-2 and 5e-2 at
+# 1e-6, by 4e-3 and 3e-2 at 1e-8. (At 1e-6 the run is another one than that at 1e-12 by
+# so much that its derivative is by 1e-2, where it meets the wall again and again.)
 @pytest.mark.parametrize(("rtol", "within"), [(1e-7, 4e-3), (1e-8, 2e-4)])
 @pytest.mark.parametrize("case", [BOUNCING, RUBBING], ids=["bouncing", "rubbing"])
 def test_the_deviation_is_the_derivative_of_the_motion_through_contacts(
@@ -99,7 +99,7 @@ def test_the_deviation_is_the_derivative_of_the_motion_through_contacts(
 ) -> None:
     """Against two neighbouring runs, over lift-offs or impacts on the wall."""
     distance, simulation = 1e-5, Simulation(transient=0.0, observe=3.0, rtol=rtol)
-    size, start = sizes(table_of(case))[0], start_of(case)
+    size, start = state_scales(table_of(case))[0], start_of(case)
     deviation = seed_deviation(size)
     fine = replace(simulation, rtol=1e-12)
     ends = [
@@ -128,7 +128,7 @@ def test_a_touch_that_begins_and_ends_within_one_step_counts() -> None:
             np.pi / 6 - case.speed * top,
         ]
     )
-    size = sizes(table_of(case))[0]
+    size = state_scales(table_of(case))[0]
     coarse, fine = (
         run_one(case, start, Simulation(0.0, 0.06, rtol), WITH, looks=False)[0]
         for rtol in (1e-6, 1e-12)

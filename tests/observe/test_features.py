@@ -61,7 +61,8 @@ def window(request: pytest.FixtureRequest) -> tuple[str, Sampled, dict[str, np.n
 
 
 def test_features_equal_those_of_a_sampled_scipy_solution(window: tuple) -> None:
-    """To 1e-6 of their size at rtol 1e-10: the sampling of the comparison leaves 5e-7."""
+    """To 1e-6 of their size at rtol 1e-10: the sampling of the comparison leaves
+    5e-7."""
     name, expected, found = window
     case = expected.case
     wrong = {}
@@ -75,7 +76,7 @@ def test_features_equal_those_of_a_sampled_scipy_solution(window: tuple) -> None
 
 
 def test_half_difference_is_the_worst_disagreement_of_the_halves(window: tuple) -> None:
-    """Extremes over their range (and a hundredth of the natural size), fractions of
+    """Extremes over their range (and a hundredth of the natural scale), fractions of
     time, mean speed."""
     _, expected, found = window
     case, n = expected.case, len(expected.t) // 2
@@ -100,7 +101,7 @@ def test_half_difference_is_the_worst_disagreement_of_the_halves(window: tuple) 
 def test_peaks_are_counted_and_measured(window: tuple) -> None:
     """As many local maxima as the samples show, equal to 1e-7 of the motion's size."""
     _, expected, found = window
-    sizes = {
+    state_scales = {
         "axial_peaks": expected.case.amplitude,
         "bit_speed_peaks": expected.case.speed,
         "radius_peaks": expected.case.gap,
@@ -109,7 +110,7 @@ def test_peaks_are_counted_and_measured(window: tuple) -> None:
         mine = found[name][0]
         mine = mine[np.isfinite(mine)]
         assert len(mine) == min(len(peaks), 32), name
-        assert mine == pytest.approx(peaks[-32:], abs=1e-6 * sizes[name], rel=1e-6), name
+        assert mine == pytest.approx(peaks[-32:], abs=1e-6 * state_scales[name], rel=1e-6), name
 
 
 def test_the_windows_show_all_responses() -> None:
@@ -174,7 +175,7 @@ def test_a_peak_stands_out_by_ten_tolerances(tolerances: float, peaks: int) -> N
     )
     start = start_of(case)
     size = case.wob / (case.k_a + case.rock_stiffness)
-    # the tolerance: of the natural size and the value
+    # the tolerance: of the natural scale and the value
     start[4] += 0.5 * tolerances * simulation.rtol * 2 * size
     out = run_from(work_for(case, simulation), start[None])
     found = out["axial_peaks"][0]
@@ -215,7 +216,8 @@ def ellipse(a: float, b: float, phase: float) -> np.ndarray:
 @pytest.mark.parametrize("b", [0.03, 0.01, 1e-4, 1e-7, -0.02, -1e-4, -1e-7])
 @pytest.mark.parametrize("phase", [0.3, 2.0, -2.5])
 def test_whirl_is_the_unwrapped_angle_of_the_orbit(b: float, phase: float) -> None:
-    """Also of a needle-thin ellipse, whose angle turns by half a turn within one step."""
+    """Also of a needle-thin ellipse, whose angle turns by half a turn within one
+    step."""
     duration = 7.3
     out = run_from(
         work_for(FREE, Simulation(0.0, duration, rtol=1e-11)), ellipse(0.05, b, phase)[None]
@@ -350,7 +352,8 @@ def test_a_resting_string_measures_as_at_rest() -> None:
 
 
 def test_bit_that_stands_on_the_threshold_counts_as_stuck() -> None:
-    """Stuck is at or below the threshold: field practice counts the time below 5 rpm."""
+    """Stuck is at or below the threshold: field practice counts the time below 5
+    rpm."""
     start = start_of(FREE)
     case = FREE
     simulation = Simulation(0.0, 5.0)
@@ -394,12 +397,12 @@ def test_a_run_that_fails_leaves_no_events_to_the_next_one_in_its_lane() -> None
     in the lists when the next run's window opens, and must not be counted in it."""
     states = np.tile(start_of(BOUNCING), (2, 1))
     work = work_for(BOUNCING, Simulation(0.0, 3.0), depth=[1500.0, BOUNCING.depth])
-    gang = work.new_gang(1, 2)
+    batch = work.new_batch(1, 2)
     for point, limit in ((1, 60), (0, 1e9)):
-        gang.settings["limit"] = limit
+        batch.settings["limit"] = limit
         one = np.array([point])
-        gang.add_many(one, replace(work.prepare(one), initial=states[one]))
-    after = collect(work, finish(work, gang))
+        batch.add_many(one, replace(work.prepare(one), initial=states[one]))
+    after = collect(work, finish(work, batch))
     alone = run_from(work_for(BOUNCING, Simulation(0.0, 3.0), depth=[1500.0]), states[:1], lanes=1)
     assert after["status"].tolist() == [OK, STEP_LIMIT]
     for name in FEATURES:

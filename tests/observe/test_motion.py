@@ -104,7 +104,7 @@ def test_tolerances_are_absolute_and_relative() -> None:
     assert period(padded(noisy), ONES, Motion(absolute=0.2, relative=0.0))[0] == 2
     assert period(padded(noisy), ONES, Motion(absolute=0.01, relative=0.02))[0] == 2
     assert period(padded(noisy), 20 * ONES, Motion(absolute=0.01, relative=0.0))[0] == 2, (
-        "in natural sizes"
+        "in natural scales"
     )
 
 

@@ -33,9 +33,9 @@ def crossings(work: Work, start: np.ndarray) -> dict[str, np.ndarray]:
     """The section of one run from ``start``, NaN left out."""
     runs = work.prepare(np.array([0]))
     work.begin(runs.initial[0], start)
-    gang = work.new_gang(8, 1)
-    gang.add(np.array([0]), runs)
-    columns = work.columns(finish(work, gang)[-1])
+    batch = work.new_batch(8, 1)
+    batch.add(np.array([0]), runs)
+    columns = work.columns(finish(work, batch)[-1])
     return {name: columns[name][0][np.isfinite(columns[name][0])] for name in SECTION}
 
 
@@ -81,14 +81,14 @@ def exact(case: Case, start: np.ndarray, lobes: int) -> list[dict[str, float]]:
     ids=["smooth", "bouncing", "rubbing"],
 )
 def test_returns_are_those_of_the_exact_solution(case: Case, section: str, within: float) -> None:
-    """Interpolation is of sixth order: at these steps below 1e-7 of the sizes. Every
-    contact adds an error of the order of the tolerance, 1e-10, and the next ones make
-    it grow: some 1e-5 after forty bounces."""
+    """Interpolation is of sixth order: at these steps below 1e-7 of the state_scales.
+    Every contact adds an error of the order of the tolerance, 1e-10, and the next ones
+    make it grow: some 1e-5 after forty bounces."""
     start = start_of(case)
     mine = crossings(with_section(case, section=section), start)
     expected = exact(case, start, case.lobes if section == "lobe" else 1)
     assert len(mine["section_radius"]) == len(expected)
-    sizes = {
+    state_scales = {
         "section_radius": 0.01,
         "section_radial_velocity": 0.1,
         "section_whirl_speed": 5.0,
@@ -97,9 +97,9 @@ def test_returns_are_those_of_the_exact_solution(case: Case, section: str, withi
     }
     for name in SECTION:
         values = np.array([one[name] for one in expected])
-        assert mine[name] == pytest.approx(values, rel=within, abs=within * sizes.get(name, 1.0)), (
-            name
-        )
+        assert mine[name] == pytest.approx(
+            values, rel=within, abs=within * state_scales.get(name, 1.0)
+        ), name
 
 
 def test_the_last_ones_are_kept_oldest_first() -> None:

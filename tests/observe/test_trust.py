@@ -11,7 +11,7 @@ from model_tables import FEATURES
 from nsdrill.models.christoforou_yigit.classify import responses
 from nsdrill.models.christoforou_yigit.compare import scales
 from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Mud, Parameters, Well
-from nsdrill.models.christoforou_yigit.rhs import pack, sizes
+from nsdrill.models.christoforou_yigit.rhs import pack, state_scales
 from nsdrill.models.christoforou_yigit.variables import COMPARED
 from nsdrill.models.registry import model_named
 from nsdrill.observe.thresholds import Thresholds, Trust
@@ -56,13 +56,14 @@ def test_everything_compared_is_a_feature() -> None:
 def test_a_surface_without_lobes_has_a_size_too() -> None:
     parameters = Parameters(Drillstring(), Mud(), Well(), replace(Bit(), surface_amplitude=0.0))
     table = pack(parameters, [2000.0], [2e4], [3.0])
-    assert scales(table)["lobe"] == sizes(table)[:, 4]
+    assert scales(table)["lobe"] == state_scales(table)[:, 4]
     # W / k_c, the pipe being much softer
     assert scales(table)["lobe"][0] == pytest.approx(2e4 / 25e6, rel=0.2)
 
 
 def found(**changes: list[float]) -> dict[str, np.ndarray]:
-    """Two points whose checks agree with a run without a response, but for the changes."""
+    """Two points whose checks agree with a run without a response, but for the
+    changes."""
     values = {}
     for check in ("tight", "long"):
         values |= {

@@ -6,7 +6,7 @@ import numpy as np
 
 from nsdrill.abi import Rows
 from nsdrill.elementary import sincos
-from nsdrill.kernel.gang import Compiled, Runs
+from nsdrill.kernel.batch import Compiled, Runs
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Symmetry
 from nsdrill.orbit.arclength import settled

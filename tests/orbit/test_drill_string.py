@@ -83,10 +83,10 @@ def test_hopf_of_steady_drilling_and_the_fold_of_stick_slip():
 
     assert numbers_at(data, HOPF) == pytest.approx([brentq(damping, 1.5, 3.0)], abs=1e-6)
     (fold,) = numbers_at(data, FOLD)
-    sizes = data["row_size"].values
+    state_scales = data["row_size"].values
     assert list(data["motion"].values) == ["equilibrium", "limit_cycle"]
     assert "Hopf" in str(data["end_reason"].values[1])
-    cycles = data.isel(point=slice(sizes[0], None))
+    cycles = data.isel(point=slice(state_scales[0], None))
     at_fold = int(np.argmax(cycles["label"].values == FOLD))
     # The side of the fold that shrinks to the Hopf point is unstable, the other is
     # stick-slip.
@@ -230,8 +230,10 @@ def test_multipliers_across_contacts(bounce):
         ends = flow(rtol).run(legs)
         return turned(setting.symmetry, ends.monodromy[0].T, -periods * fold).T
 
-    sizes = flow(1e-11).sizes(values)[0]
-    scaled = [monodromy(rtol) * sizes / sizes[:, None] for rtol in (1e-11, 1e-12, 1e-13)]
+    state_scales = flow(1e-11).state_scales(values)[0]
+    scaled = [
+        monodromy(rtol) * state_scales / state_scales[:, None] for rtol in (1e-11, 1e-12, 1e-13)
+    ]
     assert np.max(np.abs(scaled[0] - scaled[2])) < 1e-7
     own = np.sort_complex(np.linalg.eigvals(scaled[0]))
     stored = data["multiplier_real"].values + 1j * data["multiplier_imag"].values
@@ -248,7 +250,7 @@ def test_multipliers_across_contacts(bounce):
     worst = []
     for matrix, there in zip(flow(1e-14).run(legs).monodromy, stored, strict=True):
         finest = np.linalg.eigvals(
-            turned(setting.symmetry, matrix.T, -fold).T * sizes / sizes[:, None]
+            turned(setting.symmetry, matrix.T, -fold).T * state_scales / state_scales[:, None]
         )
         worst.append(max(np.min(np.abs(finest - one)) for one in there))
     assert max(worst) < 1e-8
@@ -257,7 +259,7 @@ def test_multipliers_across_contacts(bounce):
 
     differences = np.zeros((8, 8))
     for j in range(8):
-        h = 1e-3 * sizes[j]
+        h = 1e-3 * state_scales[j]
         sides = state + np.array([[h], [-h]]) * np.eye(8)[j]
         legs = Legs(
             sides,
@@ -268,7 +270,7 @@ def test_multipliers_across_contacts(bounce):
         )
         ends = turned(setting.symmetry, flow(1e-13).run(legs).state, -fold)
         differences[:, j] = (ends[0] - ends[1]) / (2 * h)
-    assert np.max(np.abs(differences * sizes / sizes[:, None] - scaled[0])) < 1e-4
+    assert np.max(np.abs(differences * state_scales / state_scales[:, None] - scaled[0])) < 1e-4
 
 
 def test_divergence(bounce):
@@ -291,7 +293,7 @@ def test_divergence(bounce):
     )
     data = nsdrill.continue_branches(study)
     parameters = study.parameters
-    for point in range(data.sizes["point"]):
+    for point in range(data.state_scales["point"]):
         one = data.isel(point=point)
         omega = float(one["rotary_speed"])
         k = derive(parameters, 5000.0, 22240.0, omega)
@@ -467,7 +469,7 @@ def test_multipliers_where_equations_are_not_linearised(extra):
     one = data.isel(point=1)
     number, state, period = float(one["rotary_speed"]), one["state"].values, float(one["period"])
     states, values = len(state), np.array([[number]])
-    h = 1e-4 * flow.sizes(values)[0]
+    h = 1e-4 * flow.state_scales(values)[0]
     sides = np.concatenate([state + np.diag(h), state - np.diag(h)])
     many = 2 * states
     legs = Legs(

@@ -11,11 +11,11 @@ from scipy.optimize import brentq
 import nsdrill
 from nsdrill.abi import BUFFER, RATES, Rows, compiled
 from nsdrill.elementary import sincos
-from nsdrill.kernel.gang import Compiled, Runs
+from nsdrill.kernel.batch import Compiled, Runs
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Symmetry
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.figures import lift_off_wob
+from nsdrill.models.christoforou_yigit.derived_quantities import lift_off_wob
 from nsdrill.models.operation import Operation
 from nsdrill.observe.touches import make_touches, touch_rows
 from nsdrill.orbit import arclength

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from nsdrill import plot
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results
-from nsdrill.plot.kinds.window import CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR
+from nsdrill.plot.kinds.window import CRITICAL_COLOUR, HISTORY_COLOUR, SAFE_COLOUR
 from nsdrill.variables import WHIRL
 
 
@@ -132,7 +132,7 @@ def test_the_areas_differ_in_grey() -> None:
         return float(np.dot((0.2126, 0.7152, 0.0722), linear))
 
     dark, middle, light = (
-        luminance(colour) for colour in (CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR)
+        luminance(colour) for colour in (CRITICAL_COLOUR, HISTORY_COLOUR, SAFE_COLOUR)
     )
     assert 1.5 * dark < middle
     assert 1.5 * middle < light

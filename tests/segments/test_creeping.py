@@ -91,7 +91,9 @@ def test_a_bit_from_rest_creeps_as_scipy_has_it(method: str) -> None:
         :, -1
     ]
     assert 0.0198 < end[4 * n + 3] < 1.0  # it cuts, slowly
-    size = plain_of(MODEL.sizes(Slopes(parameters).table[None], MODEL.variant(parameters))[0], n)
+    size = plain_of(
+        MODEL.state_scales(Slopes(parameters).table[None], MODEL.variant(parameters))[0], n
+    )
     assert (
         np.max(np.abs(plain_of(done["final_state"][0, :-1], n) - end) / (size + np.abs(end))) < 2e-6
     )

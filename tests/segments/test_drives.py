@@ -123,10 +123,10 @@ def test_the_lanes_have_the_rates_of_the_law(kind: str, keys: dict, numbers: dic
             pipes=2, collars=2, kind=kind, numbers=numbers, limit=limit or math.inf, on_at=2.0
         )
         n, generator = plain.n, np.random.default_rng(2)
-        sizes = np.repeat([1e-3, 0.05, 2.0, 3.0, 0.0], [n + 1] * 4 + [1])
+        state_scales = np.repeat([1e-3, 0.05, 2.0, 3.0, 0.0], [n + 1] * 4 + [1])
         clipped = 0
         for t in (1.9, 2.3):
-            states = sizes * generator.normal(size=(8, 4 * n + 5))
+            states = state_scales * generator.normal(size=(8, 4 * n + 5))
             states[:, 3 * n + 3 : 4 * n + 4] += plain.speed
             found = slopes(t, np.array([ours(state, n) for state in states]))
             for state, mine in zip(states, found, strict=True):
@@ -154,7 +154,7 @@ def test_the_lanes_have_the_rates_of_the_law(kind: str, keys: dict, numbers: dic
 )
 def test_a_run_ends_where_scipy_does(kind: str, method: str, within: float) -> None:
     """0.4 s from a bit that turns too slowly, beside DOP853 on the plain equations.
-    With a tolerance of 1e-12 the error of SciPy is 1e-9 of the natural sizes, that of
+    With a tolerance of 1e-12 the error of SciPy is 1e-9 of the natural scales, that of
     the explicit pair 7e-9, of the implicit one 2.4e-7."""
     parameters = string(**FEW, drive__kind=kind)
     done = run(parameters, Simulation(0.0, 0.4, rtol=1e-12, method=method), Initial(bit_speed=6.0))  # type: ignore[arg-type]
@@ -165,7 +165,9 @@ def test_a_run_ends_where_scipy_does(kind: str, method: str, within: float) -> N
     end = solve_ivp(plain.rates, (0.0, 0.4), start, method="DOP853", rtol=1e-12, atol=absolute).y[
         :, -1
     ]
-    size = plain_of(MODEL.sizes(Slopes(parameters).table[None], MODEL.variant(parameters))[0], n)
+    size = plain_of(
+        MODEL.state_scales(Slopes(parameters).table[None], MODEL.variant(parameters))[0], n
+    )
     assert (
         np.max(np.abs(plain_of(done["final_state"][0, :-1], n) - end) / (size + np.abs(end)))
         < within
@@ -184,9 +186,9 @@ def test_energy(kind: str) -> None:
         Driven(pipes=2, collars=2, kind=kind) if kind != "ideal" else Plain(pipes=2, collars=2)
     )
     n, generator = plain.n, np.random.default_rng(3)
-    sizes = np.repeat([1e-3, 0.05, 2.0, 3.0, 0.0], [n + 1] * 4 + [1])
+    state_scales = np.repeat([1e-3, 0.05, 2.0, 3.0, 0.0], [n + 1] * 4 + [1])
     for _ in range(6):
-        state = sizes * generator.normal(size=4 * n + 5)
+        state = state_scales * generator.normal(size=4 * n + 5)
         state[3 * n + 3 : 4 * n + 4] += plain.speed
         u, v, th, w, _ = plain.parts(state)
         if kind == "ideal":

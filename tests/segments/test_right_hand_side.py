@@ -77,9 +77,9 @@ def test_the_lanes_have_the_rates_of_the_equations(keys: dict, fields: dict) -> 
     if keys.get("drive__kind") == "lqr":
         plain.gains = tuple(regulator(parameters, string_of(parameters, DEPTH))[0])
     generator, n = np.random.default_rng(1), plain.n
-    sizes = np.repeat([1e-3, 0.05, 2.0, 10.0, 100.0], [n + 1] * 4 + [1])
+    state_scales = np.repeat([1e-3, 0.05, 2.0, 10.0, 100.0], [n + 1] * 4 + [1])
     for t in (0.0, 1.7, 2.3):
-        states = sizes * generator.normal(size=(8, 4 * n + 5))
+        states = state_scales * generator.normal(size=(8, 4 * n + 5))
         states[:, 3 * n + 3 : 4 * n + 4] += plain.speed
         states[0, 4 * n + 3] = 0.01  # nearly stuck
         found = slopes(t, np.array([ours(state, n) for state in states]))
@@ -266,14 +266,14 @@ def _along(
 def test_a_run_ends_where_scipy_does_and_energy_balances() -> None:
     """Half a second from a bit that turns too slowly, on its lobes; DOP853 on the plain
     equations at 1e-10. Both of our tolerances of 1e-10 leave errors of about 1e-8 of
-    the natural sizes. Energy: 200 kJ in all, to the integral's tolerance."""
+    the natural scales. Energy: 200 kJ in all, to the integral's tolerance."""
     parameters = string(segments__pipe=4, segments__collar=4)
     plain, initial = Plain(pipes=4, collars=4), Initial(bit_speed=6.0)
     slopes = Slopes(parameters)
     done = run(parameters, Simulation(0.0, 0.5, rtol=1e-10), initial)
     start = plain_of(done["initial_state"][0, :-1], 8)
     end, gained = _along(plain, start, 0.5)
-    size = plain_of(MODEL.sizes(slopes.table[None], slopes.variant)[0], 8)
+    size = plain_of(MODEL.state_scales(slopes.table[None], slopes.variant)[0], 8)
     difference = np.abs(plain_of(done["final_state"][0, :-1], 8) - end) / (size + np.abs(end))
     assert difference.max() < 1e-6
     assert plain.energy(end) - plain.energy(start) == pytest.approx(

@@ -118,7 +118,8 @@ def test_a_scheduler_that_is_gone_ends_the_run(
 
 
 class Mortal(Executor):
-    """Runs every task here; those whose number is in ``deaths`` die with their worker."""
+    """Runs every task here; those whose number is in ``deaths`` die with their
+    worker."""
 
     def __init__(self, deaths: range | set[int]) -> None:
         self.deaths, self.count, self.lock = deaths, 0, threading.Lock()
@@ -134,7 +135,7 @@ class Mortal(Executor):
         elif dies:
             future.set_exception(RuntimeError("the worker is gone"))
         else:
-            # What another process would get: the gang here stays as it is.
+            # What another process would get: the batch here stays as it is.
             future.set_result(advance(*pickle.loads(pickle.dumps(args))))
         return future
 
@@ -154,7 +155,7 @@ def test_a_cluster_that_only_dies_is_given_up(
 ) -> None:
     # Slices of so many packed steps, however fast the machine is.
     monkeypatch.setattr("nsdrill.sweep.engine.REMOTE_SLICE", 1e-9)
-    monkeypatch.setattr("nsdrill.kernel.gang.SEGMENT", 8000)
+    monkeypatch.setattr("nsdrill.kernel.batch.SEGMENT", 8000)
     small = GRID.replace("points: 24", "points: 4").replace("points: 60", "points: 20")
     study, out = parse_study(small, "s.yaml"), tmp_path / "out.h5"
     mortal = Mortal(range(8, 10**6))

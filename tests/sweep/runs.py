@@ -1,4 +1,5 @@
-"""Drive the engine from a test, in memory: points in, columns of the results file out."""
+"""Drive the engine from a test, in memory: points in, columns of the results file
+out."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ import numpy as np
 from model.cases import parameters_of
 from reference import Case
 
-from nsdrill.kernel.gang import Finished
+from nsdrill.kernel.batch import Finished
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.observe.thresholds import Record, Thresholds
@@ -73,19 +74,19 @@ def run_work(
 
 def run_from(work: Work, states: np.ndarray, lanes: int = 8) -> dict[str, np.ndarray]:
     """The points of ``work``, each from its own initial state: ``states`` [points, 9];
-    one gang, no engine."""
+    one batch, no engine."""
     points = np.arange(work.plan.points)
-    gang = work.new_gang(lanes, len(points))
-    gang.add_many(points, replace(work.prepare(points), initial=states))
-    return collect(work, finish(work, gang))
+    batch = work.new_batch(lanes, len(points))
+    batch.add_many(points, replace(work.prepare(points), initial=states))
+    return collect(work, finish(work, batch))
 
 
-def finish(work: Work, gang: Any, seconds: float = 0.05) -> list[Finished]:
-    """Advance a gang until it is idle."""
-    parts = compiled_parts(gang.lanes, work.variant)
+def finish(work: Work, batch: Any, seconds: float = 0.05) -> list[Finished]:
+    """Advance a batch until it is idle."""
+    parts = compiled_parts(batch.lanes, work.variant)
     done = []
-    while not gang.idle:
-        done.append(gang.advance(parts, seconds, True))
+    while not batch.idle:
+        done.append(batch.advance(parts, seconds, True))
     return done
 
 

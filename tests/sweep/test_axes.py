@@ -11,7 +11,7 @@ from reference import Case
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import power
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.christoforou_yigit.rhs import first_step, pack, sizes
+from nsdrill.models.christoforou_yigit.rhs import first_step, pack, state_scales
 from nsdrill.models.leaves import values_at, with_values
 from nsdrill.models.operation import describe
 from nsdrill.sweep.plan import Plan
@@ -44,7 +44,7 @@ def test_points_along_any_axis_have_the_coefficients_of_single_points(key: str) 
             for value in values.tolist()
         ]
     )
-    for made in (lambda t: t, sizes, first_step):
+    for made in (lambda t: t, state_scales, first_step):
         assert made(table).tobytes() == made(alone).tobytes()
 
 
@@ -78,7 +78,7 @@ def test_a_sweep_over_the_rock_has_the_bits_of_single_runs(procedure: str) -> No
         runs = single.prepare(np.array([0]))
         if procedure == "same":
             assert runs.initial.tobytes() == out["initial_state"][point][None].tobytes()
-        gang = single.new_gang(8, 1)
-        gang.add(np.array([0]), replace(runs, initial=out["initial_state"][point][None]))
-        alone = collect(single, finish(single, gang))
+        batch = single.new_batch(8, 1)
+        batch.add(np.array([0]), replace(runs, initial=out["initial_state"][point][None]))
+        alone = collect(single, finish(single, batch))
         assert same_bits(alone, {name: values[[point]] for name, values in out.items()})

@@ -97,9 +97,9 @@ def test_a_chain_is_a_sequence_of_single_runs(procedure: str) -> None:
         for place in range(plan.chain_length):
             point = plan.points_of(chain, place)[None]
             runs = work.prepare(point)
-            gang = work.new_gang(8, 1)
-            gang.add(point, runs if state is None else replace(runs, initial=state[None]))
-            single = collect(work, finish(work, gang))
+            batch = work.new_batch(8, 1)
+            batch.add(point, runs if state is None else replace(runs, initial=state[None]))
+            single = collect(work, finish(work, batch))
             assert all(single[n][0].tobytes() == out[n][point[0]].tobytes() for n in single), (
                 chain,
                 place,
@@ -131,8 +131,8 @@ def test_a_long_chain_is_handed_over_in_segments_without_a_seam() -> None:
     assert same_bits(run_work(work, 8, 2, 0.001), out)
 
 
-def test_many_long_chains_take_turns_in_a_gang() -> None:
-    """More chains than a gang has room for, whose segments end one after the other:
+def test_many_long_chains_take_turns_in_a_batch() -> None:
+    """More chains than a batch has room for, whose segments end one after the other:
     each finds its place again."""
     work = work_for(
         Case(),
@@ -148,7 +148,7 @@ def test_many_long_chains_take_turns_in_a_gang() -> None:
 
 
 def test_segments_are_short_where_the_results_of_a_run_are_large() -> None:
-    """With many returns to the section few runs fit into a gang; all its lanes shall
+    """With many returns to the section few runs fit into a batch; all its lanes shall
     have work all the same."""
     work = work_for(
         Case(),
@@ -159,8 +159,8 @@ def test_segments_are_short_where_the_results_of_a_run_are_large() -> None:
         wob=np.linspace(20e3, 40e3, 20),
     )
     few = replace(work, record=replace(work.record, poincare=4000))
-    gang = few.new_gang(8, 1024)
-    assert gang.slots < 1024
+    batch = few.new_batch(8, 1024)
+    assert batch.slots < 1024
     out = run_work(few, 8, 1, 0.001)
     assert same_bits(
         {name: out[name] for name in ("status", "final_state", "axial_max")},
@@ -323,9 +323,9 @@ def test_an_interrupt_delivers_all_slices_under_way() -> None:
     class Counting(ThreadPoolExecutor):
         def submit(self, function, *args):  # type: ignore[no-untyped-def]
             def counted():  # type: ignore[no-untyped-def]
-                gang, done = function(*args)
+                batch, done = function(*args)
                 ended.extend(done.job.tolist())
-                return gang, done
+                return batch, done
 
             return super().submit(counted)
 

@@ -14,10 +14,10 @@ SIZES = st.tuples(*[st.integers(1, 5)] * 4)
 PROCEDURES = st.sampled_from(["same", "up", "down", "up-down"])
 
 
-def plan_of(sizes: tuple[int, ...], procedure: str, along: str) -> Plan:
+def plan_of(state_scales: tuple[int, ...], procedure: str, along: str) -> Plan:
     axes = {
         name: np.arange(n, dtype=float) * 10 + i
-        for i, (name, n) in enumerate(zip(AXES, sizes, strict=True))
+        for i, (name, n) in enumerate(zip(AXES, state_scales, strict=True))
     }
     return Plan(axes, procedure, None if procedure == "same" else along)
 
@@ -29,17 +29,19 @@ def all_points(plan: Plan) -> np.ndarray:
 
 @given(SIZES, PROCEDURES, st.sampled_from(AXES))
 @settings(max_examples=200, deadline=None)
-def test_every_point_is_visited_once(sizes: tuple[int, ...], procedure: str, along: str) -> None:
-    plan = plan_of(sizes, procedure, along)
+def test_every_point_is_visited_once(
+    state_scales: tuple[int, ...], procedure: str, along: str
+) -> None:
+    plan = plan_of(state_scales, procedure, along)
     assert sorted(all_points(plan).ravel().tolist()) == list(range(plan.points))
 
 
 @given(SIZES, st.sampled_from(["up", "down"]), st.sampled_from(AXES))
 @settings(max_examples=100, deadline=None)
 def test_a_carried_axis_runs_one_way_and_the_others_stand_still(
-    sizes: tuple[int, ...], procedure: str, along: str
+    state_scales: tuple[int, ...], procedure: str, along: str
 ) -> None:
-    plan = plan_of(sizes, procedure, along)
+    plan = plan_of(state_scales, procedure, along)
     values = plan.values(all_points(plan))
     steps = np.diff(values[along], axis=1)
     assert np.all(steps == (10 if procedure == "up" else -10))
@@ -49,8 +51,8 @@ def test_a_carried_axis_runs_one_way_and_the_others_stand_still(
 
 @given(SIZES, st.sampled_from(AXES))
 @settings(max_examples=100, deadline=None)
-def test_up_down_goes_up_and_comes_back(sizes: tuple[int, ...], along: str) -> None:
-    plan = plan_of(sizes, "up-down", along)
+def test_up_down_goes_up_and_comes_back(state_scales: tuple[int, ...], along: str) -> None:
+    plan = plan_of(state_scales, "up-down", along)
     points = all_points(plan)
     values = plan.values(points)[along]
     n = len(plan.axes[along])
@@ -64,9 +66,9 @@ def test_up_down_goes_up_and_comes_back(sizes: tuple[int, ...], along: str) -> N
 @given(SIZES, PROCEDURES, st.sampled_from(AXES), st.data())
 @settings(max_examples=100, deadline=None)
 def test_a_point_is_found_by_its_values(
-    sizes: tuple[int, ...], procedure: str, along: str, data: st.DataObject
+    state_scales: tuple[int, ...], procedure: str, along: str, data: st.DataObject
 ) -> None:
-    plan = plan_of(sizes, procedure, along)
+    plan = plan_of(state_scales, procedure, along)
     number = data.draw(st.integers(0, plan.points - 1))
     values = {name: float(value) for name, value in plan.values(np.array(number)).items()}
     name = plan.procedures[int(np.unravel_index(number, plan.shape)[0])]

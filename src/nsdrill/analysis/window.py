@@ -34,15 +34,16 @@ from nsdrill.variables import BIT_BOUNCE, SAMPLE, STICK_SLIP, WHIRL
 
 # the first of these that is swept lies across, the next one up
 ACROSS = ("rotary_speed", "wob", "depth")
-SAFE, RIM, CRITICAL, UNKNOWN = 2, 1, 0, -1
-STATES = {SAFE: "safe", RIM: "rim", CRITICAL: "critical", UNKNOWN: "unknown"}
+SAFE, HISTORY_DEPENDENT, CRITICAL, UNKNOWN = 2, 1, 0, -1
+STATES = {SAFE: "safe", HISTORY_DEPENDENT: "rim", CRITICAL: "critical", UNKNOWN: "unknown"}
 USUAL_CONFIDENCE = 0.9
 LEVELS = (0.5, 0.8, 0.9, 0.95, 0.99)  # at which the price of a confidence is told
 
 
 @dataclass(frozen=True)
 class Classes:
-    """A sweep as maps: ``state`` [third, y, x] is SAFE, RIM, CRITICAL or UNKNOWN.
+    """A sweep as maps: ``state`` [third, y, x] is SAFE, HISTORY_DEPENDENT, CRITICAL or
+    UNKNOWN.
 
     ``bits`` are the responses that occur in any history; ``failed`` and ``distrusted``
     say whether any history (or the check of one that was safe) failed or has not run,
@@ -134,7 +135,7 @@ def classes(
     safe, some, none = planes(each), planes(each).any(axis=-1), planes(runs.bad).any(axis=-1)
     state = np.where(
         planes(each | runs.bad).all(axis=-1) | (some & none),
-        np.where(none, np.where(some, RIM, CRITICAL), SAFE),
+        np.where(none, np.where(some, HISTORY_DEPENDENT, CRITICAL), SAFE),
         UNKNOWN,
     )
     bits = np.bitwise_or.reduce(
@@ -368,7 +369,8 @@ def _recommended(found: Classes, state: Array, number: int | None) -> dict[str, 
 
 
 def _safety(found: Classes, number: int | None, cell: tuple[int, int]) -> dict[str, Any]:
-    """The probability of a safe run at a cell, and its interval; of all maps the least."""
+    """The probability of a safe run at a cell, and its interval; of all maps the
+    least."""
     if not found.safety:
         return {}
     values = [part[(slice(None) if number is None else number, *cell)] for part in found.safety]

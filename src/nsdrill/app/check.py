@@ -29,10 +29,10 @@ LARGE = 2e9  # bytes of results
 @dataclass(frozen=True)
 class Report:
     """What ``check`` finds at the study's ``operation``: coefficients (None of a model
-    without), figures, and warnings in plain sentences. Of a refined sweep ``points``
-    are those of the finest grid, ``coarse_points`` those that are run in any case. A
-    run takes ``disk`` [bytes] at most and ``memory`` [bytes] about; both are 0 where a
-    ramp stands in place of a sweep. ``method`` says how friction is integrated:
+    without), derived quantities, and warnings in plain sentences. Of a refined sweep
+    ``points`` are those of the finest grid, ``coarse_points`` those that are run in any
+    case. A run takes ``disk`` [bytes] at most and ``memory`` [bytes] about; both are 0
+    where a ramp stands in place of a sweep. ``method`` says how friction is integrated:
     explicit, implicit, or both, each at some points."""
 
     operation: Operation
@@ -88,10 +88,10 @@ class Report:
 
 
 def check(study: Study, units: str = "si") -> Report:
-    """Coefficients and figures at the operating point of ``study``, for a ramp that at
-    its start, and warnings over its whole sweep and its ramps, whose sentences are in
-    the ``units`` "si" or "field". ``points`` and ``chains`` are 0 where a ramp stands
-    in place of a sweep."""
+    """Coefficients and derived quantities at the operating point of ``study``, for a
+    ramp that at its start, and warnings over its whole sweep and its ramps, whose
+    sentences are in the ``units`` "si" or "field". ``points`` and ``chains`` are 0
+    where a ramp stands in place of a sweep."""
     plan = plan_of(study)
     operation = operation_of(study)
     parameters = study.parameters
@@ -105,7 +105,7 @@ def check(study: Study, units: str = "si") -> Report:
     return Report(
         operation,
         own and own.coefficients(parameters, operation),
-        own.every_figure(parameters, operation) if own else {},
+        own.every_derived_quantity(parameters, operation) if own else {},
         _warnings(study, units),
         points,
         chains,
@@ -170,7 +170,8 @@ def checks_of(model: str) -> Any:
 
 
 def _told(value: float, si: str, shown: str, units: str) -> str:
-    """A value in the units ``si`` in a warning: in ``shown`` units, or in field units."""
+    """A value in the units ``si`` in a warning: in ``shown`` units, or in field
+    units."""
     return amount(value, unit_in(si, units) or shown, 4)
 
 
@@ -202,7 +203,8 @@ def _large(study: Study) -> str | None:
 
 
 def ends_of(study: Study, axis: str) -> tuple[float, float]:
-    """The least and the greatest value that an axis, or the ramp in its place, takes."""
+    """The least and the greatest value that an axis, or the ramp in its place,
+    takes."""
     if axis in study.ramped:
         return min(study.ramps[axis].values), max(study.ramps[axis].values)
     return float(study.axes[axis][0]), float(study.axes[axis][-1])

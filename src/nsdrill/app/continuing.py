@@ -21,7 +21,7 @@ from nsdrill.app.provenance import provenance
 from nsdrill.app.run import processors
 from nsdrill.data import Array, json_text, resolved_study
 from nsdrill.errors import FileError, InputError
-from nsdrill.kernel.gang import Gang, choose_lanes
+from nsdrill.kernel.batch import Batch, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.base import Model, Symmetry, Variant
 from nsdrill.models.leaves import OPERATION, Values, values_at
@@ -46,7 +46,7 @@ from nsdrill.sweep.work import compiled_parts
 from nsdrill.units import CF
 from nsdrill.variables import OK, dimension_of
 
-RANGE_PARTS = 10  # the natural size of the number continued is this part of its range
+RANGE_PARTS = 10  # the natural scale of the number continued is this part of its range
 CIRCLE_PERIODS = 200  # over which features of a motion on a circle are measured
 UNSTABLE = 1e6  # a multiplier beyond which one period no longer follows the orbit
 WHAT = "continuation"
@@ -174,7 +174,8 @@ def setting_of(study: Study) -> Setting:
 
 
 def _finished(study: Study, path: str | os.PathLike[str]) -> Continued:
-    """What a file that is whole holds. FileError where it was made from another study."""
+    """What a file that is whole holds. FileError where it was made from another
+    study."""
     data = open_branches(path)
     if listed := told_changes(resolved_study(data.attrs), study.resolved):
         raise FileError(
@@ -594,7 +595,7 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
         "residual": (
             "point",
             np.array([point.residual for point in points]),
-            _words("residual in natural sizes"),
+            _words("residual in natural scales"),
         ),
         "state": (
             ("point", "state_name"),
@@ -677,14 +678,16 @@ def _features(
     runs = model.runs(table, setting.fixed, np.concatenate([states, np.zeros((n, 1))], axis=1))
     made = replace(runs, transient=np.zeros(n), observe=windows)
     store = model.store(lanes, study.parameters, record)
-    gang = Gang(lanes, n, rows, store, width, Simulation(0.0, 1.0, rtol=1e-9, max_steps=50_000_000))
-    gang.add_many(np.arange(n), made)
+    batch = Batch(
+        lanes, n, rows, store, width, Simulation(0.0, 1.0, rtol=1e-9, max_steps=50_000_000)
+    )
+    batch.add_many(np.arange(n), made)
     report, ok, parameters = np.zeros((n, width)), np.zeros(n, dtype=bool), np.zeros_like(table)
     parts = compiled_parts(lanes, variant)
     left = n
     while left:
         interrupt.look()
-        done = gang.advance(parts, 1.0, True)
+        done = batch.advance(parts, 1.0, True)
         report[done.job], ok[done.job] = done.report, done.status == OK
         parameters[done.job] = done.parameters
         left -= len(done.job)

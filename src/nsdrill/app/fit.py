@@ -22,11 +22,11 @@ from nsdrill.analysis.fitting import (
     Posterior,
     posterior,
 )
-from nsdrill.app.passes import Watch
 from nsdrill.app.rounds import Rounds
 from nsdrill.app.run import check_sweep, checked_workers
+from nsdrill.app.stages import Watch
 from nsdrill.errors import FileError, InputError, StudyError
-from nsdrill.kernel.gang import choose_lanes, widened
+from nsdrill.kernel.batch import choose_lanes, widened
 from nsdrill.models.leaves import OPERATION
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Record
@@ -216,7 +216,8 @@ def _check_points(study: Study, measured: Measured) -> None:
 
 @dataclass
 class _Runs:
-    """Runs of the model at all points of the measurements, for samples of the unknowns."""
+    """Runs of the model at all points of the measurements, for samples of the
+    unknowns."""
 
     study: Study
     measured: Measured

@@ -23,7 +23,7 @@ from nsdrill.app.run import processors
 from nsdrill.app.trajectory import own_state, run_at, traced
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, StudyError
-from nsdrill.kernel.gang import Runs, choose_lanes
+from nsdrill.kernel.batch import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import OPERATION, Values, values_at, word_at, words_of
 from nsdrill.models.operation import Operation
@@ -253,9 +253,9 @@ class Motions:
         runs = work.prepare(np.array([0]))
         motion = _motion(study, study.operation, work.simulation, runs.initial[0], seconds, sample)
         lanes = choose_lanes(1)
-        gang = work.new_gang(lanes, 1)
-        gang.add(np.array([0]), runs)
-        found = work.columns(gang.run_alone(compiled_parts(lanes, work.variant)))
+        batch = work.new_batch(lanes, 1)
+        batch.add(np.array([0]), runs)
+        found = work.columns(batch.run_alone(compiled_parts(lanes, work.variant)))
         return replace(
             motion, found={name: v[0].item() for name, v in found.items() if np.ndim(v) == 1}
         )

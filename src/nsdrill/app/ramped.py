@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from nsdrill.errors import InputError
-from nsdrill.kernel.gang import Compiled, Gang, choose_lanes
+from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
 from nsdrill.models.registry import model_named
 from nsdrill.models.schedule import PIECES, Array, Schedule
 from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
@@ -54,9 +54,9 @@ def follow(
         store[BEGAN] = cuts[i]
         length = float(cuts[i + 1] - cuts[i])
         one = replace(study.simulation, transient=0.0, observe=length, max_steps=left)
-        gang = Gang(lanes, 1, rows, store, 0, one)
-        gang.add(np.array([i]), model.runs(table[i : i + 1], fixed, state[np.newaxis]))
-        done = gang.run_alone(parts)
+        batch = Batch(lanes, 1, rows, store, 0, one)
+        batch.add(np.array([i]), model.runs(table[i : i + 1], fixed, state[np.newaxis]))
+        done = batch.run_alone(parts)
         state, status = done.final[0], int(done.status[0])
         accepted, rejected = accepted + int(done.accepted[0]), rejected + int(done.rejected[0])
         if status != OK:

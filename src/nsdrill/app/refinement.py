@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.passes import Passes, left
+from nsdrill.app.stages import RunStages, left
 from nsdrill.data import Array
 from nsdrill.models.kept import Kept
 from nsdrill.store import Sink, Source, columns, pending_records
@@ -27,7 +27,8 @@ UNKNOWN = -1  # the outcome of a point that has not run
 
 
 class Grid:
-    """The units of a refined sweep: points, or whole chains where a state is carried."""
+    """The units of a refined sweep: points, or whole chains where a state is
+    carried."""
 
     def __init__(self, plan: Plan, refined: tuple[str, ...], depth: int) -> None:
         carried = plan.along if plan.chain_length > 1 else None
@@ -87,12 +88,12 @@ class Refining:
     def complete(self) -> bool:
         return self.step.filled is not None
 
-    def run(self, passes: Passes, work: Work) -> None:
+    def run(self, stages: RunStages, work: Work) -> None:
         """Run what is needed, level by level."""
-        plan, progress = work.plan, passes.progress
+        plan, progress = work.plan, stages.progress
 
         def store(points: Array, found: dict[str, Array]) -> None:
-            passes.store(points, found)
+            stages.store(points, found)
             self.outcomes[points] = outcome(found["status"], found["response"])
 
         progress.before = int(np.count_nonzero(self.log.done()))
@@ -100,7 +101,7 @@ class Refining:
             needed = self.step.needed.ravel()
             starts, pending = left(plan, self.log, np.flatnonzero(needed & ~self.known))
             progress.total, level = int(needed.sum()) * plan.chain_length, self.step.level
-            passes.run(
+            stages.run(
                 work,
                 store,
                 starts,

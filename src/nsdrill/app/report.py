@@ -307,7 +307,7 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
 
 
 def _sizes(study: Study, results: Results) -> np.ndarray:
-    """The natural sizes of the states at every point, shape (*grid, states)."""
+    """The natural scales of the states at every point, shape (*grid, states)."""
     from nsdrill.models.registry import model_named
 
     several = [np.arange(study.samples)] if study.samples else []
@@ -325,7 +325,7 @@ def _sizes(study: Study, results: Results) -> np.ndarray:
         )
         variant = model.variant(at.parameters)
         places = [names.index(name) for name in model.states(variant)]
-        found[np.ix_(np.arange(len(found))[there], places)] = model.sizes(
+        found[np.ix_(np.arange(len(found))[there], places)] = model.state_scales(
             model.pack(at, study.thresholds), variant
         )
     size = found.reshape(1, *axes[0].shape, -1)

@@ -17,15 +17,15 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.app.attractors import mark
-from nsdrill.app.passes import Passes, Watch, sweep
 from nsdrill.app.planned import chosen_of, kept_of, plan_of
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.refinement import Refining
 from nsdrill.app.size import check_memory
+from nsdrill.app.stages import RunStages, Watch, sweep
 from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.data import Results, differences, resolved_study
 from nsdrill.errors import FileError, InputError
-from nsdrill.kernel.gang import choose_lanes
+from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.leaves import in_parts, values_at
 from nsdrill.models.registry import model_named
 from nsdrill.models.steepness import advice
@@ -38,7 +38,7 @@ from nsdrill.store import (
     collect,
     log_from_results,
     part_path,
-    renew,
+    rewrite_log,
     write_results,
 )
 from nsdrill.study.resolved import digest
@@ -268,19 +268,19 @@ def _compute(
     lanes = lanes or choose_lanes(chains)
     own: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
     with own as threads:
-        passes = Passes(
+        stages = RunStages(
             log, executor or threads, workers, lanes, watch, executor is not None, chains
         )
         if study.refined:
-            Refining(study, work.plan, log).run(passes, work)
+            Refining(study, work.plan, log).run(stages, work)
         else:
-            sweep(passes, work)
+            sweep(stages, work)
         if study.simulation.verify:
-            verify(passes, work)
+            verify(stages, work)
     log.sync()
     if work.plan.starts:
         mark(study, work.plan, log)
-    return passes.progress
+    return stages.progress
 
 
 def _complete(study: Study, plan: Plan, log: Sink) -> bool:
@@ -315,7 +315,7 @@ def _again(study: Study, plan: Plan, log: RunLog) -> RunLog:
         else (f" simulation.max_steps={study.simulation.max_steps} (was {before})")
     )
     told = {name: new[name] for name in new if name.startswith("study")}
-    return renew(
+    return rewrite_log(
         log,
         {**old, **told, "history": f"{old['history']}\n{new['history']}{change}"},
         again,

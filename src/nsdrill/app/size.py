@@ -11,7 +11,7 @@ from nsdrill.models.kept import Kept
 from nsdrill.store import record_dtype
 from nsdrill.sweep.plan import Plan
 
-BASE = 3e8  # bytes that a run takes, however small: the interpreter, the libraries, the gangs
+BASE = 3e8  # bytes that a run takes, however small: the interpreter, the libraries, the batches
 PER_POINT = 40  # bytes for each point: axes, order and status; measured on sweeps of 10^8 points
 
 

@@ -18,7 +18,7 @@ from nsdrill.app.run import plan_of
 from nsdrill.app.stored import stored_study
 from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
 from nsdrill.errors import InputError, printable
-from nsdrill.kernel.gang import Compiled, Gang, choose_lanes
+from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.leaves import (
     OPERATION,
@@ -509,7 +509,7 @@ def run_at(
     state, accepted, rejected = initial, 0, 0
     for number, (table, stage) in enumerate(stages):
         store[BEGAN] = (0.0 if number == 0 or switch is None else switch) - begin
-        gang = Gang(
+        batch = Batch(
             lanes,
             1,
             rows,
@@ -517,8 +517,8 @@ def run_at(
             0,
             replace(stage, max_steps=max(1, stage.max_steps - accepted - rejected)),
         )
-        gang.add(np.array([0]), model.runs(table, fixed, state[np.newaxis]))
-        done = gang.run_alone(parts)
+        batch.add(np.array([0]), model.runs(table, fixed, state[np.newaxis]))
+        done = batch.run_alone(parts)
         state, status = done.final[0], int(done.status[0])
         accepted, rejected = accepted + int(done.accepted[0]), rejected + int(done.rejected[0])
         if status != OK:

@@ -11,14 +11,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from nsdrill.app.passes import Passes
+from nsdrill.app.stages import RunStages
 from nsdrill.data import Array
-from nsdrill.kernel.gang import choose_lanes
+from nsdrill.kernel.batch import choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.registry import described
 from nsdrill.observe.trust import trust_labels
 from nsdrill.store import Source, columns
-from nsdrill.sweep.again import Again
+from nsdrill.sweep.rerun import Rerun
 from nsdrill.sweep.work import Work
 from nsdrill.variables import CHECKS, OK, PENDING, has_failed
 
@@ -52,21 +52,21 @@ def checks(simulation: Simulation) -> tuple[Check, Check]:
     )
 
 
-def verify(passes: Passes, work: Work) -> None:
+def verify(stages: RunStages, work: Work) -> None:
     """Run the checks that are missing in the log."""
-    log, progress = passes.log, passes.progress
+    log, progress = stages.log, stages.progress
     todo = {check: missing(log, check.name) for check in checks(work.simulation)}
     progress.total += sum(map(len, todo.values()))
     for check, points in todo.items():
         for start in range(0, len(points), _BATCH):
-            _run(passes, work, check, points[start : start + _BATCH])
+            _run(stages, work, check, points[start : start + _BATCH])
 
 
-def _run(passes: Passes, work: Work, check: Check, points: Array) -> None:
-    log = passes.log
+def _run(stages: RunStages, work: Work, check: Check, points: Array) -> None:
+    log = stages.log
     first, last = int(points[0]), int(points[-1])
     states = columns(log, [check.start], first, last + 1)[check.start][points - first]
-    again = Again.of(work, check.simulation, points, states)
+    rerun = Rerun.of(work, check.simulation, points, states)
 
     def store(done: Array, found: dict[str, Array]) -> None:
         records = np.concatenate([log.read(point, point + 1) for point in done.tolist()])
@@ -78,10 +78,10 @@ def _run(passes: Passes, work: Work, check: Check, points: Array) -> None:
             _fields(records), records["response"], work.thresholds, work.kind.responses
         ).items():
             records[name] = values
-        passes.write(done, records)
+        stages.write(done, records)
 
-    lanes = max(passes.lanes, choose_lanes(-(-len(points) // passes.workers)))
-    replace(passes, lanes=lanes).run(again, store, None, points, f"check: {check.name}")
+    lanes = max(stages.lanes, choose_lanes(-(-len(points) // stages.workers)))
+    replace(stages, lanes=lanes).run(rerun, store, None, points, f"check: {check.name}")
 
 
 def missing(log: Source, check: str) -> Array:
@@ -105,11 +105,11 @@ def forget_failed(records: Array) -> None:
     """Make checks that did not end well pending in these records, to run them once
     more."""
     for check in CHECKS:
-        again = _failed(records, check)
+        failed = _failed(records, check)
         for name in records.dtype.names or ():
             if name.startswith(f"{check}_"):
-                records[name][again] = np.nan if records[name].dtype.kind == "f" else 0
-        records["trusted"][again] = 0
+                records[name][failed] = np.nan if records[name].dtype.kind == "f" else 0
+        records["trusted"][failed] = 0
 
 
 def _failed(records: Array | dict[str, Array], check: str) -> Array:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     "--all",
     "everything",
     is_flag=True,
-    help="Further figures: buckling, higher lateral modes, standing waves, damping by the mud.",
+    help="Further quantities: buckling, higher lateral modes, standing waves, damping by the mud.",
 )
 @options.units
 @options.settings
@@ -42,7 +42,7 @@ def command(
 
     The coefficients are those at the point `operation` of the study, at the start of
     its ramps; warnings are about its whole sweep and its ramps. The JSON has the
-    further figures in any case.
+    further quantities in any case.
     """
     from nsdrill.cli.reading import load
 
@@ -89,9 +89,7 @@ def command(
         replaced = "; the sweep takes its place in nsdrill run" if name in loaded.swept else ""
         knots = knots_text(name, ramp.times, ramp.values, units)
         click.echo(f"Ramp, for nsdrill simulate: {label_of(name)} {knots}{replaced}.")
-    shown = {
-        name: figure for name, figure in report.figures.items() if everything or not figure.further
-    }
+    shown = {name: one for name, one in report.figures.items() if everything or not one.further}
     start = "At the start of the ramp: " if loaded.ramped else "At "
     depth = value_text("depth", operation.depth, units)
     others = [
@@ -112,7 +110,7 @@ def command(
             _table(title, found, units, shown)
     if more := len(report.figures) - len(shown):
         click.echo(
-            f"\n{more} further figures with --all: buckling, higher lateral modes, standing "
+            f"\n{more} further quantities with --all: buckling, higher lateral modes, standing "
             f"waves, damping by the mud."
         )
     for warning in report.warnings:

@@ -93,8 +93,10 @@ def command(
 
     check_sweep(loaded)
     check_target(output)  # before a cluster is started for nothing
-    crew = dask_executor(scheduler, workers) if engine == "dask" else nullcontext((None, workers))
-    with crew as (executor, count), reporting(not quiet) as watch:
+    executing = (
+        dask_executor(scheduler, workers) if engine == "dask" else nullcontext((None, workers))
+    )
+    with executing as (executor, count), reporting(not quiet) as watch:
         outcome = run_study(
             loaded,
             output,

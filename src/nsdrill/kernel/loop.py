@@ -1,7 +1,7 @@
 """The loop over packed steps: fill the lanes, step, attend to marks and ends, refill.
 
-Runs wait in *slots*, rows of a few arrays made by :class:`nsdrill.kernel.gang.Gang`. A
-lane takes a slot from the queue; when its run ends it goes on with the slot's
+Runs wait in *slots*, rows of a few arrays made by :class:`nsdrill.kernel.batch.Batch`.
+A lane takes a slot from the queue; when its run ends it goes on with the slot's
 successor, starting from the state it has reached, or takes the next one from the queue
 at once, whatever its neighbours do. The work for one lane is rare and scalar.
 """
@@ -33,8 +33,8 @@ from nsdrill.abi import (
 )
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 
-# Columns of the slot table after the model's parameters, the states' sizes and the
-# positions' drifts.
+# Columns of the slot table after the model's parameters, the natural scales of the
+# states and the positions' frame rates.
 SETTINGS = (
     "phase_rate",
     "first_step",
@@ -97,8 +97,8 @@ class Places(NamedTuple):
     h_: int
     moves_: int
     window_: int
-    size_: int
-    drift_: int
+    scale_: int
+    frame_rate_: int
     relax_: int  # -1 where no friction is kept apart
     proposed_: int
     mark_time_: int
@@ -131,8 +131,8 @@ def places_of(lanes: int, rows: Rows) -> Places:
             "h_": rows.step,
             "moves_": rows.moves,
             "window_": rows.window,
-            "size_": rows.size,
-            "drift_": rows.drift,
+            "scale_": rows.scale,
+            "frame_rate_": rows.frame_rate,
             **{
                 f"{name}_": rows.control + i
                 for i, name in enumerate(CONTROL)
@@ -240,9 +240,9 @@ def make_advance() -> Any:
                         b[phase_ + i] = np.fmod(state[slot, N], TWO_PI)
                         for j in range(N):
                             b[y_ + j * W + i] = state[slot, j]
-                            b[at.size_ + j * W + i] = table[slot, P + j]
+                            b[at.scale_ + j * W + i] = table[slot, P + j]
                         for j in range(M):
-                            b[at.drift_ + j * W + i] = table[slot, P + N + j]
+                            b[at.frame_rate_ + j * W + i] = table[slot, P + N + j]
                         b[t_ + i] = 0.0
                         b[moves_ + i] = 0.0
                         b[window_ + i] = 0.0

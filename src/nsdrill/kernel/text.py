@@ -24,8 +24,8 @@ def places_of(rows: Rows, lanes: int, order: int) -> dict[str, float]:
         "stage_time_": lanes * rows.stage_time,
         "start_": lanes * rows.start,
         "a1_": lanes * rows.start_acceleration,
-        "drift_": lanes * rows.drift,
-        "size_": lanes * rows.size,
+        "frame_rate_": lanes * rows.frame_rate,
+        "scale_": lanes * rows.scale,
         "time_": lanes * rows.time,
         "step_": lanes * rows.step,
         "moves_": lanes * rows.moves,
@@ -36,7 +36,7 @@ def places_of(rows: Rows, lanes: int, order: int) -> dict[str, float]:
     }
 
 
-def loops_over(rows: Rows, *, companions: bool = True) -> list[tuple[str, int, bool, bool]]:
+def loops_over(rows: Rows, *, tangent_states: bool = True) -> list[tuple[str, int, bool, bool]]:
     """The heads of the loops over blocks of states, with the order of their states,
     whether a loop over the lanes begins anew before it, and whether its slopes have a
     push: x is the place of a position, or of a state of first order, v that of its
@@ -45,7 +45,7 @@ def loops_over(rows: Rows, *, companions: bool = True) -> list[tuple[str, int, b
     joined: list[list[int]] = []
     pushed = rows.pushed
     for order, count, state, slope in rows.blocks:
-        for k in range(count if companions or state < rows.own else 0):
+        for k in range(count if tangent_states or state < rows.own else 0):
             push = pushed.index(slope + k) if slope + k in pushed else -1
             where = [order, 1, state + order * k, slope + k, push]
             if joined and order == joined[-1][0] and _follows(joined[-1], where):
@@ -124,7 +124,7 @@ def first_stages(
             yield "        p1 = p_after if moves else p_before"
             yield "        b[p1_ + q] = p1"
         if order == 2:
-            yield "        lead = h * (v_now + b[drift_ + j])"
+            yield "        lead = h * (v_now + b[frame_rate_ + j])"
         for state in "xv"[:order]:
             yield f"        b[start_ + {state}] = {state}_now"
         yield "        b[a1_ + j] = a1"
@@ -151,7 +151,7 @@ def led(c: float) -> str:
 
 
 def judgement(rows: Rows, errors: Callable[[int, bool], Iterable[str]]) -> Iterable[str]:
-    """The error of each state against its own tolerance rtol (size + |y|), squared and
+    """The error of each state against its own tolerance rtol (scale + |y|), squared and
     summed; what follows from it. ``errors`` gives the lines that make error_x and
     error_v, of states of an order with a push or without; the quotients of a pair share
     one division. Companions count only where ``rows`` say so."""
@@ -159,7 +159,7 @@ def judgement(rows: Rows, errors: Callable[[int, bool], Iterable[str]]) -> Itera
     yield "for i in range(W):"
     yield "    h, proposal = b[step_ + i], b[proposed_ + i]"
     yield "    total = 0.0"
-    for loop, order, alone, pushed in loops_over(rows, companions=rows.judged):
+    for loop, order, alone, pushed in loops_over(rows, tangent_states=rows.judged):
         if alone:  # what has its place later, when the step is judged, has the sum until then
             yield "    b[attention_ + i] = total"
             yield "for i in range(W):"
@@ -168,7 +168,7 @@ def judgement(rows: Rows, errors: Callable[[int, bool], Iterable[str]]) -> Itera
         yield from (f"        {line}" for line in errors(order, pushed))
         for state in "xv"[:order]:
             largest = f"max(abs(b[start_ + {state}]), abs(b[stage_ + {state}]))"
-            yield f"        scale_{state} = b[size_ + {state}] + {largest}"
+            yield f"        scale_{state} = b[scale_ + {state}] + {largest}"
         if order == 2:
             yield (
                 "        cross_x, cross_v, both = error_x * scale_v, error_v * scale_x, scale_x * "
@@ -191,7 +191,8 @@ def _verdict(states: int) -> str:
     accepted, proposed, last, growth, attention = decide(
         total * (1.0 / {states}) * (ratio * ratio), h, b[last_error_ + i], b[growth_ + i], b[least_step_ + i],
         tries >= b[limit_ + i], PROPORTIONAL, PER_ORDER)
-    # A step cut short by a mark says little about the next one: the earlier proposal stands.
+    # A step cut short by a mark says little about the next one: the earlier proposal
+    # stands.
     cut = h < proposal
     at_mark = accepted and h >= b[mark_time_ + i] - b[time_ + i]
     proposed = max(proposed, proposal) if (accepted and cut) else proposed

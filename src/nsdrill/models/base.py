@@ -22,7 +22,7 @@ from nsdrill.observe.thresholds import Record, Thresholds
 
 if TYPE_CHECKING:
     from nsdrill.abi import Rows
-    from nsdrill.kernel.gang import Runs
+    from nsdrill.kernel.batch import Runs
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Variant = tuple[int, ...]
@@ -185,12 +185,12 @@ class Model(ABC):
         return ()
 
     @abstractmethod
-    def sizes(self, table: Array, variant: Variant) -> Array:
-        """The natural size of each state, shape (n, states): the absolute tolerance is
+    def state_scales(self, table: Array, variant: Variant) -> Array:
+        """The natural scale of each state, shape (n, states): the absolute tolerance is
         ``rtol`` times this."""
 
     @abstractmethod
-    def drifts(self, table: Array, variant: Variant) -> Array:
+    def frame_rates(self, table: Array, variant: Variant) -> Array:
         """What the rate of each position has beyond its velocity, shape (n, slopes)."""
 
     @abstractmethod
@@ -203,12 +203,12 @@ class Model(ABC):
 
     def runs(self, table: Array, variant: Variant, initial: Array) -> Runs:
         """Runs with these lane parameters from these states."""
-        from nsdrill.kernel.gang import Runs
+        from nsdrill.kernel.batch import Runs
 
         return Runs(
             table,
-            self.sizes(table, variant),
-            self.drifts(table, variant),
+            self.state_scales(table, variant),
+            self.frame_rates(table, variant),
             self.phase_rate(table),
             self.first_step(table, variant),
             initial,
@@ -268,14 +268,18 @@ class Model(ABC):
         """The states at the returns, shape (n, returns, states), in a frame in which
         what repeats is seen to."""
 
-    def seen(self, sizes: Array) -> Array:
-        """The natural sizes of what :meth:`returns` gives, from those of the states: of
-        the first ones, here."""
-        return sizes
+    def seen(self, state_scales: Array) -> Array:
+        """The natural scales of what :meth:`returns` gives, from those of the states:
+        of the first ones, here."""
+        return state_scales
 
     @abstractmethod
     def classify(
-        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array
+        self,
+        features: Mapping[str, Array],
+        status: Array,
+        thresholds: Thresholds,
+        state_scales: Array,
     ) -> dict[str, Array]:
         """The labels of runs with these features."""
 
@@ -302,7 +306,7 @@ class Model(ABC):
         self, one: Mapping[str, Array], two: Mapping[str, Array], units: Mapping[str, Array]
     ) -> Array:
         """The largest difference of the features of two runs of each point by which
-        runs are compared, each measured in its natural size (:meth:`scales`, in
+        runs are compared, each measured in its natural scale (:meth:`scales`, in
         ``units``); NaN where a run did not end well."""
         compared = described(self.name).compared
         parts = [

@@ -151,9 +151,9 @@ class Description:
     from the features and the numbers of the study
     (:meth:`nsdrill.models.base.Model.derived`).
 
-    ``orders`` and ``relations`` say what values must satisfy together:
-    ``relations(check)`` yields the faults of a study, ``check`` is a
-    :class:`nsdrill.study.relations.Checker`. ``units_by`` has the keys whose units
+    ``orders`` and ``constraints`` say what values must satisfy together:
+    ``constraints(check)`` yields the faults of a study, ``check`` is a
+    :class:`nsdrill.study.constraints.Checker`. ``units_by`` has the keys whose units
     depend on a choice: (key of the choice, its words with their units). ``grazing`` are
     special points of continuation at the model's contacts. ``compiled`` are keys of
     whole numbers that are fixed when the model is compiled, and may be an axis all the
@@ -191,7 +191,7 @@ class Description:
     grouped: tuple[str, ...] = ()
     told: tuple[str, ...] = ()
     orders: tuple[Order, ...] = ()
-    relations: Callable[[Any], Iterator[Any]] | None = None
+    constraints: Callable[[Any], Iterator[Any]] | None = None
     units_by: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
     compiled: tuple[str, ...] = ()
     grazing: tuple[Grazing, ...] = ()
@@ -207,7 +207,8 @@ class Description:
     drawn: Drawn = field(default_factory=Drawn)
 
     def unknown(self) -> list[str]:
-        """What it names that is none of its own variables: ``drawn.panels: twist_max``."""
+        """What it names that is none of its own variables: ``drawn.panels:
+        twist_max``."""
         drawn, names = self.drawn, {variable.name for variable in self.variables}
         traced = {variable.name for variable in self.trace}
         named: dict[str, tuple[Iterable[str], set[str]]] = {
@@ -381,7 +382,7 @@ class Description:
                 f"{name}_difference",
                 "f8",
                 "1",
-                f"largest difference of the features {how}, in natural sizes",
+                f"largest difference of the features {how}, in natural scales",
                 "trust",
                 only="verify",
             ),

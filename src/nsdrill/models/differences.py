@@ -38,7 +38,7 @@ def make_differences(
 ) -> Any:
     """The compiled right-hand side of the motion and of one deviation from it, from
     ``motion``, the compiled right-hand side in a buffer of these ``rows`` with
-    companions. It keeps numbers in the :func:`rows_to_keep` from ``first`` on;
+    tangent states. It keeps numbers in the :func:`rows_to_keep` from ``first`` on;
     ``identity`` tells models apart.
 
     Each of the ``touches`` is a contact: it is closed where the value in the first row,

@@ -1,5 +1,5 @@
-"""What a model computes without integration, for ``check`` and charts: figures at a
-point, numbers along an axis."""
+"""What a model computes without integration, for ``check`` and charts: derived
+quantities at a point, numbers along an axis."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ FULL_HELIX = 2.0 * math.sqrt(2.0) - 1.0
 
 
 @dataclass(frozen=True)
-class Figure:
-    """One number: SI value (None where there is none), SI unit, meaning, and the group
-    of figures it stands in, one of :data:`GROUPS`. A ``further`` one is shown where all
-    are asked for."""
+class DerivedQuantity:
+    """A number that follows from the parameters at one operating point: SI value (None
+    where there is none), SI unit, meaning, and the group of quantities it stands in,
+    one of :data:`GROUPS`. A ``further`` one is shown where all are asked for."""
 
     value: float | None
     units: str

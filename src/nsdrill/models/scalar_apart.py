@@ -84,7 +84,7 @@ def apart_in_lanes(
             for k, one in enumerate(found)
         ),
     ]
-    if rows.companions:
+    if rows.tangent_states:
         deviation = row("stage", range(own, 2 * own))
         parts = []
         for name, sign in (("above", "+"), ("below", "-")):

@@ -58,8 +58,8 @@ class ScalarModel(Model):
         """The lane parameters by name, numbers or arrays over the points."""
 
     @abstractmethod
-    def natural(self, table: Mapping[str, Array]) -> Sequence[Any]:
-        """The natural size of each state, from the lane parameters by name."""
+    def natural_scales(self, table: Mapping[str, Array]) -> Sequence[Any]:
+        """The natural scale of each state, from the lane parameters by name."""
 
     @abstractmethod
     def fastest(self, table: Mapping[str, Array]) -> Array:
@@ -127,12 +127,12 @@ class ScalarModel(Model):
 
         names = self.names(variant)
         states = len(names.states)
-        companions = states if tangent else 0
+        tangent_states = states if tangent else 0
         width = len(names.parameters) if columns is None else columns
         apart = self.pushed(variant) if len(variant) > self.fixed else 0
         aux = len(names.aux) + (self.kept_meanwhile(states, apart) if tangent else 0)
         return Rows(
-            states + companions, aux, width, observed, companions, self.singles, apart=apart
+            states + tangent_states, aux, width, observed, tangent_states, self.singles, apart=apart
         )
 
     def kept_meanwhile(self, states: int, apart: int) -> int:
@@ -219,7 +219,8 @@ class ScalarModel(Model):
         return np.stack(points_of[: len(names)], axis=1)
 
     def sliced(self, points: Values, number: Array) -> dict[str, Array]:
-        """The two states that the study's slice varies, at the starts of these numbers."""
+        """The two states that the study's slice varies, at the starts of these
+        numbers."""
         return slice_points(
             points.initial, self.start_names(self.variant(points.parameters)), number
         )
@@ -232,19 +233,21 @@ class ScalarModel(Model):
             for name in names
         }
 
-    def sizes(self, table: Array, variant: Variant) -> Array:
-        sizes = (
+    def state_scales(self, table: Array, variant: Variant) -> Array:
+        state_scales = (
             np.broadcast_to(size, len(table))
-            for size in self.natural(self._by_name(table, variant))
+            for size in self.natural_scales(self._by_name(table, variant))
         )
-        return np.stack([np.asarray(size, dtype=float) for size in sizes], axis=1)
+        return np.stack([np.asarray(size, dtype=float) for size in state_scales], axis=1)
 
-    def drifts(self, table: Array, variant: Variant) -> Array:
+    def frame_rates(self, table: Array, variant: Variant) -> Array:
         names, rows = self.names(variant), self.rows(variant)
-        drift = np.zeros((len(table), rows.own_slopes))
+        frame_rate = np.zeros((len(table), rows.own_slopes))
         for position, column in self.frames.items():
-            drift[:, names.states.index(position) // 2] = -table[:, names.parameters.index(column)]
-        return drift
+            frame_rate[:, names.states.index(position) // 2] = -table[
+                :, names.parameters.index(column)
+            ]
+        return frame_rate
 
     def phase_rate(self, table: Array) -> Array:
         return self._by_name(table, ())["drive_speed"]
@@ -294,9 +297,9 @@ class ScalarModel(Model):
     ) -> dict[str, Array]:
         from nsdrill.observe.findings import measured
 
-        sizes = self.sizes(table, variant)
+        state_scales = self.state_scales(table, variant)
         found = measured(
-            self.names(variant), self.declaration(variant), report, table, sizes, observe
+            self.names(variant), self.declaration(variant), report, table, state_scales, observe
         )
         if lacking := [
             one.name
@@ -332,21 +335,25 @@ class ScalarModel(Model):
 
         return responses(features, thresholds)
 
-    def still(self, features: Mapping[str, Array], sizes: Array, absolute: float) -> Array:
-        """Whether no state moves beyond ``absolute`` times its natural size: by the
+    def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
+        """Whether no state moves beyond ``absolute`` times its natural scale: by the
         swing of the bit speed, where the model measures it."""
         if "bit_speed_max" not in features or "bit_speed" not in self.names(()).states:
             raise InputError(
                 f"the model {self.name}: found a Poincare section, and no bit speed whose swing "
                 f"tells whether the "
-                "string stands still; allowed: a function still(features, sizes, absolute) of the "
+                "string stands still; allowed: a function still(features, state_scales, absolute) of the "
                 "model."
             )
-        size = sizes[..., self.names(()).states.index("bit_speed")]
+        size = state_scales[..., self.names(()).states.index("bit_speed")]
         return np.asarray(features["bit_speed_max"] - features["bit_speed_min"] <= absolute * size)
 
     def classify(
-        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array
+        self,
+        features: Mapping[str, Array],
+        status: Array,
+        thresholds: Thresholds,
+        state_scales: Array,
     ) -> dict[str, Array]:
         from nsdrill.observe.labels import motions, severities
         from nsdrill.variables import OK
@@ -362,7 +369,10 @@ class ScalarModel(Model):
             name: np.where(status == OK, value, 0).astype(np.int8) for name, value in labels.items()
         }
         if any(name.startswith("section_") for name in features):
-            still, seen = self.still(features, sizes, thresholds.motion.absolute), self.seen(sizes)
+            still, seen = (
+                self.still(features, state_scales, thresholds.motion.absolute),
+                self.seen(state_scales),
+            )
             returns = self.returns(features)
             labels |= motions(features, status, labels["settled"], returns, seen, still, thresholds)
         return labels

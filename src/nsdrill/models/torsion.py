@@ -238,7 +238,7 @@ class Torsion(ScalarModel):
             )
         )
 
-    def natural(self, table: Mapping[str, Any]) -> Any:
+    def natural_scales(self, table: Mapping[str, Any]) -> Any:
         return 0.1, 0.1 * table["drive_speed"]
 
     def fastest(self, table: Mapping[str, Any]) -> Any:

@@ -49,9 +49,9 @@ class Channel:
     ``frame`` names a parameter that is taken off the slope: the slope of a twist is the
     bit speed less the drive speed. ``rate_of`` names a channel with a curvature: this
     one is then followed by the slope of that one's polynomial, plus its frame.
-    ``level`` is a parameter or a number. ``size``, the name of a state or of a
-    parameter or a number, is the natural size of the quantity; a channel whose value is
-    a state has that of the state.
+    ``level`` is a parameter or a number. ``scale``, the name of a state or of a
+    parameter or a number, is the natural scale of the quantity; a channel whose value
+    is a state has that of the state.
     """
 
     name: str
@@ -61,7 +61,7 @@ class Channel:
     frame: str | None = None
     rate_of: str | None = None
     level: str | float | None = None
-    size: str | float | None = None
+    scale: str | float | None = None
 
 
 @dataclass(frozen=True)
@@ -230,9 +230,9 @@ def check(names: Names, declaration: Declaration) -> None:
     known = {channel.name: channel for channel in declaration.channels}
     for channel in declaration.channels:
         where = f"channel {channel.name!r}"
-        for part in ("value", "slope", "curvature", "level", "size"):
+        for part in ("value", "slope", "curvature", "level", "scale"):
             found = getattr(channel, part)
-            if not (callable(found) and part not in ("level", "size")):
+            if not (callable(found) and part not in ("level", "scale")):
                 _name_or_number(f"{where}: {part}", found)
         for part in ("value", "slope", "curvature"):
             read_by = _reads(getattr(channel, part))
@@ -246,7 +246,7 @@ def check(names: Names, declaration: Declaration) -> None:
         for part, allowed in (
             ("frame", names.parameters),
             ("level", names.parameters),
-            ("size", (*names.parameters, *names.states)),
+            ("scale", (*names.parameters, *names.states)),
         ):
             _known(f"{where}: {part}", _reads(getattr(channel, part)), allowed)
         if channel.rate_of is not None:
@@ -279,7 +279,7 @@ def check(names: Names, declaration: Declaration) -> None:
                 "give it a parameter or a number"
             )
         if isinstance(feature, Extremes):
-            size_of(known[feature.channel], names)
+            scale_of(known[feature.channel], names)
     known_by_now = {name for name, feature in declaration.named if not isinstance(feature, Derived)}
     for derived in declaration.those(Derived):
         _known(
@@ -303,16 +303,16 @@ def arguments(function: Callable[..., Any]) -> list[str]:
     return list(inspect.signature(getattr(function, "py_func", function)).parameters)
 
 
-def size_of(channel: Channel, names: Names) -> str | float:
-    """The natural size of a channel: the state or the parameter that has it, or a
+def scale_of(channel: Channel, names: Names) -> str | float:
+    """The natural scale of a channel: the state or the parameter that has it, or a
     number. ValueError without one."""
-    if channel.size is not None:
-        return channel.size
+    if channel.scale is not None:
+        return channel.scale
     if isinstance(channel.value, str) and channel.value in names.states:
         return channel.value
     raise ValueError(
-        f"channel {channel.name!r}: its value is no state, so Extremes need its natural size; "
-        "give a size: a state, a parameter or a number"
+        f"channel {channel.name!r}: its value is no state, so Extremes need its natural scale; "
+        "give a scale: a state, a parameter or a number"
     )
 
 

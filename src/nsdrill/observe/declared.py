@@ -33,7 +33,7 @@ from nsdrill.observe.channels import (
     Winding,
     arguments,
     check,
-    size_of,
+    scale_of,
 )
 from nsdrill.observe.findings import PEAKS, RETURNS, RINGS
 from nsdrill.observe.inside import HIGH, LOW, MARGIN, NONE, locate, note_returns, turns
@@ -435,7 +435,7 @@ class _Maker:
                 f"returns), returns,",
                 f"                {rows.pairs}, {rows.singles}, {W * rows.start}, "
                 f"{W * rows.stage}, "
-                f"{W * rows.start_acceleration}, {W * rows.acceleration}, {W * rows.drift})",
+                f"{W * rows.start_acceleration}, {W * rows.acceleration}, {W * rows.frame_rate})",
                 "            continue",
             ]
         for place, channel in enumerate(followed):
@@ -539,10 +539,10 @@ class _Maker:
         return lines
 
     def _size(self, channel: Channel) -> str:
-        size = size_of(channel, self.names)
-        if size in self.names.states:
-            return self._b(self.rows.size + self.names.states.index(str(size)))
-        return f"abs({self._code(size, self.places[MARK])})"
+        scale = scale_of(channel, self.names)
+        if scale in self.names.states:
+            return self._b(self.rows.scale + self.names.states.index(str(scale)))
+        return f"abs({self._code(scale, self.places[MARK])})"
 
     def _spacing(self) -> str:
         section = self.declaration.section

@@ -4,7 +4,7 @@ observed window.
 The deviation is integrated along with the motion, by the tangent of the model. Every so
 often it is scaled back to length one and the logarithm of its length is noted (Benettin
 et al. 1980, Meccanica 15:9-20). It turns into the fastest growing direction during the
-transient. Lengths are measured in the natural sizes of the states, which does not
+transient. Lengths are measured in the natural scales of the states, which does not
 matter for the exponent.
 
 The mean over the window is a weighted one: each rise of the logarithm counts by half a
@@ -64,11 +64,11 @@ def growth_header(observe: float) -> Array:
     return np.array([observe / max(FEWEST_LOOKS, math.ceil(observe / LONGEST_CHECK)), observe])
 
 
-def seed_deviation(sizes: Array) -> Array:
-    """The deviation at the start of a run, shape like ``sizes``: a bit of every state,
-    in no special direction."""
-    weights = 0.5 + np.mod(np.arange(1, sizes.shape[-1] + 1) * 0.6180339887498949, 1.0)
-    return sizes * weights
+def seed_deviation(state_scales: Array) -> Array:
+    """The deviation at the start of a run, shape like ``state_scales``: a bit of every
+    state, in no special direction."""
+    weights = 0.5 + np.mod(np.arange(1, state_scales.shape[-1] + 1) * 0.6180339887498949, 1.0)
+    return state_scales * weights
 
 
 def exponent_of(report: Array, observe: float, bias: Array | float = 0.0) -> dict[str, Array]:
@@ -87,15 +87,15 @@ def exponent_of(report: Array, observe: float, bias: Array | float = 0.0) -> dic
 
 @lru_cache
 def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, Any]:
-    """The compiled (observer, marker) that measure the growth of the companions, which
-    are one deviation.
+    """The compiled (observer, marker) that measure the growth of the tangent states,
+    which are one deviation.
 
     ``first`` is the place of their rows among those of the observer, ``place`` that of
     their header in the store.
     """
     rows = rows.of_observer
-    W, own, companions = lanes, rows.own, rows.companions
-    deviation_, size_ = W * (rows.stage + own), W * (rows.size + own)
+    W, own, tangent_states = lanes, rows.own, rows.tangent_states
+    deviation_, scale_ = W * (rows.stage + own), W * (rows.scale + own)
     slope_, slopes = W * (rows.acceleration + rows.own_slopes), rows.own_slopes
     pushes = len(rows.pushed) // 2
     push_ = W * (rows.push + pushes)
@@ -137,8 +137,8 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
             i = lowest_bit(due)
             due &= due - 1
             square = 0.0
-            for j in range(0, companions * W, W):
-                part = b[deviation_ + j + i] / b[size_ + j + i]
+            for j in range(0, tangent_states * W, W):
+                part = b[deviation_ + j + i] / b[scale_ + j + i]
                 square += part * part
             now = b[time_ + i] + b[step_ + i]
             if b[step_ + i] == 0.0:
@@ -149,7 +149,7 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
             if 0.0 < square < np.inf:
                 b[log_ + i] += 0.5 * math.log(square)
                 scale = 1.0 / math.sqrt(square)
-                for j in range(0, companions * W, W):
+                for j in range(0, tangent_states * W, W):
                     b[deviation_ + j + i] *= scale
                 for j in range(0, slopes * W, W):
                     b[slope_ + j + i] *= scale
@@ -169,8 +169,8 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     )
     def growth_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         square = 0.0
-        for j in range(0, companions * W, W):
-            part = b[deviation_ + j + i] / b[size_ + j + i]
+        for j in range(0, tangent_states * W, W):
+            part = b[deviation_ + j + i] / b[scale_ + j + i]
             square += part * part
         log = b[log_ + i] + 0.5 * math.log(square) if 0.0 < square < np.inf else np.nan
         if mark == OPENS:

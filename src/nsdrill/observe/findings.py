@@ -25,7 +25,7 @@ from nsdrill.observe.channels import (
     TimeAbove,
     Winding,
     arguments,
-    size_of,
+    scale_of,
 )
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -34,7 +34,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 # those found.
 PEAKS, RETURNS = range(2)
 RINGS = CACHE_LINE
-# Of the natural size: what is added to the range of a quantity when its extremes in
+# Of the natural scale: what is added to the range of a quantity when its extremes in
 # both halves are compared.
 FLOOR = 0.01
 
@@ -74,18 +74,18 @@ def measured(
     declaration: Declaration,
     report: Array,
     parameters: Array,
-    sizes: Array,
+    state_scales: Array,
     observe: Array | float,
 ) -> dict[str, Array]:
     """The features of finished runs over the whole window, each an array [runs], and
     ``half_difference``.
 
-    ``report`` holds the observer's columns [runs, report_width], ``parameters``
-    [runs, parameters] and ``sizes`` [runs, states] those of the runs, ``observe`` the
+    ``report`` holds the observer's columns [runs, report_width], ``parameters`` [runs,
+    parameters] and ``state_scales`` [runs, states] those of the runs, ``observe`` the
     length of the window [s], one for all or [runs].
 
     ``half_difference`` is the largest disagreement between the halves of the window: of
-    the extremes relative to their range (plus a hundredth of the natural size), of the
+    the extremes relative to their range (plus a hundredth of the natural scale), of the
     fractions of time as such. It is NaN where a declaration has neither.
     """
     width = len(declaration.half)
@@ -115,7 +115,7 @@ def measured(
             found[name] = whole["angle", name] / observe
         elif isinstance(feature, Rms):
             found[name] = np.sqrt(np.maximum(whole["square", feature.channel], 0.0) / observe)
-    by_name.update(zip(names.states, sizes.T, strict=True))
+    by_name.update(zip(names.states, state_scales.T, strict=True))
     found[HALF_DIFFERENCE] = _half_difference(
         names, declaration, len(report), first, second, by_name, 0.5 * np.asarray(observe)
     )
@@ -176,15 +176,15 @@ def _half_difference(
     by_name: dict[str, Array],
     half_time: Array,
 ) -> Array:
-    """``by_name`` has the parameters and the natural sizes of the states."""
+    """``by_name`` has the parameters and the natural scales of the states."""
     differences = []
     channels = {channel.name: channel for channel in declaration.channels}
     for name in declaration.channels_of(Extremes):
-        size = size_of(channels[name], names)
+        scale = scale_of(channels[name], names)
         low_1, low_2, high_1, high_2 = (
             half[end, name] for end in ("least", "greatest") for half in (first, second)
         )
-        natural = np.abs(by_name[size]) if isinstance(size, str) else size
+        natural = np.abs(by_name[scale]) if isinstance(scale, str) else scale
         span = np.maximum(high_1, high_2) - np.minimum(low_1, low_2) + FLOOR * natural
         change = np.maximum(np.abs(low_1 - low_2), np.abs(high_1 - high_2))
         differences.append(np.divide(change, span, out=np.zeros(runs), where=span != 0.0))

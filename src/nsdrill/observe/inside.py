@@ -154,9 +154,10 @@ def note_returns(  # type: ignore[no-untyped-def]
     stage_,
     slope0_,
     slope1_,
-    drift_,
+    frame_rate_,
 ):
-    """Note all states where the polynomial reaches the next multiples of ``spacing``."""
+    """Note all states where the polynomial reaches the next multiples of
+    ``spacing``."""
     entry = 2 * pairs + singles + 1
     level = b[level_ + i]
     while end >= level:
@@ -170,7 +171,7 @@ def note_returns(  # type: ignore[no-untyped-def]
                 i,
                 theta,
                 h,
-                b[drift_ + a + i],
+                b[frame_rate_ + a + i],
                 start_ + x,
                 start_ + x + W,
                 slope0_ + a,

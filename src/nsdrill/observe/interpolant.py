@@ -154,7 +154,8 @@ def above(at_first, at_second, at_end, above_start, above_top, above_end):  # ty
 
 @inlined
 def integral_of_cubic(g0, d0, g1, d1, theta):  # type: ignore[no-untyped-def]
-    """From 0 to theta, of the cubic with these values and slopes by theta at 0 and 1."""
+    """From 0 to theta, of the cubic with these values and slopes by theta at 0 and
+    1."""
     rise = g1 - g0
     p2 = fma(3.0, rise, -fma(2.0, d0, d1))
     p3 = fma(-2.0, rise, d0 + d1)
@@ -233,14 +234,14 @@ def middle_of_rate(e2, e4, o1, o3, o5, per_h, frame):  # type: ignore[no-untyped
 
 
 @inlined
-def position_and_velocity(b, i, theta, h, drift, x0_, v0_, a0_, x1_, v1_, a1_):  # type: ignore[no-untyped-def]
+def position_and_velocity(b, i, theta, h, frame_rate, x0_, v0_, a0_, x1_, v1_, a1_):  # type: ignore[no-untyped-def]
     """Position and velocity of one pair of states of lane i inside the step."""
     p0, p1, p2, p3, p4, p5 = quintic(
         b[x0_ + i],
-        h * (b[v0_ + i] + drift),
+        h * (b[v0_ + i] + frame_rate),
         h * h * b[a0_ + i],
         b[x1_ + i],
-        h * (b[v1_ + i] + drift),
+        h * (b[v1_ + i] + frame_rate),
         h * h * b[a1_ + i],
     )
-    return value(p0, p1, p2, p3, p4, p5, theta), slope(p1, p2, p3, p4, p5, theta) / h - drift
+    return value(p0, p1, p2, p3, p4, p5, theta), slope(p1, p2, p3, p4, p5, theta) / h - frame_rate

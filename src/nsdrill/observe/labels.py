@@ -81,18 +81,18 @@ def motions(
     status: Array,
     settled: Array,
     returns: Array,
-    sizes: Array,
+    state_scales: Array,
     still: Array,
     t: Thresholds,
 ) -> dict[str, Array]:
     """The labels ``motion`` and ``period`` of runs with these ``returns`` (...,
-    returns, states) to the section, NaN where there are none; ``sizes`` (..., states)
-    are the natural sizes, ``still`` says which runs do not move."""
+    returns, states) to the section, NaN where there are none; ``state_scales`` (...,
+    states) are the natural scales, ``still`` says which runs do not move."""
     count = np.count_nonzero(np.isfinite(returns[..., 0]), axis=-1)
     flat = returns.reshape(-1, *returns.shape[-2:])
     ok = status == OK
     found = np.where(
-        ok, period(flat, sizes.reshape(len(flat), -1), t.motion).reshape(ok.shape), 0
+        ok, period(flat, state_scales.reshape(len(flat), -1), t.motion).reshape(ok.shape), 0
     ).astype(np.int16)
     motion = classify_motion(features, status, settled, found, count, still, t.motion)
     return {"motion": motion, "period": np.where(motion == PERIODIC, found, 0).astype(np.int16)}

@@ -63,8 +63,8 @@ def make_landing(
     contacts: int,
     variant: tuple[int, ...] = (),
 ) -> Any:
-    """The compiled observer that mends the deviations, which are the companions of the
-    states.
+    """The compiled observer that mends the deviations, which are the tangent states of
+    the states.
 
     ``first`` is the place of its rows among those of the observer; ``measure(b)`` puts
     the contact functions and their rates at the end of the step into the second half of
@@ -78,12 +78,12 @@ def make_landing(
     of_contacts = RATES * contacts
     before, zeros = rows.observer + first, rows.total
     now = before + of_contacts
-    stage, start, slope, slope_start, drift = (
+    stage, start, slope, slope_start, frame_rate = (
         rows.stage,
         rows.start,
         rows.acceleration,
         rows.start_acceleration,
-        rows.drift,
+        rows.frame_rate,
     )
     parameter, phase, stage_time = rows.parameter, rows.phase, rows.stage_time
     time, step, moves = rows.time, rows.step, rows.moves
@@ -122,7 +122,7 @@ def make_landing(
                         rate += more_rates[n, m] * s[pushes[m] + push_of[p]]
                         bend += more_positions[n, m] * s[pushes[m] + push_of[p]]
                 if second[p]:
-                    s[own_] = s[x] + h * (nodes[n] * (s[v] + s[drift + p]) + h * bend)
+                    s[own_] = s[x] + h * (nodes[n] * (s[v] + s[frame_rate + p]) + h * bend)
                     s[own_ + 1] = s[v] + h * rate
                 else:
                     s[own_] = s[x] + h * rate
@@ -168,7 +168,7 @@ def make_landing(
         for j in range(N):
             s[start + j] = b[(start + j) * W + i]
         for p in range(M):
-            s[drift + p] = b[(drift + p) * W + i]
+            s[frame_rate + p] = b[(frame_rate + p) * W + i]
         for p in range(A):
             s[slope_start + p] = b[(slope_start + p) * W + i]
         if apart:

@@ -40,23 +40,25 @@ LEAST_RETURNS = 1000  # for the 0-1 test: 200 tell neither a rattling collar nor
 FREQUENCIES = 64  # of the 0-1 test
 
 
-def period(returns: Array, sizes: Array, t: Motion) -> Array:
+def period(returns: Array, state_scales: Array, t: Motion) -> Array:
     """The least number of returns after which all of them repeat, 0 where none is
     found: int16 [points].
 
     ``returns`` has shape (points, returns, states), oldest first and NaN where there
-    are none, ``sizes`` (points, states) is the natural size of each state. Two returns
-    are the same where every state differs by less than ``absolute`` times its size plus
-    ``relative`` times its range over all returns. A period of two or more must stand
-    out and last besides: a motion that spirals towards its goal comes near some of its
-    returns again and again, but its returns draw together.
+    are none, ``state_scales`` (points, states) is the natural scale of each state. Two
+    returns are the same where every state differs by less than ``absolute`` times its
+    size plus ``relative`` times its range over all returns. A period of two or more
+    must stand out and last besides: a motion that spirals towards its goal comes near
+    some of its returns again and again, but its returns draw together.
     """
     found = np.zeros(len(returns), dtype=np.int16)
     # Contiguous and writable, as it was compiled for.
-    returns, sizes = (np.require(array, requirements=["C", "W"]) for array in (returns, sizes))
+    returns, state_scales = (
+        np.require(array, requirements=["C", "W"]) for array in (returns, state_scales)
+    )
     _make_period()(
         returns,
-        sizes,
+        state_scales,
         t.absolute,
         t.relative,
         t.longest_period,
@@ -86,7 +88,7 @@ def _make_period() -> Any:
             types.float64[:, ::1],
         )
     )
-    def least_periods(returns, sizes, absolute, relative, longest, found, limits):  # type: ignore[no-untyped-def]
+    def least_periods(returns, state_scales, absolute, relative, longest, found, limits):  # type: ignore[no-untyped-def]
         for point in range(len(returns)):
             states = returns[point]
             seen = 0
@@ -97,16 +99,16 @@ def _make_period() -> Any:
                 low, high = np.inf, -np.inf
                 for k in range(seen):
                     low, high = min(low, states[k, j]), max(high, states[k, j])
-                limits[0, j] = absolute * sizes[point, j] + relative * (high - low)
-                if seen > 0 and (high - low) / sizes[point, j] > widest:
-                    widest = (high - low) / sizes[point, j]
+                limits[0, j] = absolute * state_scales[point, j] + relative * (high - low)
+                if seen > 0 and (high - low) / state_scales[point, j] > widest:
+                    widest = (high - low) / state_scales[point, j]
                     first, last = (
                         spread(states, j, 0, seen // 3),
                         spread(states, j, seen - seen // 3, seen),
                     )
                     lasts = min(first, last) >= LASTS * max(first, last)
             for j in range(states.shape[1]):
-                limits[1, j] = min(limits[0, j], STANDS_OUT * widest * sizes[point, j])
+                limits[1, j] = min(limits[0, j], STANDS_OUT * widest * state_scales[point, j])
             for n in range(1, (min(longest, seen // REPEATS) if lasts else 1) + 1):
                 repeats = True
                 for j in range(states.shape[1]):
@@ -127,7 +129,7 @@ def _make_period() -> Any:
     return least_periods
 
 
-def zero_one(returns: Array, sizes: Array) -> Array:
+def zero_one(returns: Array, state_scales: Array) -> Array:
     """The 0-1 test for chaos on the returns (Gottwald & Melbourne 2009, SIAM J. Appl.
     Dyn. Syst. 8:129-145): near 0 for regular motion, near 1 for chaotic. NaN where
     there are fewer than LEAST_RETURNS. Shapes as of :func:`period`.
@@ -150,7 +152,7 @@ def zero_one(returns: Array, sizes: Array) -> Array:
         count, cut = len(states), len(states) // 10
         if count < LEAST_RETURNS:
             continue
-        scatter = np.maximum(states.std(axis=0), 1e-9 * sizes[number])
+        scatter = np.maximum(states.std(axis=0), 1e-9 * state_scales[number])
         observable = ((states - states.mean(axis=0)) / scatter).sum(axis=1)
         displacement = np.zeros((cut, FREQUENCIES))
         displace(observable, cosine, sine, p, q, displacement)

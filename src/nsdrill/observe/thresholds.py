@@ -89,7 +89,7 @@ class Settled(Checked):
 @dataclass(frozen=True)
 class Trust(Checked):
     """Trusted: the checks of a point find its response, and its features to
-    ``tolerance`` (of each one's natural size: gap, lobe amplitude, drive speed)."""
+    ``tolerance`` (of each one's natural scale: gap, lobe amplitude, drive speed)."""
 
     tolerance: float = parameter(0.05, "", "R", "convention", high=100.0)
 
@@ -99,7 +99,7 @@ class Motion(Checked):
     """The kind of motion, from the returns to the Poincare section.
 
     Two returns are the same where each state differs by less than ``absolute`` times
-    its natural size plus ``relative`` times its range; a period is at most
+    its natural scale plus ``relative`` times its range; a period is at most
     ``longest_period`` returns. Without a period the motion is chaotic where the
     Lyapunov exponent, less twice its error, exceeds ``exponent`` [1/s], not settled yet
     where it lies more than twice its error below zero, and quasi-periodic where it is

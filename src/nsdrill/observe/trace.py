@@ -41,9 +41,15 @@ def make_tracer(lanes: int, rows: Rows) -> tuple[Any, Any]:
 @lru_cache
 def _make(lanes: int, rows: Rows) -> tuple[Any, Any]:
     W, N, pairs = lanes, rows.own, rows.pairs
-    start_, start_rate_, end_, end_rate_, drift_ = (
+    start_, start_rate_, end_, end_rate_, frame_rate_ = (
         W * r
-        for r in (rows.start, rows.start_acceleration, rows.stage, rows.acceleration, rows.drift)
+        for r in (
+            rows.start,
+            rows.start_acceleration,
+            rows.stage,
+            rows.acceleration,
+            rows.frame_rate,
+        )
     )
     time_, step_, moves_ = W * rows.time, W * rows.step, W * rows.moves
 
@@ -61,17 +67,17 @@ def _make(lanes: int, rows: Rows) -> tuple[Any, Any]:
             sample = HEADER + N * int(store[NEXT])
             for p in range(pairs):  # positions and velocities alternate
                 j, m, a = 2 * p * W, (2 * p + 1) * W, p * W
-                drift = b[drift_ + a]
+                frame_rate = b[frame_rate_ + a]
                 p0, p1, p2, p3, p4, p5 = quintic(
                     b[start_ + j],
-                    h * (b[start_ + m] + drift),
+                    h * (b[start_ + m] + frame_rate),
                     h * h * b[start_rate_ + a],
                     b[end_ + j],
-                    h * (b[end_ + m] + drift),
+                    h * (b[end_ + m] + frame_rate),
                     h * h * b[end_rate_ + a],
                 )
                 store[sample + 2 * p] = value(p0, p1, p2, p3, p4, p5, theta)
-                store[sample + 2 * p + 1] = slope(p1, p2, p3, p4, p5, theta) / h - drift
+                store[sample + 2 * p + 1] = slope(p1, p2, p3, p4, p5, theta) / h - frame_rate
             for k in range(2 * pairs, N):  # states of first order: the cubic through both ends
                 j, a = k * W, (k - pairs) * W
                 rise, d0, d1 = (

@@ -1,7 +1,7 @@
 """Pseudo-arclength continuation (Keller 1977) of the zeros of any residual along which
 one number varies.
 
-A problem has m equations in m + 1 unknowns, all in natural sizes, the last of them the
+A problem has m equations in m + 1 unknowns, all in natural scales, the last of them the
 number that is continued. It is evaluated from pieces of motion: the functions here are
 generators that yield the legs they need and are sent their ends, so that many branches
 advance side by side and all that they need in one round is one batch
@@ -27,14 +27,14 @@ Steps = Generator[Legs, Ends, T]
 Kinked = Callable[[Any, Any], bool]
 Margins = Callable[[Any], Array]
 
-FIRST, MOST, LEAST = 0.02, 0.3, 1e-6  # lengths of steps, in natural sizes
+FIRST, MOST, LEAST = 0.02, 0.3, 1e-6  # lengths of steps, in natural scales
 GROW, FASTER = 1.3, 2.0  # of a step after few iterations, and of one that was very short
 FEW_ITERATIONS, MOST_ITERATIONS = 4, 9
-CLOSE, SMALL, FARTHEST = 1e-8, 1e-5, 3000.0  # of a step of Newton's method, in natural sizes
+CLOSE, SMALL, FARTHEST = 1e-8, 1e-5, 3000.0  # of a step of Newton's method, in natural scales
 LEAST_COSINE = 0.5  # between the tangents of neighbouring points
-SAME = 1e-5  # in natural sizes: two special points of one kind that are one
+SAME = 1e-5  # in natural scales: two special points of one kind that are one
 LOCATED = 1e-8  # of the arclength at which a special point is known
-NOISE = 1e-7  # of a residual, in natural sizes, that the steps of the integration may leave
+NOISE = 1e-7  # of a residual, in natural scales, that the steps of the integration may leave
 CORNER = 1e-5  # of a step: shorter ones look for a corner
 # lengths of the first step beyond a corner
 BEYOND = (3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)

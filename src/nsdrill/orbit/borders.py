@@ -16,8 +16,8 @@ from nsdrill.orbit.rounds import advance
 
 SAME = 1e-4  # of the range: special points that are closer are one
 WAVE = 8  # curves side by side
-FIRST, MOST = 0.1, 6.0  # lengths of steps, in natural sizes: nothing is to be detected on the way
-ASTRAY = 0.5  # in natural sizes: how far a curve may begin from its special point
+FIRST, MOST = 0.1, 6.0  # lengths of steps, in natural scales: nothing is to be detected on the way
+ASTRAY = 0.5  # in natural scales: how far a curve may begin from its special point
 
 
 @dataclass(frozen=True)

@@ -28,10 +28,10 @@ POINTS = (11, 21)  # on the circle; more where fewer leave too much
 RETURNS = 240  # of the lobe map, that a circle is fitted to
 FEWEST_RETURNS = 40  # to fit a circle to
 SLACK = 30.0  # of the integration's tolerance: interpolation along a circle errs by far more
-# of the natural size of a number, for derivatives by it: the tolerance asks for a
+# of the natural scale of a number, for derivatives by it: the tolerance asks for a
 # longer one
 DIFFERENCE = 1e-3
-MISFIT = 0.3  # of the fit, in natural sizes
+MISFIT = 0.3  # of the fit, in natural scales
 TAIL = 0.03  # of the highest harmonics: a circle with more is not smooth enough
 
 
@@ -71,7 +71,8 @@ class Circle:
         return 2.0 * math.pi * np.arange(self.points) / self.points
 
     def unknowns(self, w: Array, rotation: float, number: float) -> Array:
-        """``x`` from w [points, states], the rotation [rad] and the number continued."""
+        """``x`` from w [points, states], the rotation [rad] and the number
+        continued."""
         scaled = w[:, list(self.flow.symmetry.free)] / (self.size * math.sqrt(self.points))
         return np.concatenate([scaled.ravel(), [rotation, number / self.flow.scales[-1]]])
 
@@ -256,7 +257,7 @@ def _fitted(flow: Flow, states: Array, values: Array, lobes: int) -> tuple[Circl
     weight = np.exp(-1.0 / (t * (1.0 - t)))  # Das et al. 2017: converges faster than any power
     rotation = float(weight @ steps / weight.sum())
     theta = rotation * np.arange(len(states))
-    size = flow.sizes(values[None])[0][free]
+    size = flow.state_scales(values[None])[0][free]
     offset = math.atan2(np.sin(angle - theta).sum(), np.cos(angle - theta).sum())
     theta = theta + offset
     w = turned(symmetry, states, -theta)
@@ -303,7 +304,8 @@ def _touch(contact: int, which: int) -> Callable[[Point], float]:
 
 
 def tests_of_circle(grazes: Mapping[int, Graze]) -> Callable[[Point, Point], list[Test]]:
-    """The tests for special points of circles: folds, and the first and last touches."""
+    """The tests for special points of circles: folds, and the first and last
+    touches."""
 
     def tests(here: Point, there: Point) -> list[Test]:
         found = []

@@ -24,9 +24,9 @@ from nsdrill.orbit.frame import turn_matrix, turned
 from nsdrill.orbit.periodic import ANGLES, Orbit, over_segments, product, ring
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-STEP = 1e-4  # of differences, in natural sizes
+STEP = 1e-4  # of differences, in natural scales
 SLACK = 30.0  # of Newton's method: differences of monodromies make noise
-GRAZE = 1e-3  # of a contact's function: its natural size
+GRAZE = 1e-3  # of a contact's function: its natural scale
 PAIR = 1e-6  # of a multiplier's imaginary part: those with less are none of a pair
 
 
@@ -66,7 +66,7 @@ class Curve:
     def at(cls, flow: Flow, lobes: int, orbit: Orbit, values: Array, condition: Condition) -> Curve:
         """The problem near a special orbit, at ``values`` of both numbers."""
         assert orbit.pieces is not None
-        size = flow.sizes(values)[0][list(orbit.free)]
+        size = flow.state_scales(values)[0][list(orbit.free)]
         made = cls(
             flow,
             lobes,

@@ -36,7 +36,7 @@ class Cycle:
     """Limit cycles. The unknowns are the free states at the start of each of
     ``segments`` pieces, over ``size`` [free], the period over ``time`` [s], then the
     last of ``values`` over its scale. ``reference`` and ``across`` [free], in natural
-    sizes, are the place and the normal of the phase condition."""
+    scales, are the place and the normal of the phase condition."""
 
     flow: Flow
     segments: int
@@ -52,9 +52,10 @@ class Cycle:
     def at(
         cls, flow: Flow, period: float, values: Array, state: Array, segments: int = SEGMENTS
     ) -> Cycle:
-        """The problem near the cycle through ``state`` [states] of this ``period`` [s]."""
+        """The problem near the cycle through ``state`` [states] of this ``period``
+        [s]."""
         free = list(flow.symmetry.free)
-        size = flow.sizes(values)[0][free]
+        size = flow.state_scales(values)[0][free]
         made = cls(
             flow,
             segments,
@@ -148,7 +149,7 @@ def sampled_cycle(
     segments and the period [s], if it comes back to its start within ``most`` times
     ``interval`` [s]; None where it does not, or stands still."""
     free = list(flow.symmetry.free)
-    size = flow.sizes(values)[0][free]
+    size = flow.state_scales(values)[0][free]
     every = np.atleast_2d(values)
     spin = float(flow.phase_rate(every)[0])
     made, away, far = [state], 0.0, False

@@ -38,14 +38,14 @@ from nsdrill.orbit.switch import at_hopf, branched, doubled, doubled_cycle, star
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Key = tuple[int, ...]
-NEAR = 0.05  # in natural sizes: how far a settled motion may miss its start after a period
+NEAR = 0.05  # in natural scales: how far a settled motion may miss its start after a period
 # the same where it may not have settled, and how far Newton's method may then go
 MISS, AFAR = 2.0, 3000.0
-SAME = 1e-4  # in natural sizes: two starts of a motion that are one
+SAME = 1e-4  # in natural scales: two starts of a motion that are one
 NEAR_PARENT = 6  # points
 MOST_WAVES = 40
 WILD = 1e3  # a multiplier over one fold: such a motion is too unstable to be followed
-GROUP = 1.5  # in natural sizes: neighbouring seeds that are likely to lie on one branch
+GROUP = 1.5  # in natural scales: neighbouring seeds that are likely to lie on one branch
 FINEST = 8  # segments to a lobe
 REVOLUTIONS, PER_REVOLUTION = 24, 96  # that a cycle is looked for
 
@@ -220,11 +220,11 @@ class Explorer:
         """The same motion with its least period."""
         orbit = one.point.found
         starts = starts_of(orbit, self.flow, one.lobes)
-        sizes = self.flow.sizes(orbit.values)[0][list(orbit.free)]
+        state_scales = self.flow.state_scales(orbit.values)[0][list(orbit.free)]
         for lobes in range(1, one.lobes):
             if (
                 one.lobes % lobes == 0
-                and np.max(np.abs((starts[lobes] - starts[0]) / sizes)) < SAME
+                and np.max(np.abs((starts[lobes] - starts[0]) / state_scales)) < SAME
             ):
                 problem = Periodic.at(self.flow, lobes, orbit.values, orbit.state)
                 point = yield from settled(
@@ -267,7 +267,7 @@ class Explorer:
         if self.smooth:
             return (yield from self._guessed_smooth(number, seed, words))
         orders, flow, free = self.orders, self.flow, list(self.flow.symmetry.free)
-        sizes = flow.sizes(seed.values)[0]
+        state_scales = flow.state_scales(seed.values)[0]
         fold, value = 2.0 * math.pi / flow.symmetry.folds, seed.values[-1]
         duration = fold / flow.phase_rate(seed.values)
         starts, pieces, misses = [seed.state], [seed.state], dict[int, float]()
@@ -276,7 +276,8 @@ class Explorer:
             problem = Periodic.at(flow, lobes, seed.values, seed.state)
             x = problem.unknowns(np.stack(pieces[:lobes]), value)
             signs = [
-                np.append((start / sizes)[free], value / self.scale) for start in starts[:lobes]
+                np.append((start / state_scales)[free], value / self.scale)
+                for start in starts[:lobes]
             ]
             return _Guess(number, PERIODIC, lobes, problem, x, signs, far)
 
@@ -293,7 +294,9 @@ class Explorer:
             if seed.steady:
                 return guess(1, AFAR)
             if lobes in orders.lobes:
-                misses[lobes] = float(np.max(np.abs((starts[-1] - seed.state) / sizes)[free]))
+                misses[lobes] = float(
+                    np.max(np.abs((starts[-1] - seed.state) / state_scales)[free])
+                )
                 if misses[lobes] < NEAR:
                     return guess(lobes, 10.0 * NEAR)
         if orders.circles and flow.symmetry.turned:
@@ -302,7 +305,7 @@ class Explorer:
                 problem, x, means = made
                 rotation = 10.0 * math.remainder(x[-2], 2.0 * math.pi)
                 signs = [
-                    np.concatenate([[rotation], (mean / sizes)[free], [value / self.scale]])
+                    np.concatenate([[rotation], (mean / state_scales)[free], [value / self.scale]])
                     for mean in means
                 ]
                 return _Guess(number, CIRCLE, problem.lobes, problem, x, signs, 1.0)
@@ -315,15 +318,15 @@ class Explorer:
     def _guessed_smooth(self, number: int, seed: Seed, words: list[str]) -> Steps[_Guess | None]:
         """The same where every angle is alike: an equilibrium, or a cycle."""
         orders, flow, free = self.orders, self.flow, list(self.flow.symmetry.free)
-        sizes, value = flow.sizes(seed.values)[0][free], seed.values[-1]
-        moves = rates(flow, seed.state[None], seed.values)[0][free] / sizes
+        state_scales, value = flow.state_scales(seed.values)[0][free], seed.values[-1]
+        moves = rates(flow, seed.state[None], seed.values)[0][free] / state_scales
         turn = 2.0 * math.pi / float(flow.phase_rate(seed.values)[0])
         if np.linalg.norm(moves) * turn < NEAR or seed.steady:
             if not orders.periodic:
                 words[number] = "a steady motion, which the study does not ask for"
                 return None
             fixed = Periodic.at(flow, 1, seed.values, seed.state)
-            sign = np.append(seed.state[free] / sizes, value / self.scale)
+            sign = np.append(seed.state[free] / state_scales, value / self.scale)
             return _Guess(
                 number, EQUILIBRIUM, 1, fixed, fixed.unknowns(seed.state[None], value), [sign], AFAR
             )
@@ -352,12 +355,12 @@ class Explorer:
             return [np.array([10.0 * math.log(orbit.period), number])]
         if motion == CIRCLE:
             return [self._signature_of_circle(orbit, orbit.pieces)]
-        sizes = flow.sizes(orbit.values)[0][list(orbit.free)]
-        return [np.append(start / sizes, number) for start in starts_of(orbit, flow, lobes)]
+        state_scales = flow.state_scales(orbit.values)[0][list(orbit.free)]
+        return [np.append(start / state_scales, number) for start in starts_of(orbit, flow, lobes)]
 
     def _signature_of_circle(self, orbit: Orbit, w: Array) -> Array:
         free = list(orbit.free)
-        mean = w.mean(axis=0)[free] / self.flow.sizes(orbit.values)[0][free]
+        mean = w.mean(axis=0)[free] / self.flow.state_scales(orbit.values)[0][free]
         return np.concatenate([[10.0 * orbit.rotation], mean, [orbit.values[-1] / self.scale]])
 
     def _of(self, one: _Candidate) -> list[Array]:
@@ -560,12 +563,14 @@ class Explorer:
 
         def apart(point: Point) -> Array:
             orbit = point.found
-            sizes = self.flow.sizes(orbit.values)[0][list(orbit.free)]
+            state_scales = self.flow.state_scales(orbit.values)[0][list(orbit.free)]
             if one.motion == CYCLE:
                 half = len(orbit.pieces) // 2
-                return np.asarray((orbit.pieces[half] - orbit.pieces[0])[list(orbit.free)] / sizes)
+                return np.asarray(
+                    (orbit.pieces[half] - orbit.pieces[0])[list(orbit.free)] / state_scales
+                )
             starts = starts_of(orbit, self.flow, one.lobes)
-            return np.asarray((starts[one.lobes // 2] - starts[0]) / sizes)
+            return np.asarray((starts[one.lobes // 2] - starts[0]) / state_scales)
 
         def stop(here: Point, there: Point) -> str:
             before, after = apart(here), apart(there)

@@ -3,8 +3,8 @@ monodromies and touches.
 
 A piece of motion, a *leg*, is a run of the kernel. Where its monodromy is asked for it
 is run once for each state, side by side in lanes, with a deviation along that state as
-companion; the deviations land on contacts (:mod:`nsdrill.observe.landing`). Nothing
-about the numbers depends on which legs share a batch.
+tangent states; the deviations land on contacts (:mod:`nsdrill.observe.landing`).
+Nothing about the numbers depends on which legs share a batch.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from numba import types
 
 from nsdrill.abi import BUFFER, RATES, Rows, aligned_zeros, compiled
 from nsdrill.errors import InputError
-from nsdrill.kernel.gang import FEW, Compiled, Gang, Runs, choose_lanes
+from nsdrill.kernel.batch import FEW, Batch, Compiled, Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model, Symmetry, Variant
@@ -38,7 +38,7 @@ SHORTEST = 1e-9  # of a leg [s]
 FULL = 2  # runs to a lane that are enough for a thread: with fewer it costs more to wake it
 REMEMBERED = 256  # values of the numbers continued
 LOOSER = 100.0  # the tolerance of a deviation over that of the motion
-DEFAULT_DIFFERENCE = 1e-5  # of the natural size of a number, for derivatives by it
+DEFAULT_DIFFERENCE = 1e-5  # of the natural scale of a number, for derivatives by it
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Equations:
     what is continued and ``initial`` [n, states + 1], without a deviation;
     ``parts(lanes)`` the compiled right-hand side, observer and marker, ``store`` the
     observer's store and ``columns`` how many numbers it reports. ``scales`` are natural
-    sizes of the numbers that are continued.
+    scales of the numbers that are continued.
     """
 
     rows: Rows
@@ -135,8 +135,8 @@ class Flow:
         self._memory: dict[bytes, tuple[Array, Array]] = {}
         self._settings = Simulation(0.0, 1.0, rtol=rtol, max_steps=MOST_STEPS)
 
-    def sizes(self, values: Array) -> Array:
-        """The natural sizes of the states at ``values`` [n, numbers], shape (n,
+    def state_scales(self, values: Array) -> Array:
+        """The natural scales of the states at ``values`` [n, numbers], shape (n,
         states)."""
         return self._known(values)[0]
 
@@ -151,7 +151,7 @@ class Flow:
             if len(self._memory) >= REMEMBERED:
                 self._memory.clear()
             runs = self.equations.runs(values, np.zeros((len(values), self.states + 1)))
-            self._memory[key] = runs.sizes, runs.phase_rate
+            self._memory[key] = runs.state_scales, runs.phase_rate
         return self._memory[key]
 
     def slopes(self, state: Array, values: Array) -> Array:
@@ -173,7 +173,7 @@ class Flow:
             n = part.stop - part.start
             slopes = grid[rows.acceleration : rows.acceleration + rows.own_slopes, :n].T
             pairs = 2 * rows.pairs
-            found[part, 0:pairs:2] = state[part, 1:pairs:2] + runs.drifts[part, : rows.pairs]
+            found[part, 0:pairs:2] = state[part, 1:pairs:2] + runs.frame_rates[part, : rows.pairs]
             found[part, 1:pairs:2] = slopes[:, : rows.pairs]
             found[part, pairs:] = slopes[:, rows.pairs :]
         return found
@@ -186,7 +186,7 @@ class Flow:
         leg = np.repeat(np.arange(n), copies)
         initial = np.concatenate([legs.state, legs.phase[:, None]], axis=1)
         runs = self.equations.runs(legs.values, initial)
-        sizes = runs.sizes
+        state_scales = runs.state_scales
         with np.errstate(divide="ignore", invalid="ignore"):
             asked = np.where(legs.angular, legs.duration / runs.phase_rate, legs.duration)
         possible = np.isfinite(asked) & (asked > 0.0)
@@ -195,13 +195,13 @@ class Flow:
         firsts = np.concatenate([[0], np.cumsum(copies)[:-1]])
         which = np.arange(len(leg)) - firsts[leg]
         wanted = legs.tangent[leg]
-        deviation[wanted, which[wanted]] = sizes[leg[wanted], which[wanted]]
-        drifts = np.concatenate([runs.drifts, np.zeros_like(runs.drifts)], axis=1)
+        deviation[wanted, which[wanted]] = state_scales[leg[wanted], which[wanted]]
+        frame_rates = np.concatenate([runs.frame_rates, np.zeros_like(runs.frame_rates)], axis=1)
         full = Runs(
             runs.parameters[leg],
-            np.concatenate([sizes, LOOSER * sizes], axis=1)[leg]
+            np.concatenate([state_scales, LOOSER * state_scales], axis=1)[leg]
             * np.broadcast_to(legs.slack, n)[leg, None],
-            drifts[leg],
+            frame_rates[leg],
             runs.phase_rate[leg],
             np.minimum(runs.first_step, duration)[leg],
             np.concatenate([legs.state[leg], deviation, legs.phase[leg, None]], axis=1),
@@ -213,7 +213,7 @@ class Flow:
         columns = final[:, states : 2 * states]
         with np.errstate(invalid="ignore", over="ignore"):
             monodromy[leg[wanted], :, which[wanted]] = (
-                columns[wanted] / sizes[leg[wanted], which[wanted]][:, None]
+                columns[wanted] / state_scales[leg[wanted], which[wanted]][:, None]
             )
         touches = report.reshape(len(leg), -1, len(TOUCHES))[firsts]
         fine = possible & ok[firsts] & np.isfinite(final[firsts, : rows.own]).all(axis=1)
@@ -238,17 +238,18 @@ class Flow:
         return whole[0], whole[1], whole[2]
 
     def _share(self, runs: Runs, part: Array) -> tuple[Array, Array, Array]:
-        """The final states, reports and whether they ended well of the runs ``part``."""
+        """The final states, reports and whether they ended well of the runs
+        ``part``."""
         rows, columns = self.equations.rows, self.equations.columns
         taken = Runs(*(getattr(runs, name)[part] for name in Runs.__dataclass_fields__))
-        gang = Gang(self.lanes, len(part), rows, self.equations.store(), columns, self._settings)
-        gang.add_many(np.arange(len(part)), taken)
+        batch = Batch(self.lanes, len(part), rows, self.equations.store(), columns, self._settings)
+        batch.add_many(np.arange(len(part)), taken)
         parts = self.equations.parts(self.lanes)
         final = np.zeros((len(part), rows.states + 1))
         report, ok = np.zeros((len(part), columns)), np.zeros(len(part), dtype=bool)
         left = len(part)
         while left:
-            done = gang.advance(parts, 60.0, True)
+            done = batch.advance(parts, 60.0, True)
             final[done.job], report[done.job], ok[done.job] = (
                 done.final,
                 done.report,

@@ -58,7 +58,8 @@ def _product(at: float) -> Callable[[Point], float]:
 
 
 def _pair(number: int) -> Callable[[Point], float]:
-    """The modulus less 1 of the complex multiplier that is the ``number``-th largest."""
+    """The modulus less 1 of the complex multiplier that is the ``number``-th
+    largest."""
 
     def value(point: Point) -> float:
         own = point.found.own
@@ -144,7 +145,7 @@ def margins_of(orbit: Orbit) -> np.ndarray:
 
 
 def critical_vector(orbit: Orbit, at: float) -> np.ndarray:
-    """The unit eigenvector, in natural sizes, of the multiplier nearest to ``at``."""
+    """The unit eigenvector, in natural scales, of the multiplier nearest to ``at``."""
     assert orbit.monodromy is not None
     _, _, right = np.linalg.svd(orbit.monodromy - at * np.eye(len(orbit.monodromy)))
     return np.asarray(right[-1])

@@ -81,7 +81,7 @@ def _measure(
         first = part.stop
         orbit = points[place][1]
         free = list(orbit.free)
-        size = flow.sizes(orbit.values)[0][free]
+        size = flow.state_scales(orbit.values)[0][free]
         back = np.swapaxes(
             turned(flow.symmetry, np.swapaxes(ends.monodromy[part], 1, 2), -angles[:, None]), 1, 2
         )

@@ -30,7 +30,7 @@ class Orbit:
     angle 0; the ``values`` of what is continued; the ``period`` [s]; its
     ``multipliers``, complex, of all free states over one period, ``trivial`` of them
     the number of those that are 1 for every such motion; ``touches`` [contacts, 3]
-    (:class:`.flow.Ends`); ``monodromy`` of the ``free`` states in natural sizes; the
+    (:class:`.flow.Ends`); ``monodromy`` of the ``free`` states in natural scales; the
     ``rotation`` number [rad] of a circle over one period; ``pieces`` [pieces, states]:
     the states at the starts of the segments, or at the points of a circle."""
 
@@ -117,7 +117,7 @@ class Periodic:
             flow,
             lobes,
             segments or max(1, lobes),
-            flow.sizes(values)[0][free],
+            flow.state_scales(values)[0][free],
             np.array(values),
             state.copy(),
         )

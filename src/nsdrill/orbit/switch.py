@@ -14,11 +14,12 @@ from nsdrill.orbit.labels import critical_vector
 from nsdrill.orbit.periodic import ANGLES, Orbit, Periodic, between_segments
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-STEPS = (0.05, 0.2, 0.01)  # away from the bifurcation, in natural sizes
+STEPS = (0.05, 0.2, 0.01)  # away from the bifurcation, in natural scales
 
 
 def started(problem: Problem, base: Array, direction: Array) -> Steps[Point | None]:
-    """The first point of ``problem`` off ``base`` in a ``direction`` of the unknowns."""
+    """The first point of ``problem`` off ``base`` in a ``direction`` of the
+    unknowns."""
     length = float(np.linalg.norm(direction))
     if not length > 0.0:
         return None

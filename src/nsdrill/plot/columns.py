@@ -18,12 +18,12 @@ from matplotlib.patches import Patch
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.outcome import FAILED_POINT
 from nsdrill.data import Results
-from nsdrill.plot.doubts import doubt_handles, draw_doubts
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import marker_entry, response_entries
 from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import Line, edges, line, name_words, spaced
 from nsdrill.plot.style import RESPONSES, SHADE, new_figure, page_width, put_title, seamless
+from nsdrill.plot.verdicts import overlay_verdicts, verdict_handles
 
 ROW_OF_STRIP = 0.13  # inches for each procedure
 WORDS = 1.2  # inches that title, axis labels and legend take
@@ -120,7 +120,7 @@ def draw_strip(axes: Axes, one: Line, scale: float, *, name_rows: bool) -> None:
     mesh.set_gid("strip")
     if (verdicts := one.verdicts) is not None:
         cell = 72 * min(ROW_OF_STRIP, page_width() / len(x))
-        draw_doubts(axes, edges(one.x) / scale, np.arange(len(rows) + 1) - 0.5, verdicts, cell)
+        overlay_verdicts(axes, edges(one.x) / scale, np.arange(len(rows) + 1) - 0.5, verdicts, cell)
     row, point = np.nonzero(outcomes == FAILED_POINT)
     if row.size:
         axes.plot(
@@ -175,4 +175,4 @@ def outcome_handles(lines: Sequence[Line], *, markers: bool) -> list[Artist]:
             marker_entry(f"failed ({failed} of {outcomes.size})", "x", "k", size=4, edge=1.0)
         )
     verdicts = [one.verdicts.ravel() for one in lines if one.verdicts is not None]
-    return handles + (doubt_handles(np.concatenate(verdicts)) if verdicts else [])
+    return handles + (verdict_handles(np.concatenate(verdicts)) if verdicts else [])

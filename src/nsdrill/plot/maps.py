@@ -28,7 +28,6 @@ from nsdrill.models.leaves import words_along
 from nsdrill.observe.trust import verdict
 from nsdrill.plot import equal
 from nsdrill.plot.bands import bounds
-from nsdrill.plot.doubts import doubt_handles, draw_doubts
 from nsdrill.plot.equal import RATE
 from nsdrill.plot.hatching import hatch
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
@@ -48,6 +47,7 @@ from nsdrill.plot.style import (
     seamless,
     side_by_side,
 )
+from nsdrill.plot.verdicts import overlay_verdicts, verdict_handles
 from nsdrill.variables import INFERRED
 
 # the first of these that is swept lies across; depth goes down, as in a log
@@ -181,7 +181,7 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
             dots = "white" if name or plain else "#606060"
             hatch(grid[row][column], cells, inferred[column, row], "....", "none", dots, "inferred")
             if verdicts is not None:
-                draw_doubts(grid[row][column], *cells, verdicts[column, row], cell)
+                overlay_verdicts(grid[row][column], *cells, verdicts[column, row], cell)
             hatch(
                 grid[row][column],
                 cells,
@@ -208,7 +208,7 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
         "inferred" if name is None else "interpolated",
     )
     if verdicts is not None:
-        handles += doubt_handles(verdicts)
+        handles += verdict_handles(verdicts)
     if lines:
         handles.append(equal.handle(units))
     legend_below(figure, handles, 4 if len(handles) != 5 else 5)

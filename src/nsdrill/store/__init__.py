@@ -33,8 +33,8 @@ if TYPE_CHECKING:
         variables_in,
     )
     from nsdrill.store.records import pending_records, record_dtype, recorded
-    from nsdrill.store.renewal import renew
     from nsdrill.store.results import columns, points_in_block, write_results
+    from nsdrill.store.rewrite import rewrite_log
     from nsdrill.store.sink import Sink, Source
     from nsdrill.store.trace import read_trace, write_trace
 
@@ -66,8 +66,8 @@ __all__ = [
     "read_trace",
     "record_dtype",
     "recorded",
-    "renew",
     "rewrite_labels",
+    "rewrite_log",
     "to_csv",
     "to_dataset",
     "to_netcdf",
@@ -108,7 +108,7 @@ __getattr__ = late(
         "read_trace": "nsdrill.store.trace",
         "record_dtype": "nsdrill.store.records",
         "recorded": "nsdrill.store.records",
-        "renew": "nsdrill.store.renewal",
+        "rewrite_log": "nsdrill.store.rewrite",
         "rewrite_labels": "nsdrill.store.read",
         "to_csv": "nsdrill.store.export",
         "to_dataset": "nsdrill.store.dataset",

@@ -31,7 +31,7 @@ from nsdrill.errors import FileError, printable
 from nsdrill.files import reason
 from nsdrill.models.leaves import words_along
 from nsdrill.store.attributes import LARGEST, plain, text_of
-from nsdrill.store.forgiving import ForgivingFile
+from nsdrill.store.deferred import DeferredErrorFile
 from nsdrill.store.layout import stored_attributes, variable_attributes
 from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
@@ -94,7 +94,7 @@ def writing(path: Path, *, edit: bool = False) -> Iterator[Any]:
     import h5py
 
     options = {} if edit else {"track_order": True}
-    with ForgivingFile(path, "r+b") as raw:
+    with DeferredErrorFile(path, "r+b") as raw:
         try:
             with h5py.File(
                 raw, "r+" if edit else "w", libver=("v110", "v110"), rdcc_nbytes=0, **options

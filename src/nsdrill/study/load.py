@@ -18,12 +18,12 @@ from nsdrill.models.leaves import is_apart, place_of, words_of
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.sampling import CUT, KINDS, NAMED
 from nsdrill.study import overrides as setting
+from nsdrill.study.constraints import Checker
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.continuation import take_continuation
 from nsdrill.study.document import Document, KeyPath, dotted, parse, read_text
 from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, did_you_mean, keys_of, shown
 from nsdrill.study.ramps import EXAMPLE, take_ramps
-from nsdrill.study.relations import Checker
 from nsdrill.study.resolved import build, study_from_resolved
 from nsdrill.study.study import Study
 from nsdrill.study.uncertain import HOW, draws, take_uncertain

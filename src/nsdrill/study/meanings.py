@@ -87,9 +87,9 @@ MEANINGS: dict[str, str] = {
     "over the range",
     "classify.trust": "Trust, where points were checked",
     "classify.trust.tolerance": "Largest difference of the features between a run and its checks, "
-    "in natural sizes",
+    "in natural scales",
     "classify.motion": "Kind of motion, from the returns to the Poincare section",
-    "classify.motion.absolute": "Two returns are the same within this, in natural sizes of the "
+    "classify.motion.absolute": "Two returns are the same within this, in natural scales of the "
     "states",
     "classify.motion.relative": "and this, in parts of the range of the returns",
     "classify.motion.longest_period": "Longest period looked for, in returns",

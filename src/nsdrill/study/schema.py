@@ -1,7 +1,7 @@
 """The pydantic models of the study file, built from the dataclasses: their keys, units,
 ranges and defaults.
 
-They check one value at a time; what relates several values is in ``relations.py``.
+They check one value at a time; what relates several values is in ``constraints.py``.
 Values come out in SI.
 """
 
@@ -71,9 +71,9 @@ _STRICT = ConfigDict(extra="forbid", populate_by_name=False, defer_build=True)
 
 @lru_cache(maxsize=8)
 def study_model(model: str = MODEL, asked: frozenset[str] | None = None) -> type[BaseModel]:
-    """The pydantic model of a whole study file of the model of this name; with ``asked``
-    of one that has no other keys than these dotted ones, which is made several times as
-    fast. A study says few of them."""
+    """The pydantic model of a whole study file of the model of this name; with
+    ``asked`` of one that has no other keys than these dotted ones, which is made
+    several times as fast. A study says few of them."""
     keys = keys_of(model)
     text = WithJsonSchema({"type": "string", "maxLength": LONGEST_TITLE})
     sections: dict[str, Any] = {

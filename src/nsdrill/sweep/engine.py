@@ -1,10 +1,10 @@
-"""The engine: keeps the gangs of all workers fed, over any ``concurrent.futures``
+"""The engine: keeps the batches of all workers fed, over any ``concurrent.futures``
 executor.
 
-Every worker has one gang. A slice advances it for a fraction of a second and gives back
-the runs that ended; the engine delivers those, tops the gang up and submits it again.
-So results come steadily, a stop takes no longer than a slice, and nothing is lost but
-the runs in flight. Which gang runs a point changes nothing in its numbers.
+Every worker has one batch. A slice advances it for a fraction of a second and gives
+back the runs that ended; the engine delivers those, tops the batch up and submits it
+again. So results come steadily, a stop takes no longer than a slice, and nothing is
+lost but the runs in flight. Which batch runs a point changes nothing in its numbers.
 """
 
 from __future__ import annotations
@@ -19,26 +19,26 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.errors import NsdrillError
-from nsdrill.kernel.gang import Gang
+from nsdrill.kernel.batch import Batch
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, advance
 from nsdrill.variables import OK
 
 Array = np.ndarray[Any, np.dtype[Any]]
 SEGMENT = 64  # points of a chain handed over at once
-SLICE = 0.25  # seconds that a gang is advanced at once in a thread
-REMOTE_SLICE = 1.0  # in another process: a gang is then a message of some megabytes
+SLICE = 0.25  # seconds that a batch is advanced at once in a thread
+REMOTE_SLICE = 1.0  # in another process: a batch is then a message of some megabytes
 # seconds without a slice, after which there is a look for an interrupt and for a
 # cluster that is gone
 PATIENCE = 0.5
 SHORT = 10.0  # simulated seconds up to which a run is short
-MOST_LOSSES = 10  # workers that may die under the slices of one gang
+MOST_LOSSES = 10  # workers that may die under the slices of one batch
 
 
 @dataclass
 class Progress:
     """How far a sweep is: points done (of which failed, and done before this session),
-    steps tried so far; and, where it is one of several passes, which."""
+    steps tried so far; and, where it is one of several stages, which."""
 
     total: int
     before: int = 0
@@ -91,19 +91,19 @@ class Starts:
 
 
 @dataclass
-class _Crew:
-    """A gang with what the engine knows of it."""
+class _WorkerSlot:
+    """A batch with what the engine knows of it."""
 
-    gang: Gang
-    # Last point of every segment of a chain in the gang -> (chain, next place), or None
-    # where the chain ends with it.
+    batch: Batch
+    # Last point of every segment of a chain in the batch -> (chain, next place), or
+    # None where the chain ends with it.
     ends: dict[int, tuple[int, int] | None] = field(default_factory=dict)
-    appetite: int = 64
+    batch_size: int = 64
     losses: int = 0
 
 
 class Engine:
-    """Runs a :class:`Work` on ``workers`` gangs of ``lanes`` lanes.
+    """Runs a :class:`Work` on ``workers`` batches of ``lanes`` lanes.
 
     ``deliver(points, columns)`` is called, in the calling thread, with the numbers of
     finished points and their results; ``watch(progress)`` after each slice. With
@@ -134,7 +134,7 @@ class Engine:
         self.work, self.executor, self.workers, self.lanes = work, executor, workers, lanes
         self.deliver, self.watch, self.remote = deliver, watch, remote
         self.slice_seconds = slice_seconds or (REMOTE_SLICE if remote else SLICE)
-        self._segments = lanes * (1 if remote else 2)  # that a gang holds, at least
+        self._segments = lanes * (1 if remote else 2)  # that a batch holds, at least
         self.slots = max(4 * SEGMENT, SEGMENT * self._segments)
         self.progress = Progress(total=work.plan.points)
 
@@ -165,24 +165,24 @@ class Engine:
         self.progress.before = plan.points - runs
 
         count = max(1, min(self.workers, self._left()))
-        crews = [_Crew(self.work.new_gang(self.lanes, self.slots)) for _ in range(count)]
-        self._segment = min(SEGMENT, crews[0].gang.slots // self._segments)
-        futures: dict[Future[Any], _Crew] = {}
+        slots = [_WorkerSlot(self.work.new_batch(self.lanes, self.slots)) for _ in range(count)]
+        self._segment = min(SEGMENT, slots[0].batch.slots // self._segments)
+        futures: dict[Future[Any], _WorkerSlot] = {}
         with interrupt.heeded():
             try:
-                for crew in crews:
-                    self._submit(crew, futures)
+                for worker in slots:
+                    self._submit(worker, futures)
                 while futures:
                     finished, _ = wait(futures, PATIENCE, FIRST_COMPLETED)
                     interrupt.look()
                     if not finished and (check := getattr(self.executor, "check", None)):
                         check()
                     for future in finished:
-                        crew = futures.pop(future)
-                        if not self._lost(crew, future):
-                            self._receive(crew, future)
-                        self._submit(crew, futures)
-                    self._count_lanes(crews)
+                        worker = futures.pop(future)
+                        if not self._lost(worker, future):
+                            self._receive(worker, future)
+                        self._submit(worker, futures)
+                    self._count_lanes(slots)
                     self.watch(self.progress)
             except BaseException:
                 # Let the slices under way end and keep what they finished.
@@ -212,64 +212,70 @@ class Engine:
     def _left(self) -> int:
         return len(self._pending) - self._next
 
-    def _submit(self, crew: _Crew, futures: dict[Future[Any], _Crew]) -> None:
-        self._feed(crew)
-        if crew.gang.idle:
+    def _submit(self, worker: _WorkerSlot, futures: dict[Future[Any], _WorkerSlot]) -> None:
+        self._feed(worker)
+        if worker.batch.idle:
             return
-        drain = self._left() == 0 and not any(crew.ends.values())
+        drain = self._left() == 0 and not any(worker.ends.values())
         future = self.executor.submit(
-            advance, crew.gang, self.work.variant, self.slice_seconds, drain
+            advance, worker.batch, self.work.variant, self.slice_seconds, drain
         )
-        futures[future] = crew
+        futures[future] = worker
 
-    def _lost(self, crew: _Crew, future: Future[Any]) -> bool:
-        """Whether the slice was lost with its worker; the gang here is still as it was
+    def _lost(self, worker: _WorkerSlot, future: Future[Any]) -> bool:
+        """Whether the slice was lost with its worker; the batch here is still as it was
         sent, and is sent again."""
         if not self.remote or (not future.cancelled() and future.exception() is None):
             return False
-        crew.losses += 1
-        if crew.losses > MOST_LOSSES:
+        worker.losses += 1
+        if worker.losses > MOST_LOSSES:
             cause = None if future.cancelled() else future.exception()
             raise NsdrillError(
-                f"A part of the sweep was lost {crew.losses} times with its worker "
+                f"A part of the sweep was lost {worker.losses} times with its worker "
                 f"({cause or 'cancelled'}). Finished "
                 "points are safe: look after the cluster, then give the same command with --resume."
             ) from cause
         return True
 
-    def _count_lanes(self, crews: list[_Crew]) -> None:
-        packed = sum(crew.gang.packed_steps * crew.gang.lanes for crew in crews)
+    def _count_lanes(self, slots: list[_WorkerSlot]) -> None:
+        packed = sum(worker.batch.packed_steps * worker.batch.lanes for worker in slots)
         self.progress.lanes_in_use = (
-            sum(crew.gang.lane_steps for crew in crews) / packed if packed else 1.0
+            sum(worker.batch.lane_steps for worker in slots) / packed if packed else 1.0
         )
 
-    def _feed(self, crew: _Crew) -> None:
+    def _feed(self, worker: _WorkerSlot) -> None:
         """Top up: a lone worker with all that fits, several with at most a fair share
         of what is left, so that they end together."""
         room = self._left()
         if self.workers > 1:
             room = (
-                min(crew.appetite, max(self.lanes, -(-room // (2 * self.workers))))
-                - crew.gang.waiting
+                min(worker.batch_size, max(self.lanes, -(-room // (2 * self.workers))))
+                - worker.batch.waiting
             )
         if not self._carried:
-            count = min(room, crew.gang.free, self._left())
+            count = min(room, worker.batch.free, self._left())
             if count > 0:
                 points = self._pending[self._next : self._next + count]
                 self._next += count
-                crew.gang.add_many(points, self.work.prepare(points))
+                worker.batch.add_many(points, self.work.prepare(points))
             return
         # A segment keeps the room of its finished points: its chain goes on there.
-        while room > 0 and self._left() and (len(crew.ends) + 1) * self._segment <= crew.gang.slots:
+        while (
+            room > 0
+            and self._left()
+            and (len(worker.ends) + 1) * self._segment <= worker.batch.slots
+        ):
             number = self._pending[self._next]
             chain, place = int(self._starts.chains[number]), int(self._starts.places[number])
             self._add_segment(
-                crew, chain, place, self._starts.state(chain, place) if place else None
+                worker, chain, place, self._starts.state(chain, place) if place else None
             )
             self._next += 1
             room -= 1
 
-    def _add_segment(self, crew: _Crew, chain: int, place: int, state: Array | None) -> None:
+    def _add_segment(
+        self, worker: _WorkerSlot, chain: int, place: int, state: Array | None
+    ) -> None:
         plan = self.work.plan
         end = min(place + self._segment, plan.chain_length)
         points = plan.points_of(chain, np.arange(place, end))
@@ -284,22 +290,22 @@ class Engine:
             runs = self.work.prepare(points)
         if state is not None:
             self.work.begin(runs.initial[0], state)
-        crew.ends[int(points[-1])] = (chain, end) if end < plan.chain_length else None
-        crew.gang.add(points, runs)
+        worker.ends[int(points[-1])] = (chain, end) if end < plan.chain_length else None
+        worker.batch.add(points, runs)
 
-    def _receive(self, crew: _Crew, future: Future[Any]) -> None:
-        gang, done = future.result()
-        crew.gang = gang
+    def _receive(self, worker: _WorkerSlot, future: Future[Any]) -> None:
+        batch, done = future.result()
+        worker.batch = batch
         n = len(done.job)
         if n == 0:
             return
-        # A gang that eats its portion in much less than a slice gets a larger one.
-        if not self._carried and n >= crew.appetite // 2:
-            crew.appetite = min(2 * crew.appetite, self.slots)
+        # A batch that eats its portion in much less than a slice gets a larger one.
+        if not self._carried and n >= worker.batch_size // 2:
+            worker.batch_size = min(2 * worker.batch_size, self.slots)
         for i, point in enumerate(done.job.tolist()):
-            if (following := crew.ends.pop(point, None)) is not None:
+            if (following := worker.ends.pop(point, None)) is not None:
                 state = self.work.own_state(done.final[i]) if done.status[i] == OK else None
-                self._add_segment(crew, *following, state)
+                self._add_segment(worker, *following, state)
         self.progress.done += n
         self.progress.failed += int(np.count_nonzero(done.status != OK))
         self.deliver(done.job, self.work.columns(done))

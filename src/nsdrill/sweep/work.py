@@ -1,5 +1,5 @@
 """What a sweep computes: the plan, the model and how it is watched; and one slice of
-that work on one gang."""
+that work on one batch."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, RATES, Rows, compiled
-from nsdrill.kernel.gang import Compiled, Finished, Gang, Runs
+from nsdrill.kernel.batch import Batch, Compiled, Finished, Runs
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
@@ -48,7 +48,7 @@ from nsdrill.sweep.plan import Plan
 from nsdrill.variables import MODEL, OK
 
 Array = np.ndarray[Any, np.dtype[Any]]
-OUTBOX_FLOATS = 1 << 23  # 64 MB: with many returns to the section fewer runs wait in a gang
+OUTBOX_FLOATS = 1 << 23  # 64 MB: with many returns to the section fewer runs wait in a batch
 FEWEST_SLOTS = 256
 
 
@@ -65,8 +65,8 @@ class Variant:
 
     @property
     def rows(self) -> Rows:
-        """The lane buffer, with the companions and the rows for the Lyapunov exponent
-        or without."""
+        """The lane buffer, with the tangent states and the rows for the Lyapunov
+        exponent or without."""
         model = model_named(self.model)
         observed = model.observed + (_others(model) if self.exponent else 0)
         return STEPPERS[self.stepper].rows(model.rows(self.fixed, observed, tangent=self.exponent))
@@ -149,7 +149,7 @@ class Work:
             if (there := points[chosen == (method == METHODS[1])]).size:
                 yield self.by(method), there
 
-    def new_gang(self, lanes: int, slots: int) -> Gang:
+    def new_batch(self, lanes: int, slots: int) -> Batch:
         model, record, rows = self.kind, self.record, self.variant.rows
         more = scratch_size(rows, len(model.contacts)) if record.exponent else 0
         store = model.store(lanes, self.parameters, record, more)
@@ -158,25 +158,26 @@ class Work:
             store[GROWTH_HEADER : GROWTH_HEADER + 2] = growth_header(self.simulation.observe)
             width += len(GROWTH_REPORT)
         slots = min(slots, max(FEWEST_SLOTS, OUTBOX_FLOATS // width))
-        return Gang(lanes, slots, rows, store, width, self.simulation)
+        return Batch(lanes, slots, rows, store, width, self.simulation)
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
         model, fixed, at = self.kind, self.variant.fixed, self.at(self.plan.values(points))
         table = model.pack(at, self.thresholds)
         runs = model.runs(table, fixed, model.starts(at, self.plan.starts_of(points)))
-        # the deviation stands between the states and the phase, and has no drift
+        # the deviation stands between the states and the phase, and its frame does not
+        # move
         if self.record.exponent:
-            seeds = seed_deviation(runs.sizes)
+            seeds = seed_deviation(runs.state_scales)
             names = model.states(fixed)
             seeds[:, [names.index(name) for name in model.undeviated(self.parameters)]] = 0.0
             initial = np.concatenate([runs.initial[:, :-1], seeds, runs.initial[:, -1:]], axis=1)
-            still = np.zeros_like(runs.drifts)
+            still = np.zeros_like(runs.frame_rates)
             runs = replace(
                 runs,
                 initial=initial,
-                sizes=np.tile(runs.sizes, 2),
-                drifts=np.concatenate([runs.drifts, still], axis=1),
+                state_scales=np.tile(runs.state_scales, 2),
+                frame_rates=np.concatenate([runs.frame_rates, still], axis=1),
             )
         return runs
 
@@ -248,7 +249,7 @@ class Work:
             growth = done.report[:, -len(GROWTH_REPORT) :]
             measured |= _where(ok, exponent_of(growth, self.simulation.observe, bias))
         measured |= _where(ok, model.derived(measured, self.at(self.plan.values(done.job))))
-        size = model.sizes(done.parameters, self.variant.fixed)
+        size = model.state_scales(done.parameters, self.variant.fixed)
         if record.poincare:
             measured |= _where(
                 ok, model.section(done.report, record, done.parameters, self.variant.fixed)
@@ -343,7 +344,7 @@ def make_watch(lanes: int, variant: Variant) -> tuple[Any, Any]:
     return watch, watch_marker
 
 
-def advance(gang: Gang, variant: Variant, seconds: float, drain: bool) -> tuple[Gang, Finished]:
+def advance(batch: Batch, variant: Variant, seconds: float, drain: bool) -> tuple[Batch, Finished]:
     """One slice of work: a task for any executor, in this process or in another."""
-    done = gang.advance(compiled_parts(gang.lanes, variant), seconds, drain)
-    return gang, done
+    done = batch.advance(compiled_parts(batch.lanes, variant), seconds, drain)
+    return batch, done

@@ -14,7 +14,7 @@ import numpy as np
 
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.analysis.probability import EVERY, SAFE, Chances, chances
-from nsdrill.analysis.window import CRITICAL, RIM, UNKNOWN, classes
+from nsdrill.analysis.window import CRITICAL, HISTORY_DEPENDENT, UNKNOWN, classes
 from nsdrill.analysis.window import SAFE as SAFE_STATE
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
@@ -41,7 +41,7 @@ MOST = 4  # maps of a third axis
 WINDOW = {  # the colours of the pictures (nsdrill.plot.kinds.window); white is what is not known
     UNKNOWN: ("not known", "#FFFFFF"),
     CRITICAL: ("critical", "#6E6E6E"),
-    RIM: ("depends on the history", "#E69F00"),
+    HISTORY_DEPENDENT: ("depends on the history", "#E69F00"),
     SAFE_STATE: ("safe", "#D3ECFA"),
 }
 VERDICTS = {
@@ -151,7 +151,8 @@ def basin_area(results: Results, units: str) -> Titled:
 
 
 def chosen(count: int) -> list[int]:
-    """Up to :data:`MOST` of so many numbers, evenly, the first and the last among them."""
+    """Up to :data:`MOST` of so many numbers, evenly, the first and the last among
+    them."""
     if count <= MOST:
         return list(range(count))
     return [round(number * (count - 1) / (MOST - 1)) for number in range(MOST)]

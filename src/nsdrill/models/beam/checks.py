@@ -11,11 +11,11 @@ import numpy as np
 from nsdrill.models.beam.columns import as_lumped, shape, stiffnesses
 from nsdrill.models.beam.columns import coefficients as lumped_coefficients
 from nsdrill.models.beam.parameters import Parameters
-from nsdrill.models.christoforou_yigit import figures as lumped
+from nsdrill.models.christoforou_yigit import derived_quantities as lumped
 from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
 from nsdrill.models.christoforou_yigit.checks import Told
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
-from nsdrill.models.christoforou_yigit.figures import Figure
+from nsdrill.models.christoforou_yigit.derived_quantities import DerivedQuantity
 from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Operation
 
@@ -43,15 +43,18 @@ def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
     return lumped_coefficients(parameters, operation.depth, operation.wob, operation.rotary_speed)
 
 
-def every_figure(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
-    """The figures at an operating point: those of string and bit, and the frequency of
-    each bending mode under the weight on bit, None where that buckles it."""
-    shared = lumped.figures(as_lumped(parameters), operation)
+def every_derived_quantity(
+    parameters: Parameters, operation: Operation
+) -> dict[str, DerivedQuantity]:
+    """The derived quantities at an operating point: those of string and bit, and the
+    frequency of each bending mode under the weight on bit, None where that buckles
+    it."""
+    shared = lumped.derived_quantities(as_lumped(parameters), operation)
     mass = parameters.beam.modal_mass_factor * coefficients(parameters, operation).m_l
     found = {name: shared[name] for name in SHARED if name in shared}
     for n, stiffness in enumerate(stiffnesses(parameters, *_at(operation)), start=1):
         value = math.sqrt(stiffness / mass) if stiffness > 0 else None
-        found[f"bending_{n}"] = Figure(
+        found[f"bending_{n}"] = DerivedQuantity(
             value, "rad/s", f"frequency of bending mode {n} at this WOB", "lateral"
         )
     return found

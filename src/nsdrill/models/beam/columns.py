@@ -1,4 +1,4 @@
-"""From the parameters of a study to the lane parameters, the natural sizes and the
+"""From the parameters of a study to the lane parameters, the natural scales and the
 start of a collar."""
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Any]:
         "softening_force": force if isinstance(load, str) and load == "live" else 0.0,
         "softening_torque": factor * math.pi**3 / (2 * power(span, 2)) if options.torque else 0.0,
         "structural": 2 * beam.damping_ratio * np.sqrt(mass * bending),
-        "torque_size": np.maximum(wob, 1.0) * friction_arm,
+        "torque_scale": np.maximum(wob, 1.0) * friction_arm,
     }
     found |= {f"unbalance_arm_{n}": arm for n, arm in arms.items()}
     found |= {f"drag_{j}": drag for j, drag in enumerate(drags(parameters, k.c_h), start=1)}
@@ -188,8 +188,8 @@ def bent(points: Values) -> dict[str, Any]:
 _root = np.vectorize(math.pow, otypes=[float])
 
 
-def sizes(table: Mapping[str, Array], options: Options) -> list[Any]:
-    """The natural size of each state: of a mode a tenth of the gap, and that times its
+def state_scales(table: Mapping[str, Array], options: Options) -> list[Any]:
+    """The natural scale of each state: of a mode a tenth of the gap, and that times its
     frequency without load; the others as in the lumped model."""
     lateral = 0.1 * table["gap"]
     frequency = np.sqrt(table["bending"] * table["per_lateral_mass"])

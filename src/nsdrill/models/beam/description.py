@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from nsdrill.models.beam.constraints import ORDERS, constraints
 from nsdrill.models.beam.options import COMMON, STARTED, STATE_SETS
 from nsdrill.models.beam.parameters import MOST_MODES, Initial, Parameters
-from nsdrill.models.beam.relations import ORDERS, relations
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
 from nsdrill.models.christoforou_yigit.description import attributes
@@ -92,7 +92,7 @@ DESCRIPTION = Description(
     told=LUMPED.told,
     orders=ORDERS,
     compiled=("bit.lobes",),
-    relations=relations,
+    constraints=constraints,
     units_by={**LUMPED.units_by, "beam.stations.stiffness": LUMPED.units_by["well.stiffness"]},
     checks="nsdrill.models.beam.checks",
     example_axis=LUMPED.example_axis,

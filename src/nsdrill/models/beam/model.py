@@ -88,14 +88,14 @@ class ElasticCollar(ScalarModel):
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         return columns.values_of(points, thresholds.stuck_below)
 
-    def sizes(self, table: Array, variant: Variant) -> Array:
-        found = columns.sizes(self._by_name(table, variant), Options(*variant))
+    def state_scales(self, table: Array, variant: Variant) -> Array:
+        found = columns.state_scales(self._by_name(table, variant), Options(*variant))
         return np.stack(
             [np.broadcast_to(np.asarray(size, dtype=float), len(table)) for size in found], axis=1
         )
 
-    def natural(self, table: Mapping[str, Array]) -> Sequence[Any]:
-        """See :meth:`sizes`, which know the modes."""
+    def natural_scales(self, table: Mapping[str, Array]) -> Sequence[Any]:
+        """See :meth:`state_scales`, which know the modes."""
         raise NotImplementedError
 
     def fastest(self, table: Mapping[str, Array]) -> Array:
@@ -176,9 +176,15 @@ class ElasticCollar(ScalarModel):
         return section.in_the_bit_frame(section_)
 
     def classify(
-        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array
+        self,
+        features: Mapping[str, Array],
+        status: Array,
+        thresholds: Thresholds,
+        state_scales: Array,
     ) -> dict[str, Array]:
-        return classify.classify(features, status, thresholds, sizes[..., : len(STATE_NAMES) - 1])
+        return classify.classify(
+            features, status, thresholds, state_scales[..., : len(STATE_NAMES) - 1]
+        )
 
     def phase_rate(self, table: Array) -> Array:
         return self._common(table)["drive_speed"]
@@ -193,7 +199,7 @@ class ElasticCollar(ScalarModel):
         self, features: Mapping[str, Array], table: Array, variant: Variant
     ) -> tuple[Array, Array]:
         """Those of the lumped model."""
-        axial = self.sizes(table, variant)[:, self.states(variant).index("z")]
+        axial = self.state_scales(table, variant)[:, self.states(variant).index("z")]
         return compare.coordinates(features, self.scales(table), axial)
 
     def _common(self, table: Array) -> dict[str, Array]:

@@ -118,16 +118,16 @@ CHANNELS = (
     Channel("bit speed", "bit_speed", "bit_acceleration", rate_of="twist", level="stuck_below"),
     Channel("bit angle", _angle, "bit_speed", "bit_acceleration"),
     Channel("bit position", "z", "vz", "az"),
-    Channel("interference", "interference", "interference_rate", level=0.0, size="z"),
-    Channel("radius", "radius", "radius_rate", size="gap"),
-    Channel("clearance", "clearance", "clearance_rate", level=0.0, size="gap"),
+    Channel("interference", "interference", "interference_rate", level=0.0, scale="z"),
+    Channel("radius", "radius", "radius_rate", scale="gap"),
+    Channel("clearance", "clearance", "clearance_rate", level=0.0, scale="gap"),
     Channel("across", "across", 0.0),
     Channel("aside", "aside", 0.0),
     Channel("lateral square", "lateral_square", 0.0),
     Channel("axial square", _square, 0.0),
     Channel("wall slip", "wall_slip", 0.0),
     Channel("wall turn", "wall_turn", 0.0),
-    Channel("bit torque", "rock_torque", 0.0, size="torque_size"),
+    Channel("bit torque", "rock_torque", 0.0, scale="torque_scale"),
 )
 
 

@@ -9,9 +9,9 @@ Yigit have it). All that is local acts at stations j, with phi_jn = sin(n pi xi_
     f_j = -N_j e_r - T_j e_theta - d_j |v_j| v_j
     F_n = -k_n (x_n, y_n) - c_n (x_n', y_n') + sum_j phi_jn f_j
 
-    J_e phi'' = -T_ob - c_t omega - k_t psi - sum_j T_j R - sum_n q_n (F_yn cos phi - F_xn sin phi)
-    x_n'' = q_n (omega^2 cos phi + phi'' sin phi) + F_xn / m
-    y_n'' = q_n (omega^2 sin phi - phi'' cos phi) + F_yn / m
+J_e phi'' = -T_ob - c_t omega - k_t psi - sum_j T_j R - sum_n q_n (F_yn cos phi - F_xn
+sin phi) x_n'' = q_n (omega^2 cos phi + phi'' sin phi) + F_xn / m y_n'' = q_n (omega^2
+sin phi - phi'' cos phi) + F_yn / m
 
 with q_n = m_e e_n / m and J_e = J + sum_n m_e e_n (e_n - q_n): Lagrange's equations of
 the kinetic energy that :func:`nsdrill.models.beam.forces.energy` gives. Bit, rock and
@@ -74,7 +74,7 @@ PARAMETERS = (
     "bit_rise",
     "bit_dynamic",
     "stuck_below",
-    "torque_size",
+    "torque_scale",
 )
 # Of each station: the gap, the stiffness of the wall, the drag, and the penetration of
 # the well's wall at the force of its own at a penetration of 1, by which penetrations
@@ -108,11 +108,11 @@ def rows_of(
     """The lane buffer for an observer with so many rows, with a deviation beside the
     states or without."""
     states = 4 * options.modes + 4
-    companions = states if tangent else 0
+    tangent_states = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
     pushed = apart.pushed(options) if options.apart else 0
     return Rows(
-        states + companions, len(aux_of(options)), width, observed, companions, apart=pushed
+        states + tangent_states, len(aux_of(options)), width, observed, tangent_states, apart=pushed
     )
 
 
@@ -310,7 +310,8 @@ class Writer:
         ]
 
     def _wall(self, j: int) -> list[str]:
-        """Penetration, normal force, friction against the slip of the collar's surface."""
+        """Penetration, normal force, friction against the slip of the collar's
+        surface."""
         px, py, reach, slip, fx, fy = (
             f"{name}_{j}" for name in ("px", "py", "reach", "slip", "fx", "fy")
         )

@@ -7,7 +7,8 @@ depend on positions alone, and all accelerations are linear in both loads: per u
 torque, u_b = (u_x, u_y, u_alpha) with the moment of the softened span, per unit of
 friction u_w. A stage that moves velocities by c times the push therefore has
 
-    omega = omega* - c (K_bb F a(omega) + K_bw N f(v_s)),    v_s = v_s* - c (K_wb F a(omega) + K_ww N f(v_s))
+omega = omega* - c (K_bb F a(omega) + K_bw N f(v_s)),    v_s = v_s* - c (K_wb F a(omega)
++ K_ww N f(v_s))
 
 with K = -w u and the directions w_b = (0, 0, 1), w_w = (-y/r, x/r, R_c) of the slips.
 Two equations, which Newton's method solves jointly. The loads are those of its last
@@ -74,7 +75,7 @@ def make_solve(
     the velocities in ``stage``, and leaves the loads, the pushes, and direction and
     decay factor of the bit's law; those of the wall only if some lane is ``touching``.
     """
-    W, law, tangent = lanes, options.friction, int(rows.companions > 0)
+    W, law, tangent = lanes, options.friction, int(rows.tangent_states > 0)
     x_, vx_, y_, vy_ = (W * (rows.stage + i) for i in range(4))
     speed_ = W * (rows.stage + 7)
     push_x_, push_y_ = (W * (rows.push + i) for i in range(2))

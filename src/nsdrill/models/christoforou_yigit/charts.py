@@ -15,8 +15,12 @@ import numpy as np
 from nsdrill.models import drives
 from nsdrill.models.christoforou_yigit import buckling, tubes
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
+from nsdrill.models.christoforou_yigit.derived_quantities import (
+    slope_held,
+    steepest_fall,
+    torsional_matrix,
+)
 from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
-from nsdrill.models.christoforou_yigit.figures import slope_held, steepest_fall, torsional_matrix
 from nsdrill.models.christoforou_yigit.further import (
     HALF_WAVES,
     HORIZONTAL,
@@ -67,7 +71,8 @@ def buckling_by_inclination(point: Point, x: np.ndarray) -> BucklingLoads:
 def buckling_along(
     axis: str, x: np.ndarray, points: Sequence[Point], inclination: float = HORIZONTAL
 ) -> BucklingLoads:
-    """The chart ``buckling`` of these points in a hole of this ``inclination`` [rad]."""
+    """The chart ``buckling`` of these points in a hole of this ``inclination``
+    [rad]."""
     return _buckling(axis, x, points, np.full(len(x), inclination), inclination)
 
 

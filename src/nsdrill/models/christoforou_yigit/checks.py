@@ -9,19 +9,19 @@ from operator import attrgetter, itemgetter
 from typing import Any
 
 from nsdrill.models.christoforou_yigit.coefficients import UNITS, Coefficients, derive
-from nsdrill.models.christoforou_yigit.figures import (
-    figures,
+from nsdrill.models.christoforou_yigit.derived_quantities import (
+    derived_quantities,
     growth_at_rest,
     lateral_stiffness,
     mean_torque,
     wall_speed,
 )
-from nsdrill.models.christoforou_yigit.further import further_figures
+from nsdrill.models.christoforou_yigit.further import further_quantities
 from nsdrill.models.christoforou_yigit.laws import steepest
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.drives import overloaded, swinging
 from nsdrill.models.leaves import Values, with_values
-from nsdrill.models.numbers import Figure
+from nsdrill.models.numbers import DerivedQuantity
 from nsdrill.models.operation import Operation
 from nsdrill.models.steepness import implicit
 
@@ -49,7 +49,7 @@ MOST_STEPS_A_SECOND = 2000  # a point of 500 s then takes a million steps
 LEAST_PERIODS = 4
 SHARP = 500.0  # smoothing times dynamic_from
 # Numbers that a sheet of the assembly does not give, and that move critical speeds.
-DOUBTED = (
+POORLY_KNOWN = (
     "drillstring.eccentricity",
     "mud.added_mass",
     "mud.drag",
@@ -68,9 +68,14 @@ def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
     return derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
 
 
-def every_figure(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
-    """The figures at an operating point, those of the long list last."""
-    return {**figures(parameters, operation), **further_figures(parameters, operation)}
+def every_derived_quantity(
+    parameters: Parameters, operation: Operation
+) -> dict[str, DerivedQuantity]:
+    """The derived quantities at an operating point, those of the long list last."""
+    return {
+        **derived_quantities(parameters, operation),
+        **further_quantities(parameters, operation),
+    }
 
 
 def warnings(study: Any, corners: list[Values], told: Told) -> list[str | None]:
@@ -352,7 +357,7 @@ def _hangs(study: Any, corners: list[Values], told: Told) -> str | None:
     )
     base = corners[0].parameters
     before = _critical(base, middle)
-    free = [key for key in DOUBTED if key not in study.axes and key not in study.drawn]
+    free = [key for key in POORLY_KNOWN if key not in study.axes and key not in study.drawn]
     said = []
     for key in free:
         value = attrgetter(key)(base)
@@ -408,7 +413,7 @@ def _critical(parameters: Parameters, operation: Operation) -> dict[str, float |
         "stick_slip_onset": modes.torsional,
         "lobe_resonance": modes.axial,
     }
-    found = figures(parameters, operation, averaged=False)
+    found = derived_quantities(parameters, operation, averaged=False)
     return {name: found[name].value for name, mode in free.items() if mode == "free"}
 
 

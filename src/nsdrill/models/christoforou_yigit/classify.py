@@ -26,12 +26,15 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def classify(
-    features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array | None = None
+    features: Mapping[str, Array],
+    status: Array,
+    thresholds: Thresholds,
+    state_scales: Array | None = None,
 ) -> dict[str, Array]:
     """The labels ``response``, ``whirl_kind``, the three severities and ``settled`` of
     runs with these features; and, where the features include returns to the Poincare
-    section, ``motion`` and ``period``, for which the natural sizes of the states
-    ``sizes`` (..., 8) are needed.
+    section, ``motion`` and ``period``, for which the natural scales of the states
+    ``state_scales`` (..., 8) are needed.
 
     All arrays have one shape; runs that did not end well (``status`` not ok) get zeros.
     A bit that does not turn at all (mean speed zero, an infinite or undefined index)
@@ -64,10 +67,16 @@ def classify(
         "settled": settled,
     }
     labels = {name: np.where(ok, value, 0).astype(np.int8) for name, value in labels.items()}
-    if "section_radius" in features and sizes is not None:
-        at_rest = still(features, sizes, t.motion.absolute)
+    if "section_radius" in features and state_scales is not None:
+        at_rest = still(features, state_scales, t.motion.absolute)
         labels |= motions(
-            features, status, labels["settled"], in_the_bit_frame(features), sizes, at_rest, t
+            features,
+            status,
+            labels["settled"],
+            in_the_bit_frame(features),
+            state_scales,
+            at_rest,
+            t,
         )
     return labels
 
@@ -83,12 +92,12 @@ def _low(features: Mapping[str, Array], like: Array) -> Array:
         )
 
 
-def still(features: Mapping[str, Array], sizes: Array, absolute: float) -> Array:
+def still(features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
     """Whether bit and collar do not move beyond ``absolute`` times the natural
-    ``sizes`` (..., 8) of their states."""
+    ``state_scales`` (..., 8) of their states."""
     least = np.nan_to_num(features["section_radius"], nan=np.inf).min(axis=-1)
     return np.asarray(
-        (features["axial_max"] - features["axial_min"] <= absolute * sizes[..., 4])
-        & (features["bit_speed_max"] - features["bit_speed_min"] <= absolute * sizes[..., 7])
-        & (features["radius_max"] - least <= absolute * sizes[..., 0])
+        (features["axial_max"] - features["axial_min"] <= absolute * state_scales[..., 4])
+        & (features["bit_speed_max"] - features["bit_speed_min"] <= absolute * state_scales[..., 7])
+        & (features["radius_max"] - least <= absolute * state_scales[..., 0])
     )

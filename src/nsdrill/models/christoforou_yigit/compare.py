@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.rhs import INDEX, STATES, sizes
+from nsdrill.models.christoforou_yigit.rhs import INDEX, STATES, state_scales
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -21,7 +21,7 @@ def scales(table: Array) -> dict[str, Array]:
     return {
         "gap": table[:, INDEX["gap"]],
         "drive_speed": table[:, INDEX["drive_speed"]],
-        "lobe": np.where(amplitude > 0, amplitude, sizes(table)[:, STATES.index("z")]),
+        "lobe": np.where(amplitude > 0, amplitude, state_scales(table)[:, STATES.index("z")]),
     }
 
 
@@ -65,11 +65,13 @@ def scaled(variables: Mapping[str, Array], speed: Array, gap: Array) -> Array:
 def extent(variables: Mapping[str, Array], speed: Array, gap: Array, axial: Array) -> Array:
     """The scaled extremes of the states of starts, shape (..., 4):
 
-    ===============================  ===========================================================================
-    radius                           ``radius_max`` over the gap
-    bit position                     half the logarithm of the axial range plus its natural size: 65 % more is 0.25
-    bit speed                        ``bit_speed_min`` and ``bit_speed_max`` over four times the drive speed
-    ===============================  ===========================================================================
+    ===============================
+    =========================================================================== radius
+    ``radius_max`` over the gap bit position                     half the logarithm of
+    the axial range plus its natural scale: 65 % more is 0.25 bit speed
+    ``bit_speed_min`` and ``bit_speed_max`` over four times the drive speed
+    ===============================
+    ===========================================================================
     """
     columns = (
         variables["radius_max"] / gap,
@@ -85,7 +87,7 @@ def coordinates(
 ) -> tuple[Array, Array]:
     """By which starts are told apart, and by which attractors along a sweep are
     matched, shapes (points, starts, ...): of ``features`` [points, starts], with the
-    :func:`scales` and the natural size of the bit position [m] [points]."""
+    :func:`scales` and the natural scale of the bit position [m] [points]."""
     speed, gap = scale["drive_speed"][:, None], scale["gap"][:, None]
     apart = scaled(features, speed, gap)
     return apart, np.concatenate(

@@ -7,9 +7,9 @@ from typing import Any
 
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.constraints import ORDERS, constraints
 from nsdrill.models.christoforou_yigit.options import is_used
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.christoforou_yigit.relations import ORDERS, relations
 from nsdrill.models.christoforou_yigit.steepness import explicit_only, friction_rates
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Grazing, Panel
 from nsdrill.models.drilling import DRILLED
@@ -112,7 +112,7 @@ DESCRIPTION = Description(
     grouped=variables.GROUPED,
     told=variables.TOLD,
     orders=ORDERS,
-    relations=relations,
+    constraints=constraints,
     units_by={"well.stiffness": ("well.law", {"linear": "N/m", "hertz": "N/m^1.5"})},
     grazing=(
         Grazing(

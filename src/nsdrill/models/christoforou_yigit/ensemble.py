@@ -7,7 +7,7 @@ seed, their upper 53 bits. So start ``k`` is the same however many there are, an
 same at every operating point: differences between operating points are not noise of the
 draw.
 
-**Sizes.** The numbers are scaled by natural sizes of the operating point, so that the
+**Sizes.** The numbers are scaled by natural scales of the operating point, so that the
 ensemble reaches everywhere a string can be without anything being broken: with
 ``spread`` Q = 1, and for smaller Q nearer to steady drilling,
 

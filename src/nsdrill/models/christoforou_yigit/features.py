@@ -159,7 +159,7 @@ def _make(lanes: int, rows: Rows, seen: Seen) -> tuple[Any, Any]:
     low_, growth_, floor_ = own["low_z"], own["margin_growth"], own["torque_floor"]
     per_rtol_ = W * (rows.control + CONTROL.index("per_rtol"))
     peak_width, to_high, to_margin = W * len(PEAK), W * PEAK.index("high"), W * PEAK.index("margin")
-    z_size_, speed_size_ = (W * (rows.size + STATES.index(name)) for name in ("z", "bit_speed"))
+    z_scale_, speed_scale_ = (W * (rows.scale + STATES.index(name)) for name in ("z", "bit_speed"))
     time_, phase_ = W * rows.time, W * rows.phase
     u0_, du0_, _, _, dT0_, r0_, dr0_, per_r0_ = (before_ + W * i for i in range(len(ENDS)))
     u1_, du1_, ddu1_, T1_, dT1_, r1_, dr1_, per_r1_ = (now_ + W * i for i in range(len(ENDS)))
@@ -518,9 +518,9 @@ def _make(lanes: int, rows: Rows, seen: Seen) -> tuple[Any, Any]:
         rho = fma(b[x1_ + i], b[x1_ + i], b[y1_ + i] * b[y1_ + i])
         lag, top = b[lag1_ + i] if driven else 0.0, b[top1_ + i] if driven else 0.0
         pipe = b[twist1_ + i] - lag if driven else b[twist1_ + i]
-        heights, sizes = (
+        heights, scales = (
             (b[z1_ + i], b[speed1_ + i], 0.0),
-            (b[z_size_ + i], b[speed_size_ + i], np.inf),
+            (b[z_scale_ + i], b[speed_scale_ + i], np.inf),
         )
         peaks, returns = int(store[PEAKS]), int(store[RETURNS])
         width, width_of_section = (
@@ -543,7 +543,7 @@ def _make(lanes: int, rows: Rows, seen: Seen) -> tuple[Any, Any]:
             for k in range(len(PEAKING)):
                 b[low_ + k * peak_width + i] = heights[k]
                 b[low_ + k * peak_width + to_high + i] = -np.inf
-                b[low_ + k * peak_width + to_margin + i] = tolerances * sizes[k]
+                b[low_ + k * peak_width + to_margin + i] = tolerances * scales[k]
         else:
             b[z_min_ + i] = min(b[z_min_ + i], b[z1_ + i])
             b[z_max_ + i] = max(b[z_max_ + i], b[z1_ + i])

@@ -10,11 +10,11 @@ import numpy as np
 
 from nsdrill.models.christoforou_yigit import buckling, tubes
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.figures import lateral_stiffness
+from nsdrill.models.christoforou_yigit.derived_quantities import lateral_stiffness
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.tubes import Tube
 from nsdrill.models.christoforou_yigit.waves import axial_waves, rising_root, torsional_waves
-from nsdrill.models.numbers import HELIX, Figure
+from nsdrill.models.numbers import HELIX, DerivedQuantity
 from nsdrill.models.operation import Operation
 
 WAVES = 4  # standing waves that are listed
@@ -27,8 +27,8 @@ ENDS = {
 }
 
 
-def further_figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
-    """The further figures by name."""
+def further_quantities(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
+    """The further quantities by name."""
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     found = {
         **_buckling(parameters, operation),
@@ -36,7 +36,7 @@ def further_figures(parameters: Parameters, operation: Operation) -> dict[str, F
         **_waves(parameters, operation),
     }
     return {
-        name: Figure(value, units, words, group, True)
+        name: DerivedQuantity(value, units, words, group, True)
         for name, (value, units, words, group) in found.items()
     }
 

@@ -151,11 +151,11 @@ class ChristoforouYigit(Model):
     def held(self, parameters: Parameters) -> tuple[str, ...]:
         return rhs.held(parameters)
 
-    def sizes(self, table: Array, variant: Variant) -> Array:
-        return rhs.sizes(table, Options(*variant))
+    def state_scales(self, table: Array, variant: Variant) -> Array:
+        return rhs.state_scales(table, Options(*variant))
 
-    def drifts(self, table: Array, variant: Variant) -> Array:
-        return rhs.drifts(table, Options(*variant))
+    def frame_rates(self, table: Array, variant: Variant) -> Array:
+        return rhs.frame_rates(table, Options(*variant))
 
     def phase_rate(self, table: Array) -> Array:
         return rhs.phase_rate(table)
@@ -208,10 +208,14 @@ class ChristoforouYigit(Model):
         return in_the_bit_frame(section)
 
     def classify(
-        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array
+        self,
+        features: Mapping[str, Array],
+        status: Array,
+        thresholds: Thresholds,
+        state_scales: Array,
     ) -> dict[str, Array]:
         # of string and bit
-        return classify.classify(features, status, thresholds, sizes[..., : len(rhs.STATES)])
+        return classify.classify(features, status, thresholds, state_scales[..., : len(rhs.STATES)])
 
     def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
         return classify.responses(features, thresholds)
@@ -223,7 +227,9 @@ class ChristoforouYigit(Model):
         self, features: Mapping[str, Array], table: Array, variant: Variant
     ) -> tuple[Array, Array]:
         return compare.coordinates(
-            features, self.scales(table), self.sizes(table, variant)[:, rhs.STATES.index("z")]
+            features,
+            self.scales(table),
+            self.state_scales(table, variant)[:, rhs.STATES.index("z")],
         )
 
     def outputs(

@@ -169,7 +169,7 @@ def _half_difference(
     time: float,
 ) -> Array:
     """Largest disagreement between the halves: of the extremes of bit position, bit
-    speed and radius relative to their range (at least a hundredth of the natural size:
+    speed and radius relative to their range (at least a hundredth of the natural scale:
     gap, lobe amplitude, drive speed), and of the fractions of time."""
     natural = {"z": np.maximum(p["surface_amplitude"], 1e-6), "speed": p["drive_speed"]}
     worst = np.abs(bit_1 - bit_2) / p["drive_speed"]

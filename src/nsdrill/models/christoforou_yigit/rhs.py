@@ -147,13 +147,13 @@ def rows_of(
     states or without, and with so many ``columns`` of parameters where there are more
     than those of the model."""
     states = len(states_of(options))
-    companions = states if tangent else 0
+    tangent_states = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
     apart = (PUSHED_ALONG if options.axial_friction else PUSHED) if options.apart else 0
     aux = len(aux_of(options))
     if tangent and options.differenced:
         aux += rows_to_keep(states, states // 2, apart, CONTACTS)
-    return Rows(states + companions, aux, width, observed, companions, apart=apart)
+    return Rows(states + tangent_states, aux, width, observed, tangent_states, apart=apart)
 
 
 MAIN = Options()
@@ -501,15 +501,15 @@ def _together(*values: Any) -> list[np.ndarray]:
     return list(np.broadcast_arrays(*(np.atleast_1d(value).astype(float) for value in values)))
 
 
-def sizes(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
-    """Natural size of each state at operating points, (points, states): the absolute
+def state_scales(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
+    """Natural scales of each state at operating points, (points, states): the absolute
     tolerance is rtol times this.
 
     Lateral: a tenth of the gap; axial: the static penetration of the rock under the
     weight on bit, at least a tenth of the lobe amplitude; twist and bit speed: a tenth
     of a radian, a tenth of the drive speed. Velocities: the position's size times the
     frequency of the free mode, bending for the lateral one and in contact for the axial
-    one. A drive's lag and speed have the sizes of twist and bit speed, the torque of a
+    one. A drive's lag and speed have the scales of twist and bit speed, the torque of a
     motor that of a twist of that size.
     """
     p = {name: table[:, i] for name, i in INDEX.items()}
@@ -540,12 +540,12 @@ def sizes(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def drifts(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
+def frame_rates(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
     """What each position's rate has beyond its velocity, shape (points, slopes): twist
     and lag are counted from the set point."""
-    drift = np.zeros((len(table), len(states_of(options)) // 2))
-    drift[:, 3:5] = -table[:, [INDEX["drive_speed"]]]
-    return drift
+    frame_rate = np.zeros((len(table), len(states_of(options)) // 2))
+    frame_rate[:, 3:5] = -table[:, [INDEX["drive_speed"]]]
+    return frame_rate
 
 
 def phase_rate(table: np.ndarray) -> np.ndarray:

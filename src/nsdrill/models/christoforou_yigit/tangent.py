@@ -2,7 +2,7 @@
 exponents.
 
 The deviation has a component for each state and follows the linearised equations of
-motion along the trajectory. They are integrated with it as companions
+motion along the trajectory. They are integrated with it as tangent states
 (:class:`nsdrill.abi.Rows`): the same steps, the same stages. Contact makes the Jacobian
 jump where the bit or the collar touches, not the vector field; a deviation therefore
 passes through a contact without a jump (the saltation matrix is the identity: di

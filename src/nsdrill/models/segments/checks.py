@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from nsdrill.models.drives import LAWS, overloaded, reflection, swinging
 from nsdrill.models.leaves import Values
-from nsdrill.models.numbers import Figure
+from nsdrill.models.numbers import DerivedQuantity
 from nsdrill.models.operation import Operation
 from nsdrill.models.segments.drive import impedance, law_of
 from nsdrill.models.segments.linear import (
@@ -57,8 +57,10 @@ def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
     return Coefficients(float(string.axial), k_t, k_t / first**2, float(sum(string.drags)))
 
 
-def every_figure(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
-    """The figures at an operating point."""
+def every_derived_quantity(
+    parameters: Parameters, operation: Operation
+) -> dict[str, DerivedQuantity]:
+    """The derived quantities at an operating point."""
     string, drive = of_point(parameters, operation), parameters.drive
     steady = steady_of(parameters, string, operation.wob, operation.rotary_speed)
     torque, pipe = float(steady.table_torque), float(impedance(parameters))
@@ -68,33 +70,37 @@ def every_figure(parameters: Parameters, operation: Operation) -> dict[str, Figu
     seen, circuit = seen_from_below(parameters, string)
     reflected = None if drive.kind == "ideal" else reflection(seen, pipe, float(first), circuit)
     found = {
-        "axial_free": Figure(
+        "axial_free": DerivedQuantity(
             axial_free(parameters, string),
             "rad/s",
             "first axial frequency, bit off the rock",
             "axial",
         ),
-        "torsional": Figure(float(first), "rad/s", "first torsional frequency, top held"),
-        "torsional_2": Figure(float(second), "rad/s", "second torsional frequency, top held"),
-        "mean_torque": Figure(torque, "N m", "steady torque at the surface"),
-        "static_twist": Figure(float(steady.angles[-1]), "rad", "steady twist of the string"),
-        "slope_held": Figure(
+        "torsional": DerivedQuantity(float(first), "rad/s", "first torsional frequency, top held"),
+        "torsional_2": DerivedQuantity(
+            float(second), "rad/s", "second torsional frequency, top held"
+        ),
+        "mean_torque": DerivedQuantity(torque, "N m", "steady torque at the surface"),
+        "static_twist": DerivedQuantity(
+            float(steady.angles[-1]), "rad", "steady twist of the string"
+        ),
+        "slope_held": DerivedQuantity(
             held,
             "N m s/rad",
             "steepest fall of the bit's torque with speed that steady drilling withstands",
         ),
-        "stick_slip_onset": Figure(
+        "stick_slip_onset": DerivedQuantity(
             below, "rad/s", "speed below which steady drilling is unstable to stick-slip"
         ),
-        "pipe_impedance": Figure(pipe, "N m s/rad", "torsional impedance of the pipe"),
+        "pipe_impedance": DerivedQuantity(pipe, "N m s/rad", "torsional impedance of the pipe"),
     }
     if drive.kind in LAWS:
         law = law_of(parameters, string)
         found |= {
-            "drive_stiffness": Figure(
+            "drive_stiffness": DerivedQuantity(
                 float(law.stiffness), "N m/rad", "integral gain of the drive, K_i"
             ),
-            "drive_damping": Figure(
+            "drive_damping": DerivedQuantity(
                 float(law.damping), "N m s/rad", "proportional gain of the drive, K_p"
             ),
         }
@@ -102,22 +108,22 @@ def every_figure(parameters: Parameters, operation: Operation) -> dict[str, Figu
         share = None if reflected is None else float(abs(reflected))
         words = "share of a wave at the first torsional frequency that the drive throws back"
         found |= {
-            "drive_inertia": Figure(
+            "drive_inertia": DerivedQuantity(
                 float(seen.inertia), "kg m^2", "inertia of drive and kelly, as it is felt"
             ),
-            "drive_reflection": Figure(share, "1", words),
+            "drive_reflection": DerivedQuantity(share, "1", words),
         }
     if drive.torque_limit is not None and drive.kind in LAWS:
         left = float(drive.torque_limit) - torque
-        found["torque_reserve"] = Figure(
+        found["torque_reserve"] = DerivedQuantity(
             left, "N m", "torque limit of the drive less the steady torque"
         )
     for number, root in enumerate(modes_of(torsional_matrix(parameters, string), MODES), start=1):
         found |= {
-            f"drive_mode_{number}": Figure(
+            f"drive_mode_{number}": DerivedQuantity(
                 abs(root), "rad/s", f"frequency {number} of string and drive"
             ),
-            f"drive_damping_{number}": Figure(
+            f"drive_damping_{number}": DerivedQuantity(
                 -root.real / abs(root), "1", "its damping ratio, without bit friction"
             ),
         }

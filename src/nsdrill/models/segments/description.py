@@ -10,9 +10,9 @@ import numpy as np
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.drilling import DRILLED
 from nsdrill.models.leaves import Values
+from nsdrill.models.segments.constraints import ORDERS, constraints
 from nsdrill.models.segments.names import names_of
 from nsdrill.models.segments.parameters import MOST_SEGMENTS, Initial, Parameters, SegmentsOperation
-from nsdrill.models.segments.relations import ORDERS, relations
 from nsdrill.models.segments.string import SPEEDS, cut_root, string_of
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.variables import at_section, feature, in_trace
@@ -195,7 +195,7 @@ DESCRIPTION = Description(
         "lift_off_fraction",
     ),
     orders=ORDERS,
-    relations=relations,
+    constraints=constraints,
     compiled=("bit.lobes",),
     example_axis=("segments.material_damping.torsional", "1 ms", "10 ms"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: "

@@ -105,7 +105,7 @@ class Segments(ScalarModel):
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         return names.columns(points, thresholds)
 
-    def natural(self, table: Mapping[str, Array], variant: Variant = ()) -> Sequence[Any]:
+    def natural_scales(self, table: Mapping[str, Array], variant: Variant = ()) -> Sequence[Any]:
         """Lengths: the rock's penetration under the weight on bit, at least a tenth of
         the lobes; angles: a tenth of a radian; turning speeds: a tenth of the set
         speed; the current: a tenth of that of steady drilling. Velocities: the length
@@ -125,18 +125,18 @@ class Segments(ScalarModel):
         )
         return [*axial, *[0.1, speed] * (pipes + collars + 1), current]
 
-    def sizes(self, table: Array, variant: Variant) -> Array:
-        values = self.natural(self._by_name(table, variant), variant)
+    def state_scales(self, table: Array, variant: Variant) -> Array:
+        values = self.natural_scales(self._by_name(table, variant), variant)
         return np.stack(
             [np.broadcast_to(value, len(table)).astype(float) for value in values], axis=1
         )
 
-    def drifts(self, table: Array, variant: Variant) -> Array:
+    def frame_rates(self, table: Array, variant: Variant) -> Array:
         """Angles are counted from that of the set speed."""
         rows, nodes = self.rows(variant), sum(variant[:2]) + 1
-        drift = np.zeros((len(table), rows.own_slopes))
-        drift[:, nodes : 2 * nodes] = -self._by_name(table, variant)["set_speed"][:, None]
-        return drift
+        frame_rate = np.zeros((len(table), rows.own_slopes))
+        frame_rate[:, nodes : 2 * nodes] = -self._by_name(table, variant)["set_speed"][:, None]
+        return frame_rate
 
     def phase_rate(self, table: Array) -> Array:
         return self._by_name(table, ())["set_speed"]
@@ -254,13 +254,13 @@ class Segments(ScalarModel):
     def returns(self, section: Mapping[str, Array]) -> Array:
         return np.stack([section[f"section_{name}"] for name in SECTION], axis=-1)
 
-    def seen(self, sizes: Array) -> Array:
-        nodes = sizes.shape[-1] // 4
-        return sizes[..., [2 * nodes - 2, 2 * nodes - 1, -3, -2, 2 * nodes + 1, -1]]
+    def seen(self, state_scales: Array) -> Array:
+        nodes = state_scales.shape[-1] // 4
+        return state_scales[..., [2 * nodes - 2, 2 * nodes - 1, -3, -2, 2 * nodes + 1, -1]]
 
-    def still(self, features: Mapping[str, Array], sizes: Array, absolute: float) -> Array:
+    def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
         """Whether neither bit speed nor bit position moves."""
-        size = self.seen(sizes)
+        size = self.seen(state_scales)
         moved = (
             features["axial_max"] - features["axial_min"],
             features["bit_speed_max"] - features["bit_speed_min"],

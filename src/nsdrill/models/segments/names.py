@@ -104,7 +104,7 @@ PARAMETERS = (
     "gain_twist",
     "gain_bit_speed",
     "on_at",
-    # Read by the observer and by the natural sizes.
+    # Read by the observer and by the natural scales.
     "surface_stiffness",
     "steady_torque",
     "chain_stiffness",

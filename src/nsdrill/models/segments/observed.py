@@ -147,8 +147,8 @@ def _declared(drive: tuple[Channel, Extremes]) -> Declaration:
                 "bit_speed",
                 "bit_acceleration",
             ),
-            Channel("force", "force", "force_rate", size="wob"),
-            Channel("surface torque", _surface_torque, _surface_torque_rate, size="steady_torque"),
+            Channel("force", "force", "force_rate", scale="wob"),
+            Channel("surface torque", _surface_torque, _surface_torque_rate, scale="steady_torque"),
             Channel("drive speed", "drive_speed", "drive_acceleration"),
             drive[0],
             Channel(
@@ -159,7 +159,7 @@ def _declared(drive: tuple[Channel, Extremes]) -> Declaration:
                 lambda v_0, top_acceleration, top_stiffness, top_damping: (
                     -(top_stiffness * v_0 + top_damping * top_acceleration)
                 ),
-                size="wob",
+                scale="wob",
             ),
         ),
         features=(
@@ -196,7 +196,7 @@ DECLARATION = _declared(
 # As many channels of the same kinds, so that reports have the same columns.
 BY_TORQUE = _declared(
     (
-        Channel("drive torque", _asked, _asked_rate, size="steady_torque"),
+        Channel("drive torque", _asked, _asked_rate, scale="steady_torque"),
         Extremes("drive torque", greatest="drive_torque_max", least="drive_torque_min"),
     )
 )

@@ -5,10 +5,11 @@ the angle less that of the set speed [rad], I the current [A]. With the numbers 
 :mod:`nsdrill.models.segments.string`, the damping times beta_a and beta_t, and D_i the
 mud's drag on a node:
 
-    S_i = k_i (u_{i+1} - u_i + beta_a (v_{i+1} - v_i)),    M_i = kt_i (th_{i+1} - th_i + beta_t (w_{i+1} - w_i))
-    m_0 v_0' = -k_top u_0 - c_top v_0 + S_0 + D_0,  m_i v_i' = S_i - S_{i-1} + D_i,  m_n v_n' = F - W - S_{n-1} + D_n
-    J_0 w_0' = nK I - (c_rt + cw_0) w_0 + M_0,      J_i w_i' = M_i - M_{i-1} - cw_i w_i,
-    J_n w_n' = -T - M_{n-1} - cw_n w_n,             L I' = V - R I - nK w_0
+S_i = k_i (u_{i+1} - u_i + beta_a (v_{i+1} - v_i)),    M_i = kt_i (th_{i+1} - th_i +
+beta_t (w_{i+1} - w_i)) m_0 v_0' = -k_top u_0 - c_top v_0 + S_0 + D_0,  m_i v_i' = S_i -
+S_{i-1} + D_i,  m_n v_n' = F - W - S_{n-1} + D_n J_0 w_0' = nK I - (c_rt + cw_0) w_0 +
+M_0,      J_i w_i' = M_i - M_{i-1} - cw_i w_i, J_n w_n' = -T - M_{n-1} - cw_n w_n,
+L I' = V - R I - nK w_0
 
 A drive by torque has T_m of :mod:`nsdrill.models.segments.drive` in place of nK I -
 c_rt w_0, and no current.
@@ -16,10 +17,10 @@ c_rt w_0, and no current.
 The bit, with phi = th_n + the drive's angle, omega = w_n, d = s0 sin(b phi) - u_n and
 chi = c_c / W:
 
-    F = k_c max(d, 0) max(1 + chi d', 0) T = F r_b [mu0 (tanh omega + alpha omega / (1 +
-    beta omega^2) + nu omega) + on g zeta sqrt(delta / r_b)]
-    ROP = max(c1 W sqrt|w_c| + c2, 0),  delta = 2 pi ROP / sqrt(w_c^2 + w_s^2),  g = (2/pi) atan(eps omega)
-    on = (F - W_fs) / (0.1 W_fs), at least 0 and at most 1
+F = k_c max(d, 0) max(1 + chi d', 0) T = F r_b [mu0 (tanh omega + alpha omega / (1 +
+beta omega^2) + nu omega) + on g zeta sqrt(delta / r_b)] ROP = max(c1 W sqrt|w_c| + c2,
+0),  delta = 2 pi ROP / sqrt(w_c^2 + w_s^2),  g = (2/pi) atan(eps omega) on = (F - W_fs)
+/ (0.1 W_fs), at least 0 and at most 1
 
 Sources: Sarker, Rideout & Butt 2012 for the structure and the numbers, with the
 friction's fifth number gamma = 1; its equations are read from their remains. The rock's
@@ -262,7 +263,8 @@ MAIN = """
         b[collar_up + i] = flow * b[per_collar_annulus + i]
         b[collar_down + i] = flow * b[per_collar_bore + i]
         BIT
-    # The ends and the junction of pipe and collars, which have masses and inertias of their own.
+    # The ends and the junction of pipe and collars, which have masses and inertias of
+    # their own.
     for i in range(n):
         u, v = b[u_0 + i], b[v_0 + i]
         x, y = b[pipe_up + i] - v, b[pipe_down + i] + v
@@ -390,7 +392,7 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int, by_to
         collars,
         by_torque,
         int(rows.apart > 0),
-        int(rows.companions > 0),
+        int(rows.tangent_states > 0),
     )(define("right_hand_side", text, **known, **helpers))
 
 

@@ -19,7 +19,7 @@ from matplotlib.patches import Patch
 
 from nsdrill.analysis.window import (
     CRITICAL,
-    RIM,
+    HISTORY_DEPENDENT,
     SAFE,
     UNKNOWN,
     Classes,
@@ -47,13 +47,15 @@ from nsdrill.plot.style import (
     side_by_side,
 )
 
-SAFE_COLOUR, RIM_COLOUR, CRITICAL_COLOUR, UNKNOWN_COLOUR = (
+SAFE_COLOUR, HISTORY_COLOUR, CRITICAL_COLOUR, UNKNOWN_COLOUR = (
     "#D3ECFA",
     "#E69F00",
     "#6E6E6E",
     "#FFFFFF",
 )
-COLOURS = ListedColormap([UNKNOWN_COLOUR, CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR], name="window")
+COLOURS = ListedColormap(
+    [UNKNOWN_COLOUR, CRITICAL_COLOUR, HISTORY_COLOUR, SAFE_COLOUR], name="window"
+)
 NORM = BoundaryNorm([-1.5, -0.5, 0.5, 1.5, 2.5], 4)
 
 
@@ -78,7 +80,15 @@ def draw(
             gid="cells",
             **seamless(found.state[number].size),
         )
-        hatch(axes, cells, found.state[number] == RIM, "//////", RIM_COLOUR, "#3A3A3A", "rim")
+        hatch(
+            axes,
+            cells,
+            found.state[number] == HISTORY_DEPENDENT,
+            "//////",
+            HISTORY_COLOUR,
+            "#3A3A3A",
+            "rim",
+        )
         hatch(
             axes, cells, found.state[number] == UNKNOWN, "xxxxxx", UNKNOWN_COLOUR, BLACK, "unknown"
         )
@@ -224,7 +234,7 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
     both = " and ".join(note["procedures"])
     meaning = {
         SAFE: f"safe: {calm}, {both}",
-        RIM: "rim: depends on the history",
+        HISTORY_DEPENDENT: "rim: depends on the history",
         CRITICAL: "critical",
     }
     if not note["history_examined"]:
@@ -233,15 +243,17 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
         history = f"in {both}" if note["history_examined"] else "history not examined"
         meaning[SAFE] = f"safe with {100 * note['confidence']:g} %: {calm}, {history}"
     handles: list[Artist] = []
-    for value, name in ((SAFE, "safe"), (RIM, "rim"), (CRITICAL, "critical")):
-        if value == RIM and (not note["history_examined"] or note["confidence"] is not None):
+    for value, name in ((SAFE, "safe"), (HISTORY_DEPENDENT, "rim"), (CRITICAL, "critical")):
+        if value == HISTORY_DEPENDENT and (
+            not note["history_examined"] or note["confidence"] is not None
+        ):
             continue
         handles.append(
             Patch(
                 facecolor=COLOURS(NORM(value)),
                 edgecolor="#3A3A3A",
                 linewidth=0.4,
-                hatch="//////" if value == RIM else None,
+                hatch="//////" if value == HISTORY_DEPENDENT else None,
                 label=f"{meaning[value]} ({100 * note['share'][name]:.1f} %)",
             )
         )

@@ -15,14 +15,14 @@ from nsdrill.store.results import points_in_block
 from nsdrill.variables import PENDING
 
 
-def renew(
+def rewrite_log(
     log: RunLog,
     attrs: Mapping[str, Any],
-    again: Array,
+    rerun: Array,
     change: Callable[[Array], None] = lambda records: None,
 ) -> RunLog:
     """Replace ``log``, in one step, by one with the root attributes ``attrs`` in which
-    the points ``again`` (bool [n_points]) are pending, and the records of the others
+    the points ``rerun`` (bool [n_points]) are pending, and the records of the others
     what ``change`` makes of them. Gives the new one and closes ``log``; NsdrillError,
     with ``log`` as it was, if the disk refuses. A kill leaves the old log or the new
     one."""
@@ -34,7 +34,7 @@ def renew(
             step = points_in_block(log.kept)
             for start in range(0, log.n_points, step):
                 records = log.read(start, min(start + step, log.n_points))
-                kept = np.flatnonzero((records["status"] != PENDING) & ~again[start : start + step])
+                kept = np.flatnonzero((records["status"] != PENDING) & ~rerun[start : start + step])
                 records = records[kept]
                 change(records)
                 new.write(start + kept, records)

@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.kernel.gang import widened
+from nsdrill.kernel.batch import widened
 from nsdrill.models.steepness import METHODS
 from nsdrill.store import Sink, pending_records
 from nsdrill.sweep.engine import Engine, Progress, Starts
@@ -28,7 +28,7 @@ _BLOCK = 1 << 18  # points looked at at once
 
 
 @dataclass
-class Passes:
+class RunStages:
     """What the engine runs on, and how far all of it is. Whoever makes a pass sets
     ``progress.total`` and, where points were there before, ``progress.before``."""
 
@@ -127,12 +127,12 @@ def _carried(
         starts = starts.those(~mine).with_more([one for one in handed if one[1] < length])
 
 
-def sweep(passes: Passes, work: Work) -> None:
+def sweep(stages: RunStages, work: Work) -> None:
     """Run all that is pending."""
-    starts, pending = left(work.plan, passes.log)
+    starts, pending = left(work.plan, stages.log)
     runs = len(pending) + starts.runs(work.plan)
-    passes.progress.total, passes.progress.before = work.plan.points, work.plan.points - runs
-    passes.run(work, passes.store, starts, pending)
+    stages.progress.total, stages.progress.before = work.plan.points, work.plan.points - runs
+    stages.run(work, stages.store, starts, pending)
 
 
 def left(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Starts, Array]:

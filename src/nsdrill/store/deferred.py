@@ -11,7 +11,7 @@ import io
 from typing import Any
 
 
-class ForgivingFile(io.FileIO):
+class DeferredErrorFile(io.FileIO):
     """A binary file for ``h5py.File``. After the first error nothing more is written;
     see :meth:`complain`."""
 

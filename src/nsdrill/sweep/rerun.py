@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.kernel.gang import Finished, Runs
+from nsdrill.kernel.batch import Finished, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.method import Chosen
@@ -17,7 +17,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Again(Work):
+class Rerun(Work):
     """The points ``numbers`` (ascending) of a sweep, from the states ``begun``
     [points, states]. A state that was carried is given like any other, so there are no
     chains; each point is integrated by the method that ``first``, the choice of the
@@ -28,7 +28,7 @@ class Again(Work):
     first: Chosen
 
     @classmethod
-    def of(cls, work: Work, simulation: Simulation, numbers: Array, states: Array) -> Again:
+    def of(cls, work: Work, simulation: Simulation, numbers: Array, states: Array) -> Rerun:
         """The same model over another time or to another tolerance, measuring features
         only."""
         return cls(

@@ -50,11 +50,11 @@ class Unread(Fault):
 
 
 class Checker:
-    """Checks the relations of one study of a ``model``: ``resolved`` is complete,
+    """Checks the constraints of one study of a ``model``: ``resolved`` is complete,
     ``leaves`` are its keys, ``faulty`` holds those already known to be wrong (their
-    values are stand-ins, so nothing is said about them). A model has more relations of
-    its own, which ask the public functions here. An uncertain number, with its samples
-    in ``drawn``, is to them an axis with these values."""
+    values are stand-ins, so nothing is said about them). A model has more constraints
+    of its own, which ask the public functions here. An uncertain number, with its
+    samples in ``drawn``, is to them an axis with these values."""
 
     def __init__(
         self,
@@ -82,10 +82,10 @@ class Checker:
     def _of_model(self) -> Iterator[Fault]:
         """Those that the model tells. Where words are an axis they hold for every word;
         but what one word does not read another may."""
-        if self.model.relations is None:
+        if self.model.constraints is None:
             return
         strings = list(self._with_words())
-        found = [list(self.model.relations(one)) for one in strings]
+        found = [list(self.model.constraints(one)) for one in strings]
         unread = [{one.key: one for one in faults if isinstance(one, Unread)} for faults in found]
         for faults in found:
             yield from (one for one in faults if not isinstance(one, Unread))
@@ -191,7 +191,8 @@ class Checker:
         )
 
     def _depths(self) -> Iterator[Fault]:
-        """Swept depths, and those of a ramp, are greater than what the model asks for."""
+        """Swept depths, and those of a ramp, are greater than what the model asks
+        for."""
         for one in self.model.orders:
             if one.upper == "operation.depth":
                 yield from self._depths_above(one)
@@ -417,7 +418,7 @@ class Checker:
         )
 
     def fault(self, key: str, found: str, allowed: str, path: KeyPath | None = None) -> Fault:
-        """A fault at the place of ``key``; what a relation says of an axis, of an
+        """A fault at the place of ``key``; what a constraint says of an axis, of an
         unknown where it is one."""
         if path is not None and path[0] == "sweep" and path[-1] in self.drawn:
             table = path[-1] in self.resolved["uncertain"]["table"]

@@ -1,6 +1,6 @@
-"""A gang: some lanes, the runs waiting for them, and the runs just finished.
+"""A batch: some lanes, the runs waiting for them, and the runs just finished.
 
-A gang is plain data; the compiled parts come in when it is advanced. So it can be sent
+A batch is plain data; the compiled parts come in when it is advanced. So it can be sent
 to any thread or process. It is advanced for a bounded time, so that its owner can save,
 stop, and hand it more runs; nothing about the numbers depends on when that happens, on
 the number of lanes, or on the neighbours in the other lanes.
@@ -103,16 +103,16 @@ class Compiled:
 class Runs:
     """What distinguishes runs of one model; arrays over the runs.
 
-    ``parameters`` [n, parameters], ``sizes`` [n, states]: the absolute tolerance of a
-    state is the relative one times its size; ``drifts`` [n, slopes]: what the rate of a
-    position has beyond its velocity; ``phase_rate`` [n] [rad/s]; ``first_step`` [n]
-    [s]; ``initial`` [n, states + 1], the phase last. ``transient`` and ``observe`` [n]
-    [s] where they are not those of the gang.
+    ``parameters`` [n, parameters], ``state_scales`` [n, states]: the absolute tolerance
+    of a state is the relative one times its scale; ``frame_rates`` [n, slopes]: what the
+    rate of a position has beyond its velocity; ``phase_rate`` [n] [rad/s];
+    ``first_step`` [n] [s]; ``initial`` [n, states + 1], the phase last. ``transient``
+    and ``observe`` [n] [s] where they are not those of the batch.
     """
 
     parameters: Array
-    sizes: Array
-    drifts: Array
+    state_scales: Array
+    frame_rates: Array
     phase_rate: Array
     first_step: Array
     initial: Array
@@ -127,7 +127,7 @@ class Runs:
 class Finished:
     """Runs that ended, in the order in which they did; arrays over these runs."""
 
-    job: Array  #: the ids given to :meth:`Gang.add`
+    job: Array  #: the ids given to :meth:`Batch.add`
     status: Array
     accepted: Array
     rejected: Array
@@ -149,7 +149,7 @@ def _marks(transient: Any, observe: Any) -> dict[str, Any]:
     }
 
 
-class Gang:
+class Batch:
     """``lanes`` lanes with room for ``slots`` runs.
 
     ``store`` is the observer's store and ``report_width`` the number of columns in
@@ -249,7 +249,7 @@ class Gang:
         }
         if runs.transient is not None and runs.observe is not None:
             settings |= _marks(runs.transient, runs.observe)
-        wide = np.concatenate([runs.parameters, runs.sizes, runs.drifts], axis=1)
+        wide = np.concatenate([runs.parameters, runs.state_scales, runs.frame_rates], axis=1)
         self._table[slots, : wide.shape[1]] = wide
         for column, name in enumerate(SETTINGS, start=wide.shape[1]):
             self._table[slots, column] = settings[name]

@@ -38,7 +38,7 @@ ORDERS = (
 LEAST_LOAD = 1e3
 
 
-def relations(check: Any) -> Iterator[Fault]:
+def constraints(check: Any) -> Iterator[Fault]:
     """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
     yield from _load(check)
     yield from _drive(check)

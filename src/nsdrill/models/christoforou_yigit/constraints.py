@@ -39,7 +39,7 @@ ORDERS = (
 )
 
 
-def relations(check: Any) -> Iterator[Fault]:
+def constraints(check: Any) -> Iterator[Fault]:
     """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
     yield from _initial(check)
     yield from _modes(check)

@@ -1,4 +1,4 @@
-"""A gang: slots, queue, statuses. What the numbers are is tested with the engine."""
+"""A batch: slots, queue, statuses. What the numbers are is tested with the engine."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from reference import Case
 from sweep.runs import collect, finish, run_from, same_bits, work_for
 
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, start_of
-from nsdrill.kernel import gang as gang_module
-from nsdrill.kernel.gang import widened
+from nsdrill.kernel import batch as batch_module
+from nsdrill.kernel.batch import widened
 from nsdrill.kernel.settings import Simulation
 from nsdrill.sweep.work import compiled_parts
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT
@@ -21,42 +21,42 @@ BRIEF = Simulation(transient=1.0, observe=2.0)
 SPEEDS = np.linspace(1.0, 9.0, 13)
 
 
-def test_an_empty_gang_is_idle_and_gives_nothing() -> None:
+def test_an_empty_batch_is_idle_and_gives_nothing() -> None:
     work = work_for(Case(), BRIEF)
-    gang = work.new_gang(8, 4)
-    assert gang.idle
-    assert gang.free == 4
-    assert len(gang.advance(compiled_parts(8, work.variant), 0.01, True).job) == 0
+    batch = work.new_batch(8, 4)
+    assert batch.idle
+    assert batch.free == 4
+    assert len(batch.advance(compiled_parts(8, work.variant), 0.01, True).job) == 0
 
 
 def test_slots_are_taken_and_given_back() -> None:
     work = work_for(Case(), BRIEF, rotary_speed=SPEEDS)
-    gang = work.new_gang(8, 20)
+    batch = work.new_batch(8, 20)
     points = np.arange(13)
-    gang.add_many(points, work.prepare(points))
-    assert gang.free == 7
-    assert not gang.idle
-    done = finish(work, gang)
-    assert gang.free == 20
-    assert gang.idle
-    assert gang.waiting == 0
+    batch.add_many(points, work.prepare(points))
+    assert batch.free == 7
+    assert not batch.idle
+    done = finish(work, batch)
+    assert batch.free == 20
+    assert batch.idle
+    assert batch.waiting == 0
     assert sorted(np.concatenate([d.job for d in done]).tolist()) == points.tolist()
 
 
 def test_more_runs_than_slots_are_refused() -> None:
     work = work_for(Case(), BRIEF, rotary_speed=SPEEDS)
-    gang = work.new_gang(8, 12)
+    batch = work.new_batch(8, 12)
     with pytest.raises(ValueError, match="13 runs for 12 free slots"):
-        gang.add_many(np.arange(13), work.prepare(np.arange(13)))
+        batch.add_many(np.arange(13), work.prepare(np.arange(13)))
 
 
 def test_steps_tried_are_accepted_and_rejected_ones() -> None:
     work = work_for(Case(), BRIEF, rotary_speed=SPEEDS)
-    gang = work.new_gang(8, 13)
-    gang.add_many(np.arange(13), work.prepare(np.arange(13)))
-    done = finish(work, gang)
-    assert gang.lane_steps == sum(int(np.sum(d.accepted + d.rejected)) for d in done)
-    assert gang.lane_steps <= 8 * gang.packed_steps
+    batch = work.new_batch(8, 13)
+    batch.add_many(np.arange(13), work.prepare(np.arange(13)))
+    done = finish(work, batch)
+    assert batch.lane_steps == sum(int(np.sum(d.accepted + d.rejected)) for d in done)
+    assert batch.lane_steps <= 8 * batch.packed_steps
 
 
 def test_four_registers_to_a_row_where_steps_wait_for_themselves(
@@ -71,9 +71,9 @@ def test_four_registers_to_a_row_where_steps_wait_for_themselves(
     }
     needed = rows["implicit"].total * 32 * 8
     for cache, lanes in ((needed, 32), (needed // 2, 16), (0, 16)):
-        monkeypatch.setattr(gang_module, "nearest_cache", lambda cache=cache: cache)
+        monkeypatch.setattr(batch_module, "nearest_cache", lambda cache=cache: cache)
         assert widened(16, 1000, rows["implicit"]) == lanes
-    monkeypatch.setattr(gang_module, "nearest_cache", lambda: needed)
+    monkeypatch.setattr(batch_module, "nearest_cache", lambda: needed)
     assert widened(16, 1000, rows["explicit"]) == 16
     assert widened(16, 40, rows["implicit"]) == 16
     assert widened(8, 1000, rows["implicit"]) == 8
@@ -87,38 +87,38 @@ def test_lanes_are_refilled_at_once() -> None:
     work = work_for(
         Case(), Simulation(transient=5.0, observe=5.0), rotary_speed=np.tile(SPEEDS, 10)
     )
-    gang = work.new_gang(8, 130)
-    gang.add_many(np.arange(130), work.prepare(np.arange(130)))
-    done = finish(work, gang)
+    batch = work.new_batch(8, 130)
+    batch.add_many(np.arange(130), work.prepare(np.arange(130)))
+    done = finish(work, batch)
     steps = np.concatenate([d.accepted + d.rejected for d in done])
     assert np.max(steps) > 3 * np.min(steps)
-    assert gang.lane_steps > 0.85 * 8 * gang.packed_steps
+    assert batch.lane_steps > 0.85 * 8 * batch.packed_steps
 
 
 def test_a_refilled_slot_keeps_nothing_of_its_last_run() -> None:
-    """A gang with one slot more than lanes, used over and over, gives the bits of one
+    """A batch with one slot more than lanes, used over and over, gives the bits of one
     with room for all."""
     work = work_for(Case(), BRIEF, rotary_speed=SPEEDS)
-    gang = work.new_gang(8, 9)
+    batch = work.new_batch(8, 9)
     parts, done, left = compiled_parts(8, work.variant), [], list(range(13))
-    while left or not gang.idle:
-        batch = np.array([left.pop(0) for _ in range(min(gang.free, len(left)))], dtype=np.int64)
-        if len(batch):
-            gang.add_many(batch, work.prepare(batch))
-        done.append(gang.advance(parts, 0.0, False))
+    while left or not batch.idle:
+        points = np.array([left.pop(0) for _ in range(min(batch.free, len(left)))], dtype=np.int64)
+        if len(points):
+            batch.add_many(points, work.prepare(points))
+        done.append(batch.advance(parts, 0.0, False))
     assert same_bits(collect(work, done), run_from(work, work.prepare(np.arange(13)).initial))
 
 
-def test_a_gang_goes_on_after_a_journey_to_another_process() -> None:
+def test_a_batch_goes_on_after_a_journey_to_another_process() -> None:
     """Pickled in the middle of its work, as a remote executor does."""
     work = work_for(Case(), Simulation(transient=50.0, observe=50.0), rotary_speed=SPEEDS)
-    gang = work.new_gang(8, 13)
-    gang.add_many(np.arange(13), work.prepare(np.arange(13)))
+    batch = work.new_batch(8, 13)
+    batch.add_many(np.arange(13), work.prepare(np.arange(13)))
     done, parts = [], compiled_parts(8, work.variant)
-    while not gang.idle:
-        gang = pickle.loads(pickle.dumps(gang))
-        assert gang._buffer.ctypes.data % 64 == 0
-        done.append(gang.advance(parts, 0.0, True))
+    while not batch.idle:
+        batch = pickle.loads(pickle.dumps(batch))
+        assert batch._buffer.ctypes.data % 64 == 0
+        done.append(batch.advance(parts, 0.0, True))
     assert len(done) > 2
     assert same_bits(collect(work, done), run_from(work, work.prepare(np.arange(13)).initial))
 

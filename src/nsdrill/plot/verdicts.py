@@ -19,7 +19,7 @@ _PATTERN = "//////"
 _LARGEST, _SMALLEST = 4.5, 1.6  # points of diameter of a dot
 
 
-def draw_doubts(axes: Axes, x: Array, y: Array, verdicts: Array, cell_size: float) -> None:
+def overlay_verdicts(axes: Axes, x: Array, y: Array, verdicts: Array, cell_size: float) -> None:
     """Hatch the cells [y, x] between the edges ``x`` and ``y`` whose features do not
     hold, and put a dot where the response does not or a check failed; ``cell_size`` in
     points."""
@@ -53,7 +53,7 @@ def draw_doubts(axes: Axes, x: Array, y: Array, verdicts: Array, cell_size: floa
         )
 
 
-def doubt_handles(verdicts: Array) -> list[Artist]:
+def verdict_handles(verdicts: Array) -> list[Artist]:
     """Legend entries with how many points are in doubt."""
     handles: list[Artist] = []
     checked = int(np.count_nonzero(verdicts != UNCHECKED))

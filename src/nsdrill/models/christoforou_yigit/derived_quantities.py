@@ -13,65 +13,73 @@ from nsdrill.models.christoforou_yigit.lateral import weights
 from nsdrill.models.christoforou_yigit.laws import averaged_fold, bit_arm, onset
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.drives import Gains, reflection
-from nsdrill.models.numbers import Figure
+from nsdrill.models.numbers import DerivedQuantity
 from nsdrill.models.operation import Operation
 
 
-def figures(
+def derived_quantities(
     parameters: Parameters, operation: Operation, averaged: bool = True
-) -> dict[str, Figure]:
-    """The figures by name; without those ``averaged`` over a cycle, which take longer,
-    if False."""
+) -> dict[str, DerivedQuantity]:
+    """The derived quantities by name; without those ``averaged`` over a cycle, which
+    take longer, if False."""
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     bit = parameters.bit
     contact = math.sqrt((k.k_a + bit.rock_stiffness) / k.m_a)
     torque = mean_torque(parameters, operation, k)
     stiffness = lateral_stiffness(parameters, operation, k)
     return {
-        "axial_free": Figure(
+        "axial_free": DerivedQuantity(
             math.sqrt(k.k_a / k.m_a), "rad/s", "axial frequency, bit off the rock", "axial"
         ),
-        "axial_contact": Figure(contact, "rad/s", "axial frequency, bit on the rock", "axial"),
-        "torsional": Figure(math.sqrt(k.k_t / k.J), "rad/s", "torsional frequency"),
-        "lateral": Figure(
+        "axial_contact": DerivedQuantity(
+            contact, "rad/s", "axial frequency, bit on the rock", "axial"
+        ),
+        "torsional": DerivedQuantity(math.sqrt(k.k_t / k.J), "rad/s", "torsional frequency"),
+        "lateral": DerivedQuantity(
             math.sqrt(stiffness / k.m_l) if stiffness > 0 else None,
             "rad/s",
             "lateral frequency at this WOB",
             "lateral",
         ),
-        "lateral_stiffness": Figure(stiffness, "N/m", "lateral stiffness at this WOB", "lateral"),
-        "buckling_margin": Figure(
+        "lateral_stiffness": DerivedQuantity(
+            stiffness, "N/m", "lateral stiffness at this WOB", "lateral"
+        ),
+        "buckling_margin": DerivedQuantity(
             float(1 - operation.wob / k.buckling_load),
             "1",
             "1 - WOB / buckling load of the span",
             "buckling",
         ),
-        "wall_speed": Figure(
+        "wall_speed": DerivedQuantity(
             wall_speed(parameters, operation, k),
             "rad/s",
             "speed at which forward whirl reaches the wall",
             "lateral",
         ),
-        "lobe_resonance": Figure(
+        "lobe_resonance": DerivedQuantity(
             contact / bit.lobes,
             "rad/s",
             "speed at which the lobes excite the axial contact mode",
             "axial",
         ),
-        "lift_off_wob": Figure(
+        "lift_off_wob": DerivedQuantity(
             lift_off_wob(parameters, operation, k),
             "N",
             "WOB below which steady contact is lost",
             "axial",
         ),
-        "mean_torque": Figure(torque, "N m", "steady torque at the surface"),
-        "static_twist": Figure(float(-torque / k.k_t), "rad", "steady twist of the string"),
+        "mean_torque": DerivedQuantity(torque, "N m", "steady torque at the surface"),
+        "static_twist": DerivedQuantity(
+            float(-torque / k.k_t), "rad", "steady twist of the string"
+        ),
         **_lateral(parameters, stiffness, k),
         **_torsion(parameters, operation, k, averaged),
     }
 
 
-def _lateral(parameters: Parameters, stiffness: float, k: Coefficients) -> dict[str, Figure]:
+def _lateral(
+    parameters: Parameters, stiffness: float, k: Coefficients
+) -> dict[str, DerivedQuantity]:
     """What decides on whirl in mud that turns, and the load across an inclined hole."""
     found = {}
     swirl = parameters.mud.swirl
@@ -79,16 +87,16 @@ def _lateral(parameters: Parameters, stiffness: float, k: Coefficients) -> dict[
         critical = math.sqrt(stiffness / mass_in_swirl(k, swirl)) if stiffness > 0 else None
         own = math.sqrt(stiffness / k.m_c) / swirl if stiffness > 0 else None
         found = {
-            "critical_speed": Figure(
+            "critical_speed": DerivedQuantity(
                 critical, "rad/s", "critical speed of forward whirl in mud that turns", "lateral"
             ),
-            "fluid_whirl": Figure(
+            "fluid_whirl": DerivedQuantity(
                 own, "rad/s", "speed above which mud that turns drives whirl by itself", "lateral"
             ),
         }
     across, _ = weights(parameters)
     if across > 0:
-        found["side_load"] = Figure(
+        found["side_load"] = DerivedQuantity(
             float(across), "N", "weight of the span across the hole, as it bends", "lateral"
         )
     return found
@@ -102,7 +110,7 @@ def mass_in_swirl(k: Coefficients, swirl: float) -> float:
 
 def _torsion(
     parameters: Parameters, operation: Operation, k: Coefficients, averaged: bool
-) -> dict[str, Figure]:
+) -> dict[str, DerivedQuantity]:
     """What decides on stick-slip: the string with its drive, linear, and the fall of
     friction with bit speed."""
     law_of_drive = None if parameters.drive.ideal else gains(parameters, k)
@@ -111,17 +119,17 @@ def _torsion(
     least = held / operation.wob if operation.wob > 0.0 and held > 0.0 else 0.0
     below = onset(parameters, k, least) if least > 0.0 else None
     found = {
-        "slope_held": Figure(
+        "slope_held": DerivedQuantity(
             held,
             "N m s/rad",
             "steepest fall of the bit's friction torque with speed that steady drilling withstands",
         ),
-        "stick_slip_onset": Figure(
+        "stick_slip_onset": DerivedQuantity(
             below, "rad/s", "speed below which steady drilling is unstable to stick-slip"
         ),
     }
     if averaged:
-        found["stick_slip_fold"] = Figure(
+        found["stick_slip_fold"] = DerivedQuantity(
             averaged_fold(parameters, k, held, operation.wob),
             "rad/s",
             "speed below which torsional stick-slip, once begun, lasts; by averaging, to some 10 %",
@@ -133,7 +141,7 @@ def _torsion(
         law_of_drive, float(impedance(parameters)), frequency, circuit(parameters, k)
     )
     found |= {
-        "pipe_impedance": Figure(
+        "pipe_impedance": DerivedQuantity(
             float(impedance(parameters)), "N m s/rad", "torsional impedance of the pipe"
         )
     }
@@ -141,38 +149,38 @@ def _torsion(
         pass  # the voltage makes the droop good
     elif parameters.drive.kind == "dc_motor":
         per = 1.0 / float(parameters.drive.motor_damping)
-        found["droop"] = Figure(
+        found["droop"] = DerivedQuantity(
             mean_torque(parameters, operation, k) * per,
             "rad/s",
             "fall of the motor's speed under the steady torque",
         )
     else:
         found |= {
-            "drive_stiffness": Figure(
+            "drive_stiffness": DerivedQuantity(
                 float(law_of_drive.stiffness), "N m/rad", "integral gain of the drive, K_i"
             ),
-            "drive_damping": Figure(
+            "drive_damping": DerivedQuantity(
                 float(law_of_drive.damping), "N m s/rad", "proportional gain of the drive, K_p"
             ),
         }
-    found["drive_reflection"] = Figure(
+    found["drive_reflection"] = DerivedQuantity(
         None if reflected is None else float(abs(reflected)),
         "1",
         "share of a wave at the torsional frequency that the drive throws back",
     )
     if parameters.drive.torque_limit is not None:
         left = float(parameters.drive.torque_limit) - mean_torque(parameters, operation, k)
-        found["torque_reserve"] = Figure(
+        found["torque_reserve"] = DerivedQuantity(
             left, "N m", "torque limit of the drive less the steady torque"
         )
     roots = np.linalg.eigvals(matrix)
     modes = sorted((root for root in roots if root.imag > 0), key=abs)
     for number, root in enumerate(modes, start=1):
         found |= {
-            f"drive_mode_{number}": Figure(
+            f"drive_mode_{number}": DerivedQuantity(
                 float(abs(root)), "rad/s", f"frequency {number} of string and drive"
             ),
-            f"drive_damping_{number}": Figure(
+            f"drive_damping_{number}": DerivedQuantity(
                 float(-root.real / abs(root)), "1", "its damping ratio, off bottom"
             ),
         }

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from nsdrill.errors import Fault
-from nsdrill.models.christoforou_yigit.relations import ORDERS as LUMPED
+from nsdrill.models.christoforou_yigit.constraints import ORDERS as LUMPED
 from nsdrill.units import format_quantity
 
 ORDERS = tuple(one for one in LUMPED if not one.lower.startswith("stabilizer."))
 _START = ("initial.x", "initial.y", "initial.vx", "initial.vy")
 
 
-def relations(check: Any) -> Iterator[Fault]:
+def constraints(check: Any) -> Iterator[Fault]:
     """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
     yield from _stations(check)
     yield from _eccentricities(check)
