@@ -392,7 +392,7 @@ def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
     whole, another one with the new labels comes back, and the Dataset stays as it was.
     What was done is added to the attribute ``history``.
     """
-    from nsdrill.app.report import MEASURED, reclassify, relabelled
+    from nsdrill.app.summary import MEASURED, reclassify, relabelled
     from nsdrill.models.registry import model_in
     from nsdrill.store import open_results
     from nsdrill.store.dataset import to_dataset
@@ -420,12 +420,12 @@ def show(data: ResultsLike, *, units: str = "si") -> str:
     command ``nsdrill show`` says it, in ``units`` si or field."""
     if units not in ("si", "field"):
         raise InputError(f"units: found {units!r}; allowed: si or field.")
-    from nsdrill.app.report import needed, summarize
+    from nsdrill.app.summary import needed, summarize
     from nsdrill.cli.show import lines
 
     name = "Dataset" if is_dataset(data) else os.fspath(name_in(data))
     if (branches := branches_in(data)) is not None:
-        from nsdrill.app.branch_report import summarize_branches
+        from nsdrill.app.branch_summary import summarize_branches
 
         return "\n".join(lines(name, summarize_branches(branches), units))
     with of_whole("show"):

@@ -11,7 +11,7 @@ import pytest
 import nsdrill
 from nsdrill.analysis.hysteresis import differences, disagreement, hysteresis, spans
 from nsdrill.analysis.outcome import known, outcome
-from nsdrill.app.report import summarize
+from nsdrill.app.summary import summarize
 from nsdrill.store import read_results
 
 from .grids import grid

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.app.report import reclassify
+from nsdrill.app.summary import reclassify
 from nsdrill.models.christoforou_yigit.parameters import Parameters, Stabilizer
 from nsdrill.study import parse_study, study_from_resolved
 from nsdrill.variables import IRREGULAR, LOW_SIDE

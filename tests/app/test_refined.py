@@ -11,8 +11,8 @@ from interrupts import Interrupt, look_often
 from model_tables import FEATURES
 
 from nsdrill.app.check import check
-from nsdrill.app.report import reclassify, summarize
 from nsdrill.app.run import Interrupted, run_in_memory, run_study
+from nsdrill.app.summary import reclassify, summarize
 from nsdrill.app.trajectory import replay
 from nsdrill.errors import InputError, StudyError
 from nsdrill.store import part_path, read_attributes, read_partial, read_results

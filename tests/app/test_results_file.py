@@ -273,7 +273,7 @@ def test_a_study_that_is_not_that_of_the_points(
 ) -> None:
     """Labels and replays are made from the study in the file, so it must be the one
     that the points were run with."""
-    from nsdrill.app.report import reclassify
+    from nsdrill.app.summary import reclassify
 
     path = tmp_path / "out.h5"
     path.write_bytes((shared / "small.h5").read_bytes())

@@ -11,8 +11,8 @@ import pytest
 from interrupts import Interrupt, look_often
 
 import nsdrill
-from nsdrill.app.report import reclassify
 from nsdrill.app.run import Interrupted, run_study
+from nsdrill.app.summary import reclassify
 from nsdrill.cli import main
 from nsdrill.errors import FileError
 from nsdrill.store import RunLog, part_path, read_attributes, read_results

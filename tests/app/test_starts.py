@@ -14,8 +14,8 @@ from interrupts import Interrupt, look_often
 import nsdrill
 from nsdrill.analysis.attractors import wilson
 from nsdrill.app.attractors import attractors
-from nsdrill.app.report import reclassify, summarize
 from nsdrill.app.run import Interrupted, run_in_memory, run_study
+from nsdrill.app.summary import reclassify, summarize
 from nsdrill.app.trajectory import replay, simulate
 from nsdrill.data import Results
 from nsdrill.errors import FileError, InputError

@@ -13,8 +13,8 @@ from interrupts import Interrupt, look_often
 from nsdrill.analysis.window import classes
 from nsdrill.app import trust
 from nsdrill.app.check import check
-from nsdrill.app.report import reclassify, summarize
 from nsdrill.app.run import Interrupted, run_in_memory, run_study
+from nsdrill.app.summary import reclassify, summarize
 from nsdrill.observe.trust import RESPONSE_DIFFERS, verdict
 from nsdrill.store import part_path, read_partial, read_results
 from nsdrill.study import Study, parse_study

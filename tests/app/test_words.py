@@ -12,7 +12,7 @@ import xarray
 
 import nsdrill
 from nsdrill.app.combine import combine
-from nsdrill.app.report import summarize
+from nsdrill.app.summary import summarize
 from nsdrill.app.trajectory import replay
 from nsdrill.data import Results
 from nsdrill.errors import InputError, StudyError

@@ -11,7 +11,7 @@ import h5py
 import pytest
 
 import nsdrill
-from nsdrill.app.report import reclassify
+from nsdrill.app.summary import reclassify
 from nsdrill.app.trajectory import simulate
 from nsdrill.store import log_from_results, write_trace
 

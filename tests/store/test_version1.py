@@ -15,8 +15,8 @@ import xarray as xr
 
 import nsdrill
 from nsdrill.app.provenance import processor, versions
-from nsdrill.app.report import reclassify
 from nsdrill.app.run import run_study
+from nsdrill.app.summary import reclassify
 from nsdrill.cli.main import group
 from nsdrill.errors import FileError
 from nsdrill.store import (

@@ -76,7 +76,7 @@ def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Result
             whole, attrs={**attrs, **_refinement([results.attrs for _, results in found])}
         )
     if "start" in whole.coords:  # attractors are numbered alike along the new axis, too
-        from nsdrill.app.report import relabelled
+        from nsdrill.app.summary import relabelled
 
         whole = relabelled(whole, json.loads(attrs.get("classification", "[]")))
     return whole, key

@@ -22,7 +22,7 @@ def command(results: str, overrides: tuple[str, ...]) -> int:
     change but stuck_below, which enters the run itself. What was done is added to the
     history in the file.
     """
-    from nsdrill.app.report import reclassify
+    from nsdrill.app.summary import reclassify
     from nsdrill.cli.words import count
 
     for name, (changed, total) in reclassify(results, list(overrides)).items():

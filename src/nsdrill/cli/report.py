@@ -77,7 +77,7 @@ def _session(file: str, units: str, over: str | None) -> Session:
 
 def _notes(session: Session, units: str) -> list[tuple[str, list[str]]]:
     """What ``nsdrill show`` and ``nsdrill window`` say of the file."""
-    from nsdrill.app.report import summarize
+    from nsdrill.app.summary import summarize
     from nsdrill.app.window import window_of
     from nsdrill.cli.show import lines
     from nsdrill.cli.window_note import lines as window_lines

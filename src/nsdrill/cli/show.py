@@ -68,11 +68,11 @@ def _summary(file: str) -> dict[str, Any]:
     from nsdrill.app.reading import is_branches
 
     if is_branches(file):
-        from nsdrill.app.branch_report import summarize_branches
+        from nsdrill.app.branch_summary import summarize_branches
         from nsdrill.store import open_branches
 
         return summarize_branches(open_branches(file))
-    from nsdrill.app.report import needed, summarize
+    from nsdrill.app.summary import needed, summarize
 
     return summarize(read(file, needed()))
 
