@@ -37,9 +37,7 @@ from nsdrill.study.continuation import (
     SEEDS,
 )
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
-from nsdrill.study.keys import MANY, MODEL_LEAF, SLICE, Leaf, keys_of
-from nsdrill.study.meanings import MEANINGS
-from nsdrill.study.ramps import EXAMPLE
+from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, RAMP, SLICE, Leaf, keys_of
 from nsdrill.study.schema import LONGEST_TITLE, POINTS, PROCEDURE, REFINE, along
 from nsdrill.study.uncertain import DESIGN, EXAMPLES, SAMPLES, SEED
 from nsdrill.units import USUAL
@@ -201,7 +199,7 @@ def study_keys() -> str:
                     text += f"| **`{name}`** | | | | | *{keys_of().meanings[name]}* |\n"
             default = leaf.default_text
             ramp = (
-                f", or [a ramp](ramps.md) of such values, `{EXAMPLE}`"
+                f", or [a ramp](ramps.md) of such values, `{RAMP}`"
                 if section == "operation"
                 else ""
             )

@@ -64,7 +64,7 @@ def test_an_example_is_written_as_it_is(call: Call) -> None:
     """Every study that comes with the package loads; a wrong name lists all with their
     titles."""
     from nsdrill.study import load_study
-    from nsdrill.study.examples import examples
+    from nsdrill.study.write import examples
 
     assert len(examples()) > 10
     for name, path in examples().items():

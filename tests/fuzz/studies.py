@@ -22,8 +22,8 @@ import numpy as np
 from nsdrill.models.leaves import values_at
 from nsdrill.models.registry import model_named
 from nsdrill.study import load_study, template_text
-from nsdrill.study.document import parse
 from nsdrill.study.keys import keys_of
+from nsdrill.study.read import parse
 from nsdrill.units import USUAL
 
 from .common import Broken, arguments, check_json, command, time_limit
@@ -247,8 +247,9 @@ def _mutate(data: Any, chance: random.Random) -> None:
         there, other, _ = chance.choice(places)
         inside[name] = _copy(there[other])
     elif kind == 3 and isinstance(inside, dict):
+        word = str(name)
         odd = chance.choice(
-            (name[:-1], name + "s", name.upper(), *chance.sample(list(LEAVES), 2), "", '"\\ud800"')
+            (word[:-1], word + "s", word.upper(), *chance.sample(list(LEAVES), 2), "", '"\\ud800"')
         )
         inside[Raw(odd)] = inside.pop(name)
     elif kind == 4 and isinstance(inside, dict):

@@ -461,7 +461,7 @@ def test_an_axis_over_a_number_of_a_law_has_the_bits_of_single_runs() -> None:
 def test_a_study_keeps_its_digest_with_the_default_law() -> None:
     """Keys of laws that earlier versions did not know are no part of it, and results of
     theirs are read."""
-    from nsdrill.study.resolved import study_from_resolved
+    from nsdrill.study.study import study_from_resolved
 
     study = parse_study("operation: {wob: 20 kN}")
     older = {**study.resolved, "bit": {**study.resolved["bit"]}}

@@ -16,7 +16,7 @@ from nsdrill.plot.labels import quantity
 from nsdrill.store import open_results, read_results
 from nsdrill.study import parse_study, study_from_resolved
 from nsdrill.study.keys import keys_of
-from nsdrill.study.written import study_text
+from nsdrill.study.write import study_text
 from nsdrill.units import CF, readable
 from nsdrill.variables import MODEL
 

@@ -8,7 +8,7 @@ import pytest
 
 from nsdrill.errors import FileError, StudyError
 from nsdrill.study import load_study, parse_study
-from nsdrill.study.document import parse
+from nsdrill.study.read import parse
 
 BOMB = "a: &a [x,x,x,x,x,x,x,x,x,x]\n" + "".join(
     f"{chr(98 + i)}: &{chr(98 + i)} [{','.join(['*' + chr(97 + i)] * 10)}]\n" for i in range(12)

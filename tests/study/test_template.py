@@ -12,9 +12,8 @@ from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.study import json_schema, parse_study, template_text
 from nsdrill.study.continuation import CURVE_KEYS, KEYS
-from nsdrill.study.document import parse
-from nsdrill.study.keys import SLICE, keys_of
-from nsdrill.study.meanings import MEANINGS
+from nsdrill.study.keys import MEANINGS, SLICE, keys_of
+from nsdrill.study.read import parse
 from nsdrill.study.uncertain import HOW
 
 SWEEP_KEYS = {

@@ -13,8 +13,8 @@ import nsdrill
 from nsdrill.errors import StudyError
 from nsdrill.sampling import Uncertain, distribution, draw, quantile
 from nsdrill.study.load import parse_study
-from nsdrill.study.resolved import study_from_resolved
-from nsdrill.study.written import changes, study_text
+from nsdrill.study.study import study_from_resolved
+from nsdrill.study.write import changes, study_text
 
 KEY = "bit.friction.static"
 ROCK = "bit.rock_stiffness"

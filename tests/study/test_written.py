@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from nsdrill.study import load_study, parse_study
-from nsdrill.study.written import changes, study_text, value_text
+from nsdrill.study.write import changes, study_text, value_text
 
 CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
 STUDIES = {

@@ -21,7 +21,7 @@ THE_STUDY = "the study"  # what messages call one that is no file
 def study_in(study: Any, set: Any, name: str = THE_STUDY) -> Study:
     """The study in whatever form, with keys changed."""
     from nsdrill.study.load import load_study, parse_study
-    from nsdrill.study.mapping import yaml_text
+    from nsdrill.study.read import yaml_text
     from nsdrill.study.study import Study
 
     texts = texts_in(set, "set")
@@ -30,7 +30,7 @@ def study_in(study: Any, set: Any, name: str = THE_STUDY) -> Study:
             return study
         if study.text:
             return parse_study(study.text, study.source or name, [*study.overrides, *texts])
-        from nsdrill.study.written import study_text
+        from nsdrill.study.write import study_text
 
         return parse_study(study_text(study.resolved), study.source or name, texts)
     if isinstance(study, Mapping):
@@ -57,7 +57,7 @@ def study_in(study: Any, set: Any, name: str = THE_STUDY) -> Study:
 
 def texts_in(changes: Any, name: str) -> list[str]:
     """Keys to change as texts ``key=value``."""
-    from nsdrill.study.mapping import override_texts
+    from nsdrill.study.read import override_texts
 
     if changes is None:
         return []

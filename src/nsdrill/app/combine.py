@@ -24,9 +24,8 @@ from nsdrill.models.leaves import is_apart, place_of, states_of_all, word_at, wo
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import kind_of, read_results
 from nsdrill.study.keys import Keys, keys_of
-from nsdrill.study.resolved import axis_values, refined_axes, study_from_resolved
-from nsdrill.study.study import Study
-from nsdrill.study.written import changes, study_text, value_text
+from nsdrill.study.study import Study, axis_values, refined_axes, study_from_resolved
+from nsdrill.study.write import changes, study_text, value_text
 from nsdrill.variables import MODEL, POINT, dimension_of
 
 # What all have alike, as points of one depend on others of the same file, and why.

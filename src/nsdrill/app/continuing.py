@@ -40,7 +40,7 @@ from nsdrill.store import open_branches, part_path, read_results, write_branches
 from nsdrill.study.continuation import SECTION, Continuation
 from nsdrill.study.keys import keys_of
 from nsdrill.study.study import Study
-from nsdrill.study.written import told_changes
+from nsdrill.study.write import told_changes
 from nsdrill.sweep.work import Variant as Compiled
 from nsdrill.sweep.work import compiled_parts
 from nsdrill.units import CF

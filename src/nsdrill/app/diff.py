@@ -13,7 +13,7 @@ from nsdrill.app.reading import read_any
 from nsdrill.data import Results, Trace, resolved_study
 from nsdrill.errors import FileError
 from nsdrill.store.hdf5 import EDITED
-from nsdrill.study.written import changes
+from nsdrill.study.write import changes
 
 MADE = (
     "study_sha256",

@@ -36,7 +36,7 @@ from nsdrill.study.keys import Leaf, keys_of
 from nsdrill.study.load import parse_study
 from nsdrill.study.study import Study
 from nsdrill.study.uncertain import HOW
-from nsdrill.study.written import study_text
+from nsdrill.study.write import study_text
 from nsdrill.sweep.engine import Engine, Progress
 from nsdrill.sweep.rows import Rows
 from nsdrill.sweep.work import Work, compiled_parts

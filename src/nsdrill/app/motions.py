@@ -117,7 +117,7 @@ class Motions:
             raise InputError(f"{found}.") from None
 
     def _text(self, values: tuple[tuple[str, float], ...]) -> str:
-        from nsdrill.study.written import study_text
+        from nsdrill.study.write import study_text
 
         return study_text(self.resolved(dict(values)))
 

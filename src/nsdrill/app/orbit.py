@@ -19,7 +19,7 @@ from nsdrill.orbit.flow import RTOL
 from nsdrill.store import open_branches
 from nsdrill.study.keys import keys_of
 from nsdrill.study.study import Study
-from nsdrill.study.written import told_changes
+from nsdrill.study.write import told_changes
 
 FEWEST_SAMPLES = 400  # of one period
 _ITS_STUDY = (

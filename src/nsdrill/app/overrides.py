@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from nsdrill.data import OVERRIDES, Results, Trace, json_text, overrides
 from nsdrill.errors import FileError, NsdrillError
-from nsdrill.study.resolved import study_from_resolved
+from nsdrill.study.study import study_from_resolved
 
 Data = TypeVar("Data", Results, Trace)
 
@@ -28,7 +28,7 @@ def overrides_of(attrs: Mapping[str, Any]) -> list[str]:
         return []
     # late: the parser is slow to import, and most files do not need it
     from nsdrill.study import parse_study
-    from nsdrill.study.written import changes
+    from nsdrill.study.write import changes
 
     try:
         there = json.loads(attrs["study_resolved"])
@@ -56,7 +56,7 @@ def study_of(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> str:
             f"{path}: found no study in the file; allowed: an output of nsdrill run, "
             f"simulate or replay."
         )
-    from nsdrill.study.written import study_text
+    from nsdrill.study.write import study_text
 
     study = study_from_resolved(json.loads(attrs["study_resolved"]), source=str(path))
     head = [

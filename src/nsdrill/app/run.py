@@ -41,9 +41,8 @@ from nsdrill.store import (
     rewrite_log,
     write_results,
 )
-from nsdrill.study.resolved import digest
-from nsdrill.study.study import Study
-from nsdrill.study.written import told_changes
+from nsdrill.study.study import Study, digest
+from nsdrill.study.write import told_changes
 from nsdrill.sweep.engine import Progress
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work

@@ -14,8 +14,7 @@ from nsdrill.app.overrides import overrides_of
 from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Array
 from nsdrill.errors import FileError
-from nsdrill.study.resolved import study_from_resolved
-from nsdrill.study.study import Study
+from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.sweep.plan import Plan
 from nsdrill.variables import COUNTED, Unknown
 

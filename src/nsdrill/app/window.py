@@ -13,7 +13,7 @@ from nsdrill.app.overrides import with_overrides
 from nsdrill.data import IN_MEMORY, Results, resolved_study
 from nsdrill.errors import FileError, InputError, NsdrillError
 from nsdrill.store import read_results
-from nsdrill.study.resolved import study_from_resolved
+from nsdrill.study.study import study_from_resolved
 from nsdrill.variables import TRUST
 
 

@@ -55,7 +55,7 @@ def _example(name: str) -> str:
     none."""
     import difflib
 
-    from nsdrill.study.examples import examples, title_of
+    from nsdrill.study.write import examples, title_of
 
     found = examples()
     stem = name.replace("-", "_")

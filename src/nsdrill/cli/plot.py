@@ -366,7 +366,7 @@ def _overlay(
     from nsdrill.data import Trace
     from nsdrill.plot import cut
     from nsdrill.plot.overlay import overlay
-    from nsdrill.study.resolved import study_from_resolved
+    from nsdrill.study.study import study_from_resolved
 
     if isinstance(data, Trace) or "study_resolved" not in data.attrs:
         raise InputError("--data: found with a trace; allowed: with the results of a sweep.")

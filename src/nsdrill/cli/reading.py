@@ -25,7 +25,7 @@ def load(study: str, overrides: Sequence[str]) -> Study:
 
     if study != "-":
         return load_study(study, overrides)
-    from nsdrill.study.document import LARGEST_FILE, text_of
+    from nsdrill.study.read import LARGEST_FILE, text_of
 
     name = "standard input"
     return parse_study(text_of(sys.stdin.buffer.read(LARGEST_FILE + 1), name), name, overrides)

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING
 from nsdrill.late import late
 
 if TYPE_CHECKING:
-    from nsdrill.study.editor_schema import json_schema
     from nsdrill.study.load import change_thresholds, load_study, parse_study
-    from nsdrill.study.resolved import study_from_resolved
-    from nsdrill.study.study import Study
-    from nsdrill.study.template import template_text
+    from nsdrill.study.schema import json_schema
+    from nsdrill.study.study import Study, study_from_resolved
+    from nsdrill.study.write import template_text
 
 __all__ = [
     "Study",
@@ -32,10 +31,10 @@ __getattr__ = late(
     {
         "Study": "nsdrill.study.study",
         "change_thresholds": "nsdrill.study.load",
-        "json_schema": "nsdrill.study.editor_schema",
+        "json_schema": "nsdrill.study.schema",
         "load_study": "nsdrill.study.load",
         "parse_study": "nsdrill.study.load",
-        "study_from_resolved": "nsdrill.study.resolved",
-        "template_text": "nsdrill.study.template",
+        "study_from_resolved": "nsdrill.study.study",
+        "template_text": "nsdrill.study.write",
     },
 )

@@ -16,9 +16,9 @@ from nsdrill.errors import Fault
 from nsdrill.models.description import Description, Order
 from nsdrill.models.leaves import is_apart, words_of
 from nsdrill.ranges import bound_text
-from nsdrill.study.document import Document, KeyPath, dotted
 from nsdrill.study.keys import SLICE, Leaf, shown
-from nsdrill.study.resolved import axis_values, refined_axes
+from nsdrill.study.read import Document, KeyPath, dotted
+from nsdrill.study.study import axis_values, refined_axes
 from nsdrill.units import USUAL
 from nsdrill.variables import AXES
 
@@ -426,10 +426,7 @@ class Checker:
             key, found = dotted(path), _of_unknown(found)
         if path is None and key in self.words:
             key, path = f"sweep.{key}", ("sweep", key)
-        place = self.document.place(path if path is not None else tuple(key.split(".")))
-        if place.override:
-            found = f"{found} ({place.override})"
-        return Fault(key, found, allowed, place.line, place.column)
+        return self.document.fault(path or tuple(key.split(".")), found, allowed, key=key)
 
     def unread(self, key: str, why: str, allowed: str) -> Iterator[Fault]:
         """A fault where ``key``, which nothing reads, is an axis or has another value

@@ -10,8 +10,8 @@ from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.models.leaves import is_apart, words_of
-from nsdrill.study.document import Document, KeyPath, dotted
 from nsdrill.study.keys import Keys, Leaf, did_you_mean, shown
+from nsdrill.study.read import Document, KeyPath
 from nsdrill.units import QuantityError
 
 SECTION = "continue"
@@ -110,10 +110,7 @@ class _Reader:
         *,
         of_key: bool = False,
     ) -> None:
-        place = self.document.place(path, of_key=of_key)
-        if place.override:
-            found = f"{found} ({place.override})"
-        self.faults.append(Fault(dotted(path), found, allowed, place.line, place.column, hint))
+        self.faults.append(self.document.fault(path, found, allowed, hint, of_key=of_key))
 
     def mapping(self, path: KeyPath, data: Any, known: tuple[str, ...]) -> dict[str, Any] | None:
         """``data`` if it is a mapping, without keys that are not ``known``."""

@@ -1,5 +1,6 @@
-"""From YAML to a :class:`Study`: parse, override, validate each value, relate them,
-fill in the defaults, build."""
+"""From YAML to a :class:`Study`: parse, override, validate each value, check what
+constrains several, fill in the defaults, build.
+"""
 
 from __future__ import annotations
 
@@ -17,20 +18,19 @@ from nsdrill.errors import Fault, StudyError
 from nsdrill.models.leaves import is_apart, place_of, words_of
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.sampling import CUT, KINDS, NAMED
-from nsdrill.study import overrides as setting
 from nsdrill.study.constraints import Checker
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.continuation import take_continuation
-from nsdrill.study.document import Document, KeyPath, dotted, parse, read_text
-from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, did_you_mean, keys_of, shown
-from nsdrill.study.ramps import EXAMPLE, take_ramps
-from nsdrill.study.resolved import build, study_from_resolved
-from nsdrill.study.study import Study
+from nsdrill.study.keys import MODEL_LEAF, RAMP, SLICE, Keys, did_you_mean, keys_of, shown
+from nsdrill.study.read import Document, KeyPath, apply_overrides, dotted, parse, read_text
+from nsdrill.study.study import Study, build, study_from_resolved
 from nsdrill.study.uncertain import HOW, draws, take_uncertain
 from nsdrill.units import QuantityError
 from nsdrill.variables import AXES
 
+LEAST_LEG = 1e-3  # s between knots: a shorter leg is a jump to a drill string
 _RANGE = ("from", "to", "points")
+Knots = list[list[float]]
 _MOST_FAULTS = 100  # told of one file; nobody reads more
 
 
@@ -57,7 +57,7 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
         raise StudyError(
             name, [Fault("", found, f"a mapping with the keys {_listed('', keys_of())}", 1, 1)]
         )
-    setting.apply(document, overrides)
+    apply_overrides(document, overrides)
     keys = _keys(document)
     given, faults, faulty = _validate(document, keys)
     resolved, axis_faults = _resolve(document, given, keys)
@@ -79,7 +79,7 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
     """
     source = "--set"
     document = Document({})
-    setting.apply(document, overrides)
+    apply_overrides(document, overrides)
     faults = list(document.faults)
     for section in document.data:
         if section != "classify":
@@ -202,13 +202,12 @@ def _without(data: Any, paths: list[KeyPath]) -> Any:
 def _fault(document: Document, path: KeyPath, detail: Any, keys: Keys) -> Fault:
     """One of pydantic's errors as a fault with its place."""
     key, kind = dotted(path), detail["type"]
-    place = document.place(path, of_key=kind == "extra_forbidden")
-    suggestion = None
+    suggestion, of_key = None, kind == "extra_forbidden"
     cause = detail.get("ctx", {}).get("error")
     if isinstance(cause, QuantityError):
         found, allowed, suggestion = cause.found, cause.allowed, cause.suggestion
         if path in [("operation", axis) for axis in AXES] and isinstance(detail["input"], list):
-            allowed += f"; a ramp, for nsdrill simulate, is {EXAMPLE}"
+            allowed += f"; a ramp, for nsdrill simulate, is {RAMP}"
     elif kind == "extra_forbidden":
         found, allowed, suggestion = (
             "an unknown key",
@@ -225,14 +224,12 @@ def _fault(document: Document, path: KeyPath, detail: Any, keys: Keys) -> Fault:
         if path[0] == "uncertain":
             allowed = f"all of {' and '.join(NAMED[str(path[-2])])}"
         if path[0] == "operation":
-            allowed = EXAMPLE
+            allowed = RAMP
     elif kind in ("model_type", "model_attributes_type", "dict_type"):
         found, allowed = shown(detail["input"]), f"a mapping with the keys {_listed(key, keys)}"
     else:
         found, allowed = shown(detail["input"]), detail["msg"]
-    if place.override:
-        found = f"{found} ({place.override})"
-    return Fault(key, found, allowed, place.line, place.column, suggestion)
+    return document.fault(path, found, allowed, suggestion, of_key=of_key)
 
 
 def _children(prefix: str, keys: Keys) -> list[str]:
@@ -313,7 +310,7 @@ def _resolve(
     document: Document, given: dict[str, Any], keys: Keys
 ) -> tuple[dict[str, Any], list[Fault]]:
     """The complete study as plain data, defaults filled in, axes ascending."""
-    ramps, faults = take_ramps(document, given.get("operation", {}))
+    ramps, faults = _ramps(document, given.get("operation", {}))
     resolved: dict[str, Any] = {"title": given.get("title", ""), "model": keys.model.name}
     for section, cls in keys.sections.items():
         resolved[section] = _merged(_plain(asdict(cls())), given.get(section, {}))
@@ -326,65 +323,75 @@ def _resolve(
     if ramps:
         resolved["ramps"] = ramps
     sweep = given.get("sweep", {})
-    made: dict[str, Any] = {}
-    axes = keys.axes
-    written = document.data.get("sweep")
-    # its order is that of the dimensions of a file
-    for axis in written if isinstance(written, dict) else ():
-        if axis in axes and axis in sweep:
-            value, fault = _ascending(document, ("sweep", axis), sweep[axis])
-            if fault is None:
-                made[axis] = value
-            else:
-                faults.append(fault)
-    for key, (choice, _) in keys.model.units_by.items():
-        if key in made and keys.leaf(key, resolved).units != keys.leaves[key].units:
-            # Its units are others, which a name of an axis does not tell.
-            place, of, word = (
-                document.place(("sweep", key), of_key=True),
-                choice.rpartition(".")[2],
-                keys.leaves[choice],
-            )
-            found: Any = resolved
-            for part in choice.split("."):
-                found = found[part]
-            allowed = (
-                f"it with {of}: {word.default}; else run a study for each value, with --set "
-                f"{key}=..."
-            )
-            faults.append(
-                Fault(
-                    f"sweep.{key}", f"an axis with {of}: {found}", allowed, place.line, place.column
-                )
-            )
-    uncertain, more = take_uncertain(document, given.get("uncertain", {}), made, keys)
+    axes, more = _swept_axes(document, sweep, resolved, keys)
+    faults += more
+    uncertain, more = take_uncertain(document, given.get("uncertain", {}), axes, keys)
     faults += more
     if uncertain is not None:
         resolved["uncertain"] = uncertain
     ranges = given.get("initial", {}).get("slice", {})
-    plane: dict[str, Any] = {}
-    resolved["initial"]["slice"] = plane
-    for state in keys.slices:
-        if state in ranges:
-            value, fault = _ascending(document, ("initial", "slice", state), ranges[state])
-            plane |= {state: value} if fault is None else {}
-            faults += [fault] if fault else []
+    states = [state for state in keys.slices if state in ranges]
+    resolved["initial"]["slice"], more = _ascending_axes(
+        document, ("initial", "slice"), {state: ranges[state] for state in states}
+    )
+    faults += more
     procedure, along = sweep.get("procedure", "same"), sweep.get("along")
     if procedure == "same":
         along = None  # nothing is carried
-    elif along is None and len(made) == 1 and not faults:
-        along = next(iter(made))
+    elif along is None and len(axes) == 1 and not faults:
+        along = next(iter(axes))
     resolved["sweep"] = {
-        **made,
+        **axes,
         "procedure": procedure,
         "along": along,
         "refine": sweep.get("refine", 0),
     }
-    continued, more = take_continuation(document, keys)
+    continuation, more = take_continuation(document, keys)
     faults += more
-    if continued is not None:
-        resolved[CONTINUE] = continued
+    if continuation is not None:
+        resolved[CONTINUE] = continuation
     return resolved, faults
+
+
+def _swept_axes(
+    document: Document, sweep: dict[str, Any], resolved: dict[str, Any], keys: Keys
+) -> tuple[dict[str, Any], list[Fault]]:
+    """The axes of the sweep in the order of the file, which is that of the dimensions
+    of the results, and their faults."""
+    written = document.data.get("sweep")
+    order = [
+        axis
+        for axis in (written if isinstance(written, dict) else ())
+        if axis in keys.axes and axis in sweep
+    ]
+    axes, faults = _ascending_axes(document, ("sweep",), {axis: sweep[axis] for axis in order})
+    for key, (choice, _) in keys.model.units_by.items():
+        if key in axes and keys.leaf(key, resolved).units != keys.leaves[key].units:
+            # The name of an axis does not tell that its units are others.
+            name, default = choice.rpartition(".")[2], keys.leaves[choice].default
+            found = reduce(getitem, choice.split("."), resolved)
+            allowed = (
+                f"it with {name}: {default}; else run a study for each value, with --set {key}=..."
+            )
+            path: KeyPath = ("sweep", key)
+            words = f"an axis with {name}: {found}"
+            faults.append(document.fault(path, words, allowed, key=f"sweep.{key}", of_key=True))
+    return axes, faults
+
+
+def _ascending_axes(
+    document: Document, section: KeyPath, given: dict[str, Any]
+) -> tuple[dict[str, Any], list[Fault]]:
+    """The axes of a section in ascending order, without those that are at fault."""
+    axes: dict[str, Any] = {}
+    faults = []
+    for name, value in given.items():
+        ascending = _ascending(document, (*section, name), value)
+        if isinstance(ascending, Fault):
+            faults.append(ascending)
+        else:
+            axes[name] = ascending
+    return axes, faults
 
 
 def _plain(value: Any) -> Any:
@@ -403,42 +410,37 @@ def _merged(defaults: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _ascending(document: Document, path: KeyPath, value: Any) -> tuple[Any, Fault | None]:
+def _ascending(document: Document, path: KeyPath, value: Any) -> Any:
     """An axis in ascending order: a list, or {from, to, points} as that, however many
-    points it has."""
-    place = document.place(path)
-    key = dotted(path)
+    points it has; a :class:`Fault` where it cannot be one."""
     if isinstance(value, dict):
-        low, high = sorted((value["from"], value["to"]))
-        if low == high or (high - low) / (value["points"] - 1) <= 4 * math.ulp(
-            max(abs(low), abs(high))
-        ):
-            return None, Fault(
-                key, "values that are the same", "from and to that differ", place.line, place.column
-            )
-        if value.get("spacing") != "log":
-            return {"from": low, "to": high, "points": value["points"]}, None
-        if low <= 0.0:
-            place = document.place((*path, "spacing"))
-            found = f"log spacing from {low:g} in SI units" if low else "log spacing from 0"
-            allowed = "linear, or values above 0"
-            return None, Fault(f"{key}.spacing", found, allowed, place.line, place.column)
-        return {"from": low, "to": high, "points": value["points"], "spacing": "log"}, None
+        return _ascending_range(document, path, value)
     choice = str(path[-1]) if words_of(str(path[-1])) else ""
     order = partial(place_of, choice) if choice else None
     values = sorted(value, key=order) if isinstance(value, list) else [value]
     if not values:
-        return None, Fault(key, "an empty list", "at least one value", place.line, place.column)
+        return document.fault(path, "an empty list", "at least one value")
     for first, second in pairwise(values):
         if first == second:
             at = [index for index, item in enumerate(value) if item == second][1]
-            place = document.place((*path, at))
             raw = document.data["sweep"][path[-1]][at]
             found = f"{shown(raw)}, which is there a second time"
-            return None, Fault(
-                dotted((*path, at)), found, "each value once", place.line, place.column
-            )
-    return values, None
+            return document.fault((*path, at), found, "each value once")
+    return values
+
+
+def _ascending_range(document: Document, path: KeyPath, value: dict[str, Any]) -> Any:
+    """An axis {from, to, points} in ascending order, or its :class:`Fault`."""
+    low, high = sorted((value["from"], value["to"]))
+    spacing = (high - low) / (value["points"] - 1)
+    if spacing <= 4 * math.ulp(max(abs(low), abs(high))):
+        return document.fault(path, "values that are the same", "from and to that differ")
+    if value.get("spacing") != "log":
+        return {"from": low, "to": high, "points": value["points"]}
+    if low <= 0.0:
+        found = f"log spacing from {low:g} in SI units" if low else "log spacing from 0"
+        return document.fault((*path, "spacing"), found, "linear, or values above 0")
+    return {"from": low, "to": high, "points": value["points"], "spacing": "log"}
 
 
 def _in_file_order(faults: list[Fault]) -> list[Fault]:
@@ -446,3 +448,48 @@ def _in_file_order(faults: list[Fault]) -> list[Fault]:
     unique = list(dict.fromkeys(faults))
     unique.sort(key=lambda fault: (fault.line is None, fault.line or 0, fault.column or 0))
     return unique[:_MOST_FAULTS]
+
+
+def _ramps(document: Document, operation: dict[str, Any]) -> tuple[dict[str, Knots], list[Fault]]:
+    """The ramps of the validated section ``operation`` as [times, values], each
+    replaced there by its value at time zero; and the faults of their knots."""
+    ramps: dict[str, Knots] = {}
+    faults: list[Fault] = []
+    for name in AXES:
+        given = operation.get(name)
+        if not isinstance(given, dict):
+            continue
+        fault = _fault_of_ramp(document, name, given["ramp"])
+        if fault is None:
+            times, values = (list(column) for column in zip(*given["ramp"], strict=True))
+            ramps[name] = [times, values]
+            operation[name] = values[0]
+        else:
+            faults.append(fault)
+            del operation[name]
+    return ramps, faults
+
+
+def _fault_of_ramp(document: Document, name: str, found: list[tuple[float, float]]) -> Fault | None:
+    path: KeyPath = ("operation", name, "ramp")
+    if len(found) < 2:
+        words = "one knot" if found else "an empty list"
+        return document.fault(
+            path, words, "two knots or more; a value that does not change stands without a ramp"
+        )
+    for i, (time, _) in enumerate(found):
+        if i == 0 and time != 0.0:
+            return document.fault(
+                (*path, 0, 0), _raw_time(document, name, 0), "0 s, where the run begins"
+            )
+        if i > 0 and time < found[i - 1][0] + LEAST_LEG:
+            before = _raw_time(document, name, i - 1)
+            allowed = (
+                f"times that ascend, at least {1e3 * LEAST_LEG:g} ms after the one before, {before}"
+            )
+            return document.fault((*path, i, 0), _raw_time(document, name, i), allowed)
+    return None
+
+
+def _raw_time(document: Document, name: str, i: int) -> str:
+    return shown(document.data["operation"][name]["ramp"][i][0])

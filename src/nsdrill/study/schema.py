@@ -1,8 +1,9 @@
 """The pydantic models of the study file, built from the dataclasses: their keys, units,
-ranges and defaults.
+ranges and defaults; and its JSON Schema, for editors that complete and check YAML while
+it is written.
 
-They check one value at a time; what relates several values is in ``constraints.py``.
-Values come out in SI.
+They check one value at a time; what constrains several values together is in
+``constraints.py``. Values come out in SI.
 """
 
 from __future__ import annotations
@@ -30,10 +31,8 @@ from nsdrill.models.leaves import is_apart
 from nsdrill.sampling import CUT, NAMED
 from nsdrill.study.continuation import BORDERS, CURVE_POINTS, MOTIONS
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
-from nsdrill.study.document import odd_character
-from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, Leaf, keys_of, shown
-from nsdrill.study.meanings import MEANINGS
-from nsdrill.study.ramps import TIME, knots, pair
+from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, Keys, Leaf, keys_of, shown
+from nsdrill.study.read import odd_character
 from nsdrill.study.study import Procedure
 from nsdrill.study.uncertain import CUT_WORDS, DESIGN, EXAMPLES, FACTOR, SAMPLES, SEED, correlation
 from nsdrill.units import USUAL, QuantityError
@@ -291,12 +290,12 @@ def _operating(found: Leaf) -> tuple[Any, Any]:
     """An operating value, or {ramp: [[time, value], ...]}."""
     one = Annotated[Any, PlainValidator(found.read), WithJsonSchema(json_of(found))]
     time = Annotated[Any, PlainValidator(TIME.read), WithJsonSchema(json_of(TIME))]
-    knot = Annotated[tuple[time, one], BeforeValidator(pair)]
+    knot = Annotated[tuple[time, one], BeforeValidator(_knot)]
     text = "Knots [time, value], the first at 0 s; linear between them, constant after the last"
     ramp = create_model(
         f"Ramp_{found.key.rpartition('.')[2]}",
         __config__=_STRICT,
-        ramp=(Annotated[list[knot], BeforeValidator(knots)], Field(description=text)),
+        ramp=(Annotated[list[knot], BeforeValidator(_knots)], Field(description=text)),
     )
     annotated = Annotated[
         Annotated[ramp, Tag("ramp")] | Annotated[one, Tag("value")],  # type: ignore[valid-type]
@@ -306,6 +305,22 @@ def _operating(found: Leaf) -> tuple[Any, Any]:
     return annotated, Field(
         default=found.default, description=description(found), json_schema_extra=extra
     )
+
+
+def _knot(raw: Any) -> Any:
+    """``raw`` if it may be a knot; :class:`QuantityError` otherwise."""
+    if not isinstance(raw, list):
+        raise QuantityError(shown(raw), "a knot: [time, value]")
+    if len(raw) != 2:
+        raise QuantityError(f"a list of {len(raw)}", "a knot: [time, value]")
+    return raw
+
+
+def _knots(raw: Any) -> Any:
+    """``raw`` if it may be a list of knots; :class:`QuantityError` otherwise."""
+    if not isinstance(raw, list):
+        raise QuantityError(shown(raw), "a list of knots: [[0 s, VALUE], [600 s, VALUE]]")
+    return raw
 
 
 def _json_default(found: Leaf) -> Any:
@@ -521,3 +536,32 @@ def _title(raw: Any) -> str:
     if len(raw) > LONGEST_TITLE:
         raise QuantityError(f"{len(raw)} characters", f"at most {LONGEST_TITLE}")
     return raw
+
+
+def json_schema(model: str = MODEL) -> dict[str, Any]:
+    """JSON Schema (draft 2020-12) of a study of the model of this name, as plain data
+    for ``json.dumps``."""
+    schema = _tidy(study_model(model=model).model_json_schema(by_alias=True))
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$id": "urn:nsdrill:study",
+        "title": "nsdrill study",
+        "description": "A sweep of the coupled axial, torsional and lateral vibration of a drill "
+        "string.",
+        **schema,
+    }
+
+
+def _tidy(schema: Any) -> Any:
+    """Without the titles that pydantic makes of key names, and without defaults of
+    null, which say nothing."""
+    if isinstance(schema, list):
+        return [_tidy(item) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    return {
+        name: _tidy(value)
+        for name, value in schema.items()
+        if not (name == "title" and isinstance(value, str))
+        and not (name == "default" and value is None)
+    }

@@ -1,20 +1,32 @@
-"""A validated study: plain frozen data in SI units. How it is read from YAML is in the
-neighbouring files."""
+"""A validated study: plain frozen data in SI units; and the resolved study, complete plain
+data, from which a :class:`Study` is built, always in this one way.
+
+The resolved study is kept in results files; a replay builds the very same study from
+it, bit for bit. No units, no pydantic, no YAML.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, Literal
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field, fields, is_dataclass
+from typing import Any, Literal, get_args
 
 import numpy as np
 
+from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
+from nsdrill.models.leaves import place_of, words_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
-from nsdrill.study.continuation import Continuation
-from nsdrill.variables import Axis, Unknown
+from nsdrill.ranges import check_fields
+from nsdrill.study.continuation import SECTION, Continuation, continuation_of
+from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, keys_of
+from nsdrill.study.uncertain import draws, uncertain_of
+from nsdrill.variables import AXES, Axis, Unknown
 
 Procedure = Literal["same", "up", "down", "up-down"]
 
@@ -79,3 +91,289 @@ class Study:
     def ramped(self) -> tuple[str, ...]:
         """The names of ``ramps`` that no sweep replaces."""
         return tuple(name for name in self.ramps if name not in self.swept)
+
+
+LATER = ("drive", "modes", "stabilizer")  # sections that the first studies did not have
+# What the sections of earlier versions did not have, and its value where nothing has
+# changed.
+NEW_KEYS: dict[tuple[str, str], Any] = {
+    ("drillstring", "eccentric_weight"): True,
+    ("mud", "swirl"): 0.0,
+    ("well", "inclination"): 0.0,
+    ("well", "axial_friction"): False,
+}
+# of bit.friction; the first studies have one law
+LAW_KEYS = ("law", "dynamic_from", "b0", "b1", "b2", "b3")
+
+
+def study_from_resolved(
+    resolved: dict[str, Any],
+    text: str = "",
+    source: str = "",
+    overrides: Sequence[str] = (),
+    *,
+    most: int = 10**8,
+) -> Study:
+    """The study that ``resolved`` describes, with at most ``most`` values of an axis
+    and as many samples. :class:`FileError` where it is not a resolved study of this
+    version."""
+    try:
+        keys = keys_of(MODEL_LEAF.read(resolved.get("model", MODEL_LEAF.default)))
+        known = _with_law(resolved, keys.leaves)
+        operation = build(Operation, resolved["operation"])
+        sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
+        leaves = keys.axes
+        if unknown := set(sweep) - {"procedure", "along", "refine", *leaves}:
+            raise ValueError(f"sweep: found {', '.join(sorted(unknown))}, which are no axes")
+        # The order in which a file names its axes is no part of a study: points are
+        # numbered alike in every order.
+        swept = tuple(axis for axis in leaves if axis in sweep)
+        sweep = {axis: sweep[axis] for axis in swept} | sweep
+        ramps = {
+            name: Ramp(tuple(times), tuple(values))
+            for name, (times, values) in resolved.get("ramps", {}).items()
+        }
+        if unknown := set(ramps) - set(AXES):
+            raise ValueError(
+                f"ramps: found {', '.join(sorted(unknown))}, allowed: {', '.join(AXES)}"
+            )
+        refined = refined_axes(sweep)
+        axes = {
+            axis: axis_values(
+                sweep[axis] if axis in sweep else [getattr(operation, axis)],
+                sweep["refine"] if axis in refined else 0,
+                most,
+                axis if words_of(axis) else "",
+            )
+            for axis in (*AXES, *(axis for axis in swept if axis not in AXES))
+        }
+        for axis, values in axes.items():
+            if not leaves[axis].low <= values[0] <= values[-1] <= leaves[axis].high:
+                raise ValueError(
+                    f"{axis}: found {values[0]} to {values[-1]}, allowed: {leaves[axis].range()}"
+                )
+        more = [leaves[axis] for axis in swept if axis not in AXES]
+        drawn = _drawn(resolved, keys, axes, most)
+        if sweep["procedure"] not in get_args(Procedure) or sweep["along"] not in (None, *swept):
+            raise ValueError(f"sweep: found {sweep['procedure']} along {sweep['along']}")
+        initial = build(keys.model.initial, resolved["initial"], lenient=True)
+        if initial.starts and sweep["procedure"] != "same":
+            raise ValueError(f"sweep: found {sweep['procedure']} with {initial.starts} starts")
+        if initial.starts and drawn:
+            raise ValueError(f"uncertain: found with {initial.starts} starts")
+        parameters = keys.model.parameters(
+            **{
+                name: build(cls, known.get(name, {}), lenient=True)
+                if name in LATER
+                else build(cls, _known(known, name, cls))
+                for name, cls in keys.model.sections.items()
+            }
+        )
+        return Study(
+            title=str(resolved.get("title", "")),
+            model=keys.model.name,
+            parameters=parameters,
+            operation=operation,
+            initial=initial,
+            axes=axes,
+            swept=swept,
+            procedure=sweep["procedure"],
+            along=sweep["along"],
+            simulation=build(Simulation, resolved["simulation"], lenient=True),
+            thresholds=build(Thresholds, resolved["classify"], lenient=True),
+            record=build(Record, resolved["record"], lenient=True),
+            text=text,
+            source=source,
+            overrides=tuple(overrides),
+            resolved=resolved,
+            sha256=digest(resolved),
+            ramps=ramps,
+            continuation=continuation_of(resolved),
+            refine=sweep["refine"],
+            refined=refined,
+            more=tuple(_axis(leaf, keys, resolved) for leaf in more),
+            drawn=drawn,
+            unknowns=tuple(Unknown(**vars(_axis(leaves[key], keys, resolved))) for key in drawn),
+        )
+    except (
+        KeyError,
+        TypeError,
+        ValueError,
+        AttributeError,
+        IndexError,
+        OverflowError,
+        RecursionError,
+    ) as error:
+        name = source or "the resolved study"
+        raise FileError(
+            f"{name}: does not hold a study that this version can use ({type(error).__name__}: "
+            f"{error})."
+        ) from error
+
+
+def _drawn(
+    resolved: dict[str, Any], keys: Keys, axes: dict[str, np.ndarray], most: int
+) -> dict[str, np.ndarray]:
+    """The samples of the unknowns by key; none where the study has none. ValueError
+    where they are not such."""
+    if "uncertain" not in resolved:
+        return {}
+    unknown = uncertain_of(resolved["uncertain"])
+    swept = [key for key in unknown.keys if len(axes.get(key, ())) > 1]
+    if unknown.runs > most or unknown.samples < 1 or swept:
+        raise ValueError(f"uncertain: found {unknown.runs} samples of {', '.join(unknown.keys)}")
+    return draws(resolved["uncertain"], keys)
+
+
+def _axis(leaf: Leaf, keys: Keys, resolved: dict[str, Any]) -> Axis:
+    return Axis(leaf.key, keys.leaf(leaf.key, resolved).units, f"{leaf.meaning} ({leaf.key})")
+
+
+def _known(resolved: dict[str, Any], section: str, cls: type) -> dict[str, Any]:
+    """A section, of the fields of ``cls``, with what an earlier version did not know as
+    it was then."""
+    names = {item.name for item in fields(cls)}
+    return {
+        name: off for (of, name), off in NEW_KEYS.items() if of == section and name in names
+    } | resolved[section]
+
+
+def _with_law(resolved: dict[str, Any], leaves: dict[str, Leaf]) -> dict[str, Any]:
+    """A resolved study of any version with the keys of the bit's friction law, if its
+    model has them."""
+    bit = resolved.get("bit", {})
+    law = {
+        name: leaves[key].default for name in LAW_KEYS if (key := f"bit.friction.{name}") in leaves
+    }
+    if not law or "law" in bit.get("friction", {}):
+        return resolved
+    return {**resolved, "bit": {**bit, "friction": {**bit["friction"], **law}}}
+
+
+def build(cls: type, data: dict[str, Any], lenient: bool = False) -> Any:
+    """A tree of dataclasses from nested data with exactly their keys. Where
+    ``lenient``, keys that an older version did not know may be missing and have their
+    defaults: never those of the physics."""
+    names = {item.name for item in fields(cls)}
+    if not set(data) <= names or (set(data) != names and not lenient):
+        raise ValueError(f"{cls.__name__}: found the keys {sorted(data)}, allowed: {sorted(names)}")
+    values = {}
+    for item in fields(cls):
+        if item.name in data:
+            made = item.default_factory() if callable(item.default_factory) else None
+            value = data[item.name]
+            if is_dataclass(made):
+                value = build(type(made), value, lenient)
+            elif record := item.metadata.get("record"):
+                value = tuple(build(record, one) for one in value)
+            elif "most" in item.metadata and value is not None:
+                value = tuple(value)
+            values[item.name] = value
+    made = cls(**values)
+    check_fields(made)  # not every class does so itself
+    return made
+
+
+def refined_axes(sweep: dict[str, Any]) -> tuple[str, ...]:
+    """The axes of a resolved sweep that are refined: those given as {from, to, points},
+    but for the one along which the state is carried."""
+    if not sweep["refine"]:
+        return ()
+    return tuple(
+        axis
+        for axis, values in sweep.items()
+        if isinstance(values, dict) and axis != sweep["along"]
+    )
+
+
+def axis_values(axis: Any, refine: int = 0, most: int = 10**8, choice: str = "") -> np.ndarray:
+    """The values of a resolved axis: a list, or {from, to, points} with the spacing
+    halved ``refine`` times. The values that the axis has without refinement keep their
+    bits: halving is exact. Of an axis over the words of a ``choice``, by its key, their
+    places among these. ValueError for more than ``most``."""
+    if choice:
+        axis = [place_of(choice, word) for word in axis]
+    if isinstance(axis, dict):
+        points = (axis["points"] - 1) * 2**refine + 1
+        if points > most or not axis["from"] < axis["to"]:
+            raise ValueError(f"sweep: found {axis}, allowed: ascending values, at most {most}")
+        if axis.get("spacing") == "log":
+            # a point halfway up a refinement keeps its quotient, and so its bits
+            ratio = axis["to"] / axis["from"]
+            inner = [axis["from"] * ratio ** (i / (points - 1)) for i in range(1, points - 1)]
+            return np.array([axis["from"], *inner, axis["to"]])
+        return np.linspace(axis["from"], axis["to"], points)
+    values = np.array(axis, dtype=np.float64)
+    if values.ndim != 1 or not np.all(np.diff(values) > 0.0):
+        raise ValueError("sweep: found values that do not ascend")
+    return values
+
+
+def digest(resolved: dict[str, Any]) -> str:
+    """SHA-256 of what influences the numbers of a sweep: all but the title, the
+    continuation, and the operating values and ramps that swept axes replace. (Studies
+    that sweep words are younger than all keys.)"""
+    parts = {name: value for name, value in resolved.items() if name not in ("title", SECTION)}
+    if parts.get("model", MODEL_LEAF.default) == MODEL_LEAF.default and not any(
+        map(words_of, parts["sweep"])
+    ):
+        parts = _as_before(parts)
+    for key in parts["sweep"]:
+        *sections, name = key.split(".") if "." in key else ("operation", key)
+        parts = _without(parts, sections, name)
+    ramps = {
+        name: ramp for name, ramp in parts.pop("ramps", {}).items() if name not in parts["sweep"]
+    }
+    if ramps:
+        parts["ramps"] = ramps
+    text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _as_before(parts: dict[str, Any]) -> dict[str, Any]:
+    """A study of the main model without what earlier versions did not know, where it is
+    as it was then: so that it keeps its digest."""
+    parts = {name: value for name, value in parts.items() if name != "model"}
+    if parts.get("bit", {}).get("friction", {}).get("law") == "hyperbolic":
+        for name in LAW_KEYS:
+            parts = _without(parts, ["bit", "friction"], name)
+    if parts.get("simulation", {}).get("method") == "auto":
+        parts = _without(parts, ["simulation"], "method")
+    if "frozen" not in parts.get("modes", {}).values():
+        parts.pop("modes", None)
+    if parts.get("drive", {}).get("kind") == "ideal":
+        del parts["drive"]
+        parts = _without(_without(parts, ["initial"], "lag"), ["initial"], "drive_speed")
+    if parts.get("drive", {"torque_limit": 0.0}).get("torque_limit") is None:
+        parts = _without(parts, ["drive"], "torque_limit")
+    if parts.get("drive", {"on_at": 0.0}).get("on_at") is None:
+        parts = _without(parts, ["drive"], "on_at")
+    if parts.get("drive", {"gains": 0.0}).get("gains") is None:
+        parts = _without(parts, ["drive"], "gains")
+    if parts.get("drive", {}).get("kind") != "dc_motor":
+        for name in (
+            "inductance",
+            "resistance",
+            "torque_constant",
+            "gear",
+            "table_inertia",
+            "motor_inertia",
+        ):
+            parts = _without(parts, ["drive"], name)
+    if (
+        parts.get("stabilizer", {}).get("clearance") is None
+        and "stabilizer.clearance" not in parts["sweep"]
+    ):
+        parts.pop("stabilizer", None)
+    for (section, name), off in NEW_KEYS.items():
+        if section in parts and parts[section].get(name) == off:
+            parts = _without(parts, [section], name)
+    return parts
+
+
+def _without(data: dict[str, Any], sections: Sequence[str], name: str) -> dict[str, Any]:
+    """Nested ``data`` without ``name`` of a section; as it was where it has none."""
+    if not sections:
+        return {key: value for key, value in data.items() if key != name}
+    first, *rest = sections
+    return {**data, first: _without(data[first], rest, name)} if first in data else data

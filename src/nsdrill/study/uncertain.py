@@ -25,9 +25,8 @@ from nsdrill.sampling import (
     draw,
     part_below,
 )
-from nsdrill.study.document import Document, KeyPath, dotted
-from nsdrill.study.keys import Keys, Leaf, shown
-from nsdrill.study.meanings import MEANINGS
+from nsdrill.study.keys import MEANINGS, Keys, Leaf, shown
+from nsdrill.study.read import Document, KeyPath
 from nsdrill.units import QuantityError
 
 SAMPLES = Leaf(
@@ -154,39 +153,29 @@ def _faults(
     if not told and not columns:
         raw = document.data.get("uncertain")
         if given and not any(key not in HOW or (key == "table" and raw[key]) for key in raw):
-            yield _at(document, ("uncertain",), "no unknown", f"one by its key, {_example(keys)}")
+            yield document.fault(("uncertain",), "no unknown", f"one by its key, {_example(keys)}")
         return
     if len(told) + len(columns) > MOST_UNKNOWNS:
-        yield _at(
-            document,
-            ("uncertain",),
-            f"{len(told) + len(columns)} unknowns",
-            f"at most {MOST_UNKNOWNS}",
+        yield document.fault(
+            ("uncertain",), f"{len(told) + len(columns)} unknowns", f"at most {MOST_UNKNOWNS}"
         )
     for key in told:
         yield from _of_one(document, key, given[key], keys.axes[key])
     for key in (*told, *columns):
         path = ("uncertain", key) if key in told else ("uncertain", "table", key)
         if key in swept:
-            yield _at(
-                document,
-                path,
-                f"{key}, which the sweep varies",
-                "a key that is swept or uncertain, not both",
+            yield document.fault(
+                path, f"{key}, which the sweep varies", "a key that is swept or uncertain, not both"
             )
         elif key in told and key in columns:
-            yield _at(
-                document,
-                ("uncertain", "table", key),
-                f"{key} a second time",
-                "a distribution, or a column",
+            yield document.fault(
+                ("uncertain", "table", key), f"{key} a second time", "a distribution, or a column"
             )
     yield from _of_table(document, given, columns)
     yield from _of_correlations(document, given, told, columns)
     if given.get("design") == "saltelli" and (columns or given.get("correlations")):
         why = "a table" if columns else "correlations"
-        yield _at(
-            document,
+        yield document.fault(
             ("uncertain", "design"),
             f"saltelli with {why}",
             "saltelli of independent unknowns; sobol",
@@ -199,11 +188,8 @@ def _of_one(document: Document, key: str, numbers: dict[str, Any], leaf: Leaf) -
     given = {kind: value for kind, value in numbers.items() if value is not None}
     if len(given) != 1:
         found = f"{' and '.join(given)}" if given else "no distribution"
-        yield _at(
-            document,
-            path,
-            found,
-            f"one of {', '.join(f'{kind}: {EXAMPLES[kind]}' for kind in KINDS)}",
+        yield document.fault(
+            path, found, f"one of {', '.join(f'{kind}: {EXAMPLES[kind]}' for kind in KINDS)}"
         )
         return
     ((kind, value),) = given.items()
@@ -211,12 +197,12 @@ def _of_one(document: Document, key: str, numbers: dict[str, Any], leaf: Leaf) -
     if kind in ("uniform", "triangular"):
         count = 2 if kind == "uniform" else 3
         if len(value) != count:
-            yield _at(document, path, f"a list of {len(value)}", EXAMPLES[kind])
+            yield document.fault(path, f"a list of {len(value)}", EXAMPLES[kind])
         elif not (value[0] < value[-1] and sorted(value) == list(value)):
-            yield _at(document, path, "values that do not ascend", f"{EXAMPLES[kind]}, ascending")
+            yield document.fault(path, "values that do not ascend", f"{EXAMPLES[kind]}, ascending")
     elif kind == "values":
         if not value:
-            yield _at(document, path, "an empty list", "at least one value")
+            yield document.fault(path, "an empty list", "at least one value")
     else:
         yield from _of_named(document, path, given, leaf)
 
@@ -229,19 +215,19 @@ def _of_named(
     ((kind, value),) = numbers.items()
     middle, spread = NAMED[kind]
     if value[spread] <= 0.0:
-        yield _at(document, (*path, spread), f"a {spread} of 0", "more than 0")
+        yield document.fault((*path, spread), f"a {spread} of 0", "more than 0")
         return
     if kind == "lognormal" and value[middle] <= 0.0:
-        yield _at(document, (*path, middle), f"a {middle} that is not positive", "more than 0")
+        yield document.fault((*path, middle), f"a {middle} that is not positive", "more than 0")
         return
     low, high = cut_of(numbers)
     below, above = part_below(numbers)
     if low is not None and high is not None and low >= high:
-        yield _at(document, (*path, "high"), "an end at or below low", "low below high")
+        yield document.fault((*path, "high"), "an end at or below low", "low below high")
         return
     if above - below < 1e-6:
-        yield _at(
-            document, path, "ends that leave nothing of the distribution", "ends near its middle"
+        yield document.fault(
+            path, "ends that leave nothing of the distribution", "ends near its middle"
         )
         return
     made, inside = distribution(numbers), above - below
@@ -256,8 +242,8 @@ def _of_named(
                 f"range of {leaf.key}"
             )
             hint = f"Cut it off with {end}: {leaf.text(leaf.low if end == 'low' else leaf.high)}."
-            yield _at(
-                document, path, found, f"{leaf.range()} for all but {100 * OUTSIDE:g} %", hint
+            yield document.fault(
+                path, found, f"{leaf.range()} for all but {100 * OUTSIDE:g} %", hint
             )
 
 
@@ -271,14 +257,14 @@ def _of_table(
     for key, count in lengths.items():
         if count != length:
             allowed = f"as many values as of {first}, {length}: each row is a sample"
-            yield _at(document, ("uncertain", "table", key), f"{count} values", allowed)
+            yield document.fault(("uncertain", "table", key), f"{count} values", allowed)
     if not 2 <= length <= MOST_SAMPLES:
-        yield _at(
-            document, ("uncertain", "table", first), f"{length} values", f"2 to {MOST_SAMPLES}"
+        yield document.fault(
+            ("uncertain", "table", first), f"{length} values", f"2 to {MOST_SAMPLES}"
         )
     if given.get("samples") not in (None, length):
         found = f"{given['samples']} beside a table of {length} rows"
-        yield _at(document, ("uncertain", "samples"), found, "left out: every row is a sample")
+        yield document.fault(("uncertain", "samples"), found, "left out: every row is a sample")
 
 
 def _of_correlations(
@@ -290,38 +276,23 @@ def _of_correlations(
         path = ("uncertain", "correlations", number)
         if strange := [key for key in (one, two) if key not in told]:
             why = ", which the table gives" if strange[0] in columns else ""
-            yield _at(
-                document, path, f"{strange[0]}{why}", f"keys with a distribution: {', '.join(told)}"
+            yield document.fault(
+                path, f"{strange[0]}{why}", f"keys with a distribution: {', '.join(told)}"
             )
             return
         if one == two or frozenset((one, two)) in seen:
-            yield _at(
-                document,
-                path,
-                f"{one} and {two}{' a second time' if one != two else ''}",
-                "each pair once",
+            yield document.fault(
+                path, f"{one} and {two}{' a second time' if one != two else ''}", "each pair once"
             )
             return
         seen.add(frozenset((one, two)))
     if found and float(np.linalg.eigvalsh(correlation_matrix(told, found))[0]) < 1e-6:
         allowed = "correlations that can hold together (a positive definite matrix)"
-        yield _at(
-            document,
-            ("uncertain", "correlations"),
-            "correlations that contradict each other",
-            allowed,
+        yield document.fault(
+            ("uncertain", "correlations"), "correlations that contradict each other", allowed
         )
 
 
 def _example(keys: Keys) -> str:
     key, low, high = keys.model.example_axis
     return f"{key}: {{uniform: [{low}, {high}]}}"
-
-
-def _at(
-    document: Document, path: KeyPath, found: str, allowed: str, hint: str | None = None
-) -> Fault:
-    place = document.place(path)
-    if place.override:
-        found = f"{found} ({place.override})"
-    return Fault(dotted(path), found, allowed, place.line, place.column, hint)

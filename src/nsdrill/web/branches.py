@@ -18,8 +18,7 @@ from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.labels import quantity
 from nsdrill.store import hdf5
 from nsdrill.store.attributes import get_attributes
-from nsdrill.study.resolved import study_from_resolved
-from nsdrill.study.study import Study
+from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import AXES
 from nsdrill.web.shown import plain
 

@@ -591,7 +591,7 @@ class Session:
     def saved(self, asked: Mapping[str, Any]) -> dict[str, Any]:
         """The present point as a study file: ``text``, and a ``name`` to offer for it."""
         from nsdrill.study import parse_study
-        from nsdrill.study.written import study_text
+        from nsdrill.study.write import study_text
 
         study = self.motions.at(self._values(asked), self._changes(asked))
         head = [f"One operating point, saved from the explorer of {os.path.basename(self.path)}"]

@@ -1,20 +1,21 @@
-"""A resolved study as people write one: values with their units, and all of it as YAML
-that reads back the same."""
+"""Studies as people write them: a resolved one as YAML that reads back the same, values
+with their units; the commented one that ``nsdrill new`` writes, every key with its
+default, its unit and its meaning; and those that come with nsdrill.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from nsdrill.data import differences
 from nsdrill.sampling import KINDS, NAMED
 from nsdrill.study.continuation import SECTION as CONTINUE
-from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, Leaf, keys_of
-from nsdrill.study.meanings import MEANINGS
-from nsdrill.study.ramps import TIME
-from nsdrill.study.template import line, section
+from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, Keys, Leaf, keys_of
 from nsdrill.study.uncertain import FACTOR, HOW
+from nsdrill.variables import MODEL
 
 MOST_TOLD = 6  # keys in a message
 
@@ -46,7 +47,7 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
             )
             if "uncertain" in resolved:
                 parts.append(_uncertain(keys, resolved))
-        parts.append("\n".join(section(keys, name, lambda leaf: _needed(resolved, leaf))))
+        parts.append("\n".join(section_lines(keys, name, lambda leaf: _needed(resolved, leaf))))
         if name == "initial" and (plane := resolved["initial"].get("slice")):
             ranges = [
                 f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}"
@@ -285,3 +286,108 @@ def _title(resolved: dict[str, Any]) -> str:
 
 def _one_line(words: str) -> str:
     return " ".join("".join(sign if sign.isprintable() else " " for sign in words).split())
+
+
+_INDENT = "  "
+_COLUMN = 44  # where the comments begin
+
+_HEAD = """\
+# A study: a drill string, an operating point, and what to sweep.
+#
+# Every physical quantity is a number with its unit: 15 in, 22.24 kN, 5 klbf, 60 rpm, 3 rad/s, 25 MN/m.
+# All keys may be left out; the values below are the defaults, but for the title and the sweep. Run it with
+#     nsdrill check STUDY.yaml
+#     nsdrill run STUDY.yaml -o OUT.h5
+"""
+
+_SWEEP = """\
+sweep:                                      # {sweep}; without it one operating point is run
+  # Each axis is {{from, to, points}}, a list of values, or one value. Axes left out come from `operation`.
+  depth: {{from: 500 m, to: 9000 m, points: 86}}
+  # wob: [22.24 kN, 66.72 kN]
+  # rotary_speed: {{from: 10 rpm, to: 120 rpm, points: 111}}
+  # {axis}: {{from: {low}, to: {high}, points: 20, spacing: log}}  # or any number by its key
+  procedure: same                           # same | up | down | up-down: the last three carry the state
+  # along: depth                            # {along}
+  refine: 0                                 # {refine}
+
+# uncertain:                                # {uncertain}
+#   {axis}: {{uniform: [{low}, {high}]}}
+#   # or normal: {{mean, deviation}}, lognormal: {{median, factor}}, triangular: [low, mode, high], values: [...]
+#   samples: 256                            # {samples}
+#   seed: 1                                 # {seed}
+"""
+
+
+def template_text(model: str = MODEL) -> str:
+    """The text of a complete, commented study of the model of this name that loads as
+    it stands."""
+    keys = keys_of(model)
+    parts = [_HEAD, line("", "title", "Depth sweep, same initial state", MEANINGS["title"])]
+    parts.append(line("", "model", model, _comment(MODEL_LEAF)))
+    for name in keys.sections:
+        if name == "simulation":
+            told = {key: MEANINGS[f"sweep.{key}"] for key in ("along", "refine")}
+            told |= {key: MEANINGS[f"uncertain.{key}"] for key in ("samples", "seed")}
+            told["uncertain"] = MEANINGS["uncertain"].partition(";")[0]
+            axis, low, high = keys.model.example_axis
+            parts.append(
+                _SWEEP.format(sweep=MEANINGS["sweep"], axis=axis, low=low, high=high, **told)
+            )
+        parts.append("\n".join(section_lines(keys, name, lambda leaf: leaf.default_text)))
+        if name == "initial":
+            parts[-1] += f"\n  # {keys.meanings[SLICE]}:\n  # slice: {keys.model.example_slice}"
+    parts.append(
+        f"# continue: {{along: rotary_speed, from: 2 rad/s, to: 8 rad/s}}  # {MEANINGS['continue']}"
+    )
+    return "\n".join(part.rstrip("\n") + "\n" for part in parts)
+
+
+def section_lines(keys: Keys, prefix: str, text: Callable[[Leaf], str | None]) -> Iterator[str]:
+    """The lines of one section: every key whose ``text`` is not None, with its meaning
+    beside it."""
+    yield line("", prefix, "", keys.meanings[prefix])
+    told = {prefix}
+    for leaf in keys.of(prefix):
+        value = text(leaf)
+        if value is None:
+            continue
+        *groups, name = leaf.key.split(".")
+        group = ".".join(groups)
+        if group not in told:
+            told.add(group)
+            yield line(_INDENT * (len(groups) - 1), groups[-1], "", keys.meanings[group])
+        yield line(_INDENT * len(groups), name, value, _comment(leaf))
+
+
+def _comment(leaf: Leaf) -> str:
+    """Meaning and unit or choices of one key; sources are in the schema and in the
+    documentation."""
+    units = "" if not leaf.units else f" [{leaf.units}]"
+    choices = f": {' | '.join(leaf.choices)}" if leaf.choices else ""
+    return f"{leaf.meaning}{choices}{units}"
+
+
+def line(indent: str, name: str, value: str, comment: str) -> str:
+    """``name: value  # comment``, the comments in one column."""
+    return f"{indent}{name}: {value}".rstrip().ljust(_COLUMN - 1) + f" # {comment}"
+
+
+_INSTALLED = Path(__file__).parents[1] / "examples"
+# in place of them, where the package is not installed
+_CHECKOUT = Path(__file__).parents[3] / "configs"
+
+
+def examples() -> dict[str, Path]:
+    """The files by name, in alphabetical order."""
+    folder = _INSTALLED if _INSTALLED.is_dir() else _CHECKOUT
+    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+
+
+def title_of(path: Path) -> str:
+    """The title that a study's file begins with, or its name."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    found = next(
+        (line.partition(":")[2].strip() for line in lines if line.startswith("title:")), ""
+    )
+    return found.strip("\"'") or path.stem

@@ -1,8 +1,11 @@
-"""YAML text to plain data that remembers where everything stood.
+"""A study as it comes, from YAML text, from a Python mapping and from ``--set key=value``,
+as plain data that remembers where every value stood.
 
-The events of the parser are read directly: scalars by the core schema of YAML 1.2
+The events of the YAML parser are read directly: scalars by the core schema of YAML 1.2
 (``no`` and ``1_000`` are text, ``1e4`` is a number), and with bounds on size, depth and
-aliases, because a study may come from anywhere.
+aliases, because a study may come from anywhere. A mapping becomes the YAML that says
+the same. Overrides are put in before anything is validated, so that they meet the same
+checks.
 """
 
 from __future__ import annotations
@@ -11,11 +14,14 @@ import os
 import re
 import stat
 import unicodedata
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 from nsdrill.errors import Fault, FileError, StudyError, printable
+from nsdrill.study.keys import AROUND, axes_of_all, shown
 from nsdrill.units import quoted
 
 LARGEST_FILE = 1_000_000  # bytes
@@ -55,6 +61,24 @@ class Document:
                 if path[:length] in places and length:
                     return places[path[:length]]
         return Place()
+
+    def fault(
+        self,
+        path: KeyPath,
+        found: str,
+        allowed: str,
+        suggestion: str | None = None,
+        *,
+        key: str | None = None,
+        of_key: bool = False,
+    ) -> Fault:
+        """A fault at the place of a value (or of its key), which says so where ``--set``
+        gave it; ``key`` names it, by default the dotted path."""
+        place = self.place(path, of_key)
+        if place.override:
+            found = f"{found} ({place.override})"
+        name = dotted(path) if key is None else key
+        return Fault(name, found, allowed, place.line, place.column, suggestion)
 
     def has(self, path: KeyPath) -> bool:
         """True where the file or an override gives this very key."""
@@ -218,7 +242,7 @@ class _Builder:
             if self._wants_key():
                 self._key(event)
             else:
-                value = event.value if event.style else _plain(event.value)
+                value = event.value if event.style else _scalar(event.value)
                 self._value(event, value, 1)
         elif kind in ("MappingStartEvent", "SequenceStartEvent"):
             self._open(event, {} if kind == "MappingStartEvent" else [])
@@ -317,7 +341,7 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 
 
-def _plain(text: str) -> str | int | float | bool | None:
+def _scalar(text: str) -> str | int | float | bool | None:
     """A scalar without quotes by the core schema of YAML 1.2, except that an endless
     number stays text."""
     if _NULL.fullmatch(text):
@@ -335,3 +359,168 @@ def _plain(text: str) -> str | int | float | bool | None:
     if _FLOAT.fullmatch(text):
         return float(text)
     return float(text.replace(".", "", 1)) if _SPECIAL.fullmatch(text) else text
+
+
+def apply_overrides(document: Document, overrides: Sequence[str]) -> None:
+    """Applies each ``key=value``, the value as YAML, in order; what cannot be applied
+    becomes a fault."""
+    if document.data is None:
+        document.data = {}
+    for text in overrides:
+        key, equals, value = text.partition("=")
+        path = path_of(key.strip())
+        if not equals or not all(path) or odd_character(key):
+            document.faults.append(
+                Fault("", f"--set {text[:80]}", "--set key=value, as in --set operation.wob=30kN")
+            )
+            continue
+        label = f"--set {text[:80]}"
+        try:
+            parsed = parse(value, label)
+        except StudyError as error:
+            found = f"{error.faults[0].found} ({label})"
+            document.faults.append(Fault(dotted(path), found, "a value in YAML"))
+            continue
+        document.faults.extend(parsed.faults)
+        _put(document, path, parsed.data if value.strip() else None, Place(override=label))
+
+
+def path_of(key: str) -> KeyPath:
+    """The place of a dotted key; an axis of the sweep, or an unknown, is one part,
+    however many dots it has."""
+    first, *rest = key.split(".")
+    before: KeyPath = (first,)
+    if first == "uncertain" and rest[:1] == ["table"]:
+        before, rest = (first, "table"), rest[1:]
+    for length in range(len(rest), 1, -1):
+        if first in AROUND and ".".join(rest[:length]) in axes_of_all():
+            return (*before, ".".join(rest[:length]), *rest[length:])
+    if before == ("uncertain",) and len(rest) > 1 and rest[0] not in axes_of_all():
+        return (*before, ".".join(rest))  # no such key, which is said of the whole of it
+    return (*before, *rest)
+
+
+def _put(document: Document, path: KeyPath, value: Any, place: Place) -> None:
+    inside = document.data
+    for depth, part in enumerate(path[:-1], start=1):
+        if not isinstance(inside, dict):
+            break
+        if inside.get(part) is None:  # not there, or an empty section
+            inside[part] = {}
+            document.values[path[:depth]] = document.keys[path[:depth]] = place
+        inside = inside[part]
+    if not isinstance(inside, dict):
+        found = f"{shown(inside)}, which has no keys to set ({place.override})"
+        document.faults.append(
+            Fault(dotted(path[:-1]), found, "a mapping, or --set of the whole value")
+        )
+        return
+    for places in (document.values, document.keys):
+        for old in [known for known in places if known[: len(path)] == path]:
+            del places[old]
+        places[path] = place
+    inside[path[-1]] = value
+
+
+TAKEN = "text, numbers, True, False, None, and lists and mappings of these"
+
+
+def yaml_text(mapping: Mapping[Any, Any], name: str) -> str:
+    """The study ``mapping`` as YAML; its keys may be nested or dotted, as
+    ``well.friction.static``, or both. StudyError about the study ``name`` where a key
+    is given twice or a value is none that a study has."""
+    faults: list[Fault] = []
+    nested: dict[str, Any] = {}
+    try:
+        _take_mapping(mapping, (), nested, faults)
+    except RecursionError:
+        faults.append(Fault("", "a list or mapping that holds itself", TAKEN))
+    if faults:
+        raise StudyError(name, faults)
+    return _dumped(nested)
+
+
+def override_texts(changes: Mapping[Any, Any], name: str) -> list[str]:
+    """``changes`` by dotted keys as texts ``key=value``, the values in YAML."""
+    faults: list[Fault] = []
+    texts = []
+    for key, value in changes.items():
+        plain = _plain_value(value, (str(key),), faults)
+        if not isinstance(key, str) or not key.strip() or "=" in key:
+            faults.append(
+                Fault("", f"{key!r} as a key", "dotted keys, as in {'operation.wob': '30 kN'}")
+            )
+        elif not faults:
+            texts.append(f"{key}={_value_text(plain)}")
+    if faults:
+        raise StudyError(name, faults)
+    return texts
+
+
+def _value_text(value: Any) -> str:
+    """The value in YAML on one line."""
+    return _dumped({"v": value}, lines=False).removeprefix("{v: ").removesuffix("}\n")
+
+
+def _take_mapping(
+    mapping: Mapping[Any, Any], above: tuple[str, ...], into: dict[str, Any], faults: list[Fault]
+) -> None:
+    for key, value in mapping.items():
+        if not isinstance(key, str) or not all(key.split(".")):
+            faults.append(
+                Fault(
+                    dotted(above),
+                    f"{key!r} as a key",
+                    "names, nested or dotted, as 'operation.wob'",
+                )
+            )
+            continue
+        path = tuple(map(str, path_of(".".join((*above, key)))))
+        if len(path) > _DEEPEST:
+            faults.append(
+                Fault(dotted(path), f"more than {_DEEPEST} levels", "the five levels of a study")
+            )
+            continue
+        if isinstance(value, Mapping) and value:
+            _take_mapping(value, path, into, faults)
+            continue
+        inside: Any = into
+        for part in path[:-1]:
+            inside = inside.setdefault(part, {}) if isinstance(inside, dict) else None
+        if not isinstance(inside, dict) or path[-1] in inside:
+            faults.append(
+                Fault(dotted(path), "the key a second time", "each key once, nested or dotted")
+            )
+            continue
+        inside[path[-1]] = _plain_value(value, path, faults)
+
+
+def _plain_value(value: Any, path: tuple[str, ...], faults: list[Fault]) -> Any:
+    """``value`` as YAML has it; what numpy made becomes Python's own."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, str):
+        return str(value)
+    if value is None or isinstance(value, bool | int | float):
+        return value
+    if isinstance(value, list | tuple):
+        return [_plain_value(item, path, faults) for item in value]
+    if isinstance(value, Mapping):
+        return {
+            str(name): _plain_value(item, (*path, str(name)), faults)
+            for name, item in value.items()
+        }
+    faults.append(Fault(dotted(path), f"a value of the type {type(value).__name__}", TAKEN))
+    return None
+
+
+def _dumped(nested: dict[str, Any], *, lines: bool = True) -> str:
+    from ruamel.yaml import YAML
+
+    yaml = YAML()
+    # None: the innermost lists and mappings on lines of their own
+    yaml.default_flow_style = None if lines else True
+    yaml.width = 120 if lines else 1_000_000
+    out = StringIO()
+    yaml.dump(nested, out)
+    return out.getvalue()
