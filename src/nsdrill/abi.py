@@ -20,11 +20,9 @@ all compiled sources and of the versions of numba and llvmlite.
 
 from __future__ import annotations
 
-import gc
 import hashlib
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -37,6 +35,7 @@ from numba import types
 from numba.core.registry import CPUDispatcher
 
 from nsdrill.cache import cache_for
+from nsdrill.compiling import compiling
 
 # The package's folders whose sources end up in compiled code.
 COMPILED = ("abi.py", "elementary.py", "models", "kernel", "observe")
@@ -95,7 +94,7 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
         function.__name__ = "_".join([function.__name__, *map(str, map(int, variant))])
         function.__qualname__ = function.__name__
         # numba has a lock for compiling, none for making what is then compiled.
-        with _compiling, _uncollected():
+        with _compiling, compiling():
             made = numba.njit(nogil=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(
                 function
             )
@@ -122,19 +121,6 @@ class Inlined(CPUDispatcher):
 
             self._caller = numba.njit(caller)
         return self._caller(*arguments)
-
-
-@contextmanager
-def _uncollected() -> Iterator[None]:
-    """Without the collector of cyclic garbage, which would pass again and again over
-    all that a compiler makes: an eighth of the time."""
-    was = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was:
-            gc.enable()
 
 
 def inlined(function: Callable[..., Any]) -> Any:
