@@ -30,10 +30,10 @@ ENDINGS = {
 
 @dataclass(frozen=True)
 class Branch:
-    """One branch: its points in order, ``marked`` with their labels, and the reasons why
-    it ``ended``, at its beginning and at its end. ``parent`` is the number of the branch
-    from which it emanates and ``parent_point`` the number of the point there, -1 for a
-    branch from a seed."""
+    """One branch: its points in order, ``marked`` with their labels, and the reasons
+    why it ``ended``, at its beginning and at its end. ``parent`` is the number of the
+    branch from which it emanates and ``parent_point`` the number of the point there, -1
+    for a branch from a seed."""
 
     motion: str
     lobes: int

@@ -146,8 +146,8 @@ class _Candidate:
 
 
 class Explorer:
-    """Follows all branches that can be reached from seeds. ``stored`` are branches of an
-    earlier run, by key; ``store`` is called with the new branches of each wave, and
+    """Follows all branches that can be reached from seeds. ``stored`` are branches of
+    an earlier run, by key; ``store`` is called with the new branches of each wave, and
     ``on_wave`` before it with their number; ``poll`` is called often, and may raise to
     stop."""
 
@@ -397,9 +397,9 @@ class Explorer:
 
     def _signatures(self, motion: str, lobes: int, point: Point) -> list[Array]:
         """Vectors that tell a motion from others of its kind, in natural scales: the
-        start and the parameter of an orbit, one for each lobe at which it may begin; the
-        logarithm of the period and the parameter of a cycle; the rotation, the mean of w
-        and the parameter of a circle."""
+        start and the parameter of an orbit, one for each lobe at which it may begin;
+        the logarithm of the period and the parameter of a cycle; the rotation, the mean
+        of w and the parameter of a circle."""
         orbit, flow = point.found, self.flow
         parameter = orbit.values[-1] / self.scale
         if motion == CYCLE:
