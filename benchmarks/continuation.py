@@ -17,11 +17,11 @@ from scipy.integrate import solve_ivp
 
 import nsdrill
 from nsdrill.app.continuing import setting_of
-from nsdrill.orbit.arclength import settled
+from nsdrill.orbit.arclength import corrected_at_parameter
 from nsdrill.orbit.flow import Legs
-from nsdrill.orbit.frame import turned
+from nsdrill.orbit.frame import rotated
+from nsdrill.orbit.lockstep import advance
 from nsdrill.orbit.periodic import Periodic
-from nsdrill.orbit.rounds import advance
 
 SPEED, ROUNDS = 3.5, 5
 STUDY = {
@@ -41,11 +41,11 @@ def main() -> None:
         ends = flow.run(
             Legs(state[None], np.zeros(1), np.array([25 * fold / SPEED]), values, np.zeros(1, bool))
         )
-        state = turned(flow.symmetry, ends.state[0], -25 * fold)
+        state = rotated(flow.symmetry, ends.state[0], -25 * fold)
     problem = Periodic.at(flow, 1, values[0], state)
 
     def job():  # type: ignore[no-untyped-def]
-        return (yield from settled(problem, problem.unknowns(state[None], SPEED)))
+        return (yield from corrected_at_parameter(problem, problem.unknowns(state[None], SPEED)))
 
     point = advance(flow, {0: job()})[0]
     state = point.found.state

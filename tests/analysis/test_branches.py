@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from nsdrill.analysis.attractors import label, places
-from nsdrill.analysis.branches import MISSED, OTHER, Places, number
+from nsdrill.analysis.branches import KIND_PENALTY, MAX_MISSED, Places, number
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.variables import CHAOTIC, PERIODIC
 
@@ -129,14 +129,14 @@ def test_nearest_in_sum_rather_than_one_by_one() -> None:
     assert number(found, (2,), MATCHING).tolist() == [1, 2, 3, 1, 2, 3]
 
 
-@pytest.mark.parametrize("missed", range(1, MISSED + 2))
+@pytest.mark.parametrize("missed", range(1, MAX_MISSED + 2))
 def test_what_comes_back(missed: int) -> None:
     """A branch that a few operating points miss keeps its number; over more of them it
     gets a new one."""
     ever = [(point, 5.0) for point in range(2 + missed)]
     found = made_up(*sorted([(0, 0.0), (missed + 1, 0.1), *ever]))
     first, *_, last, _ = number(found, (2 + missed,), MATCHING)
-    assert (first == last) == (missed <= MISSED)
+    assert (first == last) == (missed <= MAX_MISSED)
 
 
 def test_an_unsettled_motion_does_not_come_back() -> None:
@@ -174,7 +174,7 @@ def test_a_start_on_its_way_takes_no_number_from_a_settled_one() -> None:
     the next speed."""
     found = made_up((0, 0.0), (0, 0.06), (1, 0.07))
     found.settled[1] = False
-    assert OTHER * MATCHING > 0.06
+    assert KIND_PENALTY * MATCHING > 0.06
     assert number(found, (2,), MATCHING).tolist() == [1, 2, 1]
 
 

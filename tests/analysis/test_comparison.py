@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from model_tables import TRACE_VARIABLES
 
-from nsdrill.analysis.comparison import ROUNDING, common, compare_results, compare_traces
+from nsdrill.analysis.comparison import ROUNDING, common_places, compare_results, compare_traces
 from nsdrill.data import Results, Trace
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.variables import OK, PENDING, STICK_SLIP, Unknown
@@ -147,7 +147,7 @@ def test_what_cannot_be_compared_is_said() -> None:
     ],
 )
 def test_common_values(a: list, b: list, i: list, j: list, same: bool) -> None:
-    found = common(np.array(a), np.array(b))
+    found = common_places(np.array(a), np.array(b))
     assert (found[0].tolist(), found[1].tolist(), found[2]) == (i, j, same)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.analysis.plane import in_parts, largest_margin, regions
+from nsdrill.analysis.plane import largest_margin, normalised, regions
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results
 from nsdrill.errors import FileError, InputError
@@ -352,7 +352,7 @@ def test_by_brute_force() -> None:
     for _ in range(20):
         y, x = np.cumsum(rng.uniform(0.1, 1.0, 7)), np.cumsum(rng.uniform(0.1, 1.0, 9))
         safe = rng.random((7, 9)) < 0.8
-        up, across = in_parts(y), in_parts(x)
+        up, across = normalised(y), normalised(x)
         best = 0.0
         for row, column in np.argwhere(safe):
             edge = min(up[row], 1 - up[row], across[column], 1 - across[column])

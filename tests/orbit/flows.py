@@ -9,9 +9,9 @@ from nsdrill.elementary import sincos
 from nsdrill.kernel.batch import Compiled, Runs
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Symmetry
-from nsdrill.orbit.arclength import settled
+from nsdrill.orbit.arclength import corrected_at_parameter
 from nsdrill.orbit.flow import Equations, Flow
-from nsdrill.orbit.rounds import advance
+from nsdrill.orbit.lockstep import advance
 from nsdrill.scalar import in_lanes, unobserved
 
 
@@ -76,6 +76,6 @@ def at(flow, problem, x):
     """The converged point near the unknowns ``x``."""
 
     def job():
-        return (yield from settled(problem, x))
+        return (yield from corrected_at_parameter(problem, x))
 
     return advance(flow, {0: job()})[0]

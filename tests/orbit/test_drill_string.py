@@ -13,7 +13,7 @@ from nsdrill.analysis.bifurcations import DOUBLING, FOLD, HOPF
 from nsdrill.app.continuing import setting_of
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.orbit.flow import Flow, Legs
-from nsdrill.orbit.frame import turned
+from nsdrill.orbit.frame import rotated
 
 AT = {"operation": {"depth": "5000 m", "wob": "22.24 kN"}}
 SMOOTH = {**AT, "bit": {"surface_amplitude": "0 mm"}}
@@ -83,10 +83,10 @@ def test_hopf_of_steady_drilling_and_the_fold_of_stick_slip():
 
     assert numbers_at(data, HOPF) == pytest.approx([brentq(damping, 1.5, 3.0)], abs=1e-6)
     (fold,) = numbers_at(data, FOLD)
-    state_scales = data["row_size"].values
+    row_sizes = data["row_size"].values
     assert list(data["motion"].values) == ["equilibrium", "limit_cycle"]
     assert "Hopf" in str(data["end_reason"].values[1])
-    cycles = data.isel(point=slice(state_scales[0], None))
+    cycles = data.isel(point=slice(row_sizes[0], None))
     at_fold = int(np.argmax(cycles["label"].values == FOLD))
     # The side of the fold that shrinks to the Hopf point is unstable, the other is
     # stick-slip.
@@ -228,7 +228,7 @@ def test_multipliers_across_contacts(bounce):
             state[None], np.zeros(1), np.array([periods * fold / number]), values, np.ones(1, bool)
         )
         ends = flow(rtol).run(legs)
-        return turned(setting.symmetry, ends.monodromy[0].T, -periods * fold).T
+        return rotated(setting.symmetry, ends.monodromy[0].T, -periods * fold).T
 
     state_scales = flow(1e-11).state_scales(values)[0]
     scaled = [
@@ -250,7 +250,7 @@ def test_multipliers_across_contacts(bounce):
     worst = []
     for matrix, there in zip(flow(1e-14).run(legs).monodromy, stored, strict=True):
         finest = np.linalg.eigvals(
-            turned(setting.symmetry, matrix.T, -fold).T * state_scales / state_scales[:, None]
+            rotated(setting.symmetry, matrix.T, -fold).T * state_scales / state_scales[:, None]
         )
         worst.append(max(np.min(np.abs(finest - one)) for one in there))
     assert max(worst) < 1e-8
@@ -268,7 +268,7 @@ def test_multipliers_across_contacts(bounce):
             np.repeat(values, 2, axis=0),
             np.zeros(2, bool),
         )
-        ends = turned(setting.symmetry, flow(1e-13).run(legs).state, -fold)
+        ends = rotated(setting.symmetry, flow(1e-13).run(legs).state, -fold)
         differences[:, j] = (ends[0] - ends[1]) / (2 * h)
     assert np.max(np.abs(differences * state_scales / state_scales[:, None] - scaled[0])) < 1e-4
 
@@ -293,7 +293,7 @@ def test_divergence(bounce):
     )
     data = nsdrill.continue_branches(study)
     parameters = study.parameters
-    for point in range(data.state_scales["point"]):
+    for point in range(data.sizes["point"]):
         one = data.isel(point=point)
         omega = float(one["rotary_speed"])
         k = derive(parameters, 5000.0, 22240.0, omega)
@@ -479,7 +479,7 @@ def test_multipliers_where_equations_are_not_linearised(extra):
         np.repeat(values, many, axis=0),
         np.zeros(many, bool),
     )
-    ends = turned(setting.symmetry, flow.run(legs).state, -number * period)
+    ends = rotated(setting.symmetry, flow.run(legs).state, -number * period)
     differences = ((ends[:states] - ends[states:]) / (2.0 * h[:, None])).T
     free = list(setting.symmetry.free)
     wanted = np.sort_complex(np.linalg.eigvals(differences[np.ix_(free, free)]))

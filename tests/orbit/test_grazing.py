@@ -19,12 +19,12 @@ from nsdrill.models.christoforou_yigit.derived_quantities import lift_off_wob
 from nsdrill.models.operation import Operation
 from nsdrill.observe.touches import make_touches, touch_rows
 from nsdrill.orbit import arclength
-from nsdrill.orbit.arclength import Point, Reading, follow
+from nsdrill.orbit.arclength import Evaluation, Point, follow
 from nsdrill.orbit.flow import Equations, Flow, Legs
-from nsdrill.orbit.labels import Graze, kinks_of
-from nsdrill.orbit.labels import tests_of as labels_of
+from nsdrill.orbit.labels import Graze, kink_predicate
+from nsdrill.orbit.labels import orbit_test_functions as orbit_test_functions
+from nsdrill.orbit.lockstep import advance
 from nsdrill.orbit.periodic import Periodic
-from nsdrill.orbit.rounds import advance
 from nsdrill.scalar import in_lanes
 
 from .flows import at
@@ -97,10 +97,21 @@ def test_oscillator_at_a_stop_grazes_where_its_amplitude_is_the_gap(start, sense
     state = np.array([[motion.real, -start * motion.imag]])
     problem = Periodic.at(flow, 1, np.array([start]), state[0])
     point = at(flow, problem, problem.unknowns(state, start))
-    tests = labels_of({0: Graze(REACHED, None)}, equilibrium=False)
+    test_functions = orbit_test_functions({0: Graze(REACHED, None)}, equilibrium=False)
     half = advance(
         flow,
-        {0: follow(problem, point, sense, (0.4, 1.6), 40, tests, kinked=kinks_of(1), most=0.1)},
+        {
+            0: follow(
+                problem,
+                point,
+                sense,
+                (0.4, 1.6),
+                40,
+                test_functions,
+                has_kink=kink_predicate(1),
+                max_step=0.1,
+            )
+        },
     )[0]
     labels = [one.label for one in half.points]
     first = labels.index(REACHED)
@@ -156,38 +167,48 @@ class Corner:
     """The branch number = u - 1000 u^(3/2) for u > 0, u below: what a stiff contact
     makes of a branch that grazes. It turns within 1e-6 of the origin, and goes back."""
 
-    slack = 1.0
+    tolerance_factor = 1.0
 
-    def read(self, x):
+    def evaluate(self, x):
         u, number = x
         deep = max(u, 0.0)
         residual = number - u + 1000.0 * deep**1.5
-        return Reading(
+        return Evaluation(
             np.array([residual]),
             np.array([[-1.0 + 1500.0 * deep**0.5, 1.0]]),
             lambda: (float(u), float(number)),
         )
         yield
 
-    def moved(self, x):
+    def updated(self, x):
         return self
 
 
 def test_a_branch_is_followed_around_a_corner():
-    def kinked(one, two):
+    def has_kink(one, two):
         return (one[0] > 0.0) != (two[0] > 0.0)
 
-    def tests(here, there):
-        if (here.tangent[-1] > 0.0) != (there.tangent[-1] > 0.0):
-            return [arclength.Test(5, lambda point: float(point.tangent[-1]))]
+    def test_functions(previous, current):
+        if (previous.tangent[-1] > 0.0) != (current.tangent[-1] > 0.0):
+            return [arclength.TestFunction(5, lambda point: float(point.tangent[-1]))]
         return []
 
     tangent = np.array([1.0, 1.0]) / 2**0.5
     start = Point(np.array([-0.5, -0.5]), tangent, (-0.5, -0.5), 1, 0.0)
-    turn = float(np.linalg.slogdet(np.vstack([[-1.0, 1.0], tangent]))[0])
+    orientation = float(np.linalg.slogdet(np.vstack([[-1.0, 1.0], tangent]))[0])
     half = advance(
         None,
-        {0: follow(Corner(), replace(start, turn=turn), 1, (-0.9, 1.0), 200, tests, kinked=kinked)},
+        {
+            0: follow(
+                Corner(),
+                replace(start, orientation=orientation),
+                1,
+                (-0.9, 1.0),
+                200,
+                test_functions,
+                has_kink=has_kink,
+            )
+        },
     )[0]
     assert half.ended == "from"
     (fold,) = (one.point for one in half.points if one.label)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nsdrill.orbit.linear import DENSE, sign_of_determinant, solve
-from nsdrill.orbit.periodic import ring
+from nsdrill.orbit.periodic import shooting_jacobian
 
 
 def shooting(segments, seed):
@@ -12,7 +12,7 @@ def shooting(segments, seed):
     row and column."""
     rng = np.random.default_rng(seed)
     made = rng.normal(size=(8 * segments + 1, 8 * segments + 1))
-    made[:-1, :-1] = ring(rng.normal(size=(segments, 8, 8)))
+    made[:-1, :-1] = shooting_jacobian(rng.normal(size=(segments, 8, 8)))
     return made
 
 

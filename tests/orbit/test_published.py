@@ -8,9 +8,9 @@ from scipy.special import mathieu_a
 from nsdrill.orbit.arclength import follow
 from nsdrill.orbit.cycle import Cycle
 from nsdrill.orbit.flow import Legs
-from nsdrill.orbit.labels import tests_of as labels_of
+from nsdrill.orbit.labels import orbit_test_functions as orbit_test_functions
+from nsdrill.orbit.lockstep import advance
 from nsdrill.orbit.periodic import Periodic
-from nsdrill.orbit.rounds import advance
 
 from .flows import at, duffing, flow_of, lorenz, mathieu, roessler, van_der_pol
 
@@ -32,7 +32,7 @@ def cycle(flow, state, period, number, segments=6):
 
 def least_trivial(orbit):
     """The largest multiplier but for the trivial one."""
-    return orbit.own[np.argmax(np.abs(orbit.own))].real
+    return orbit.nontrivial[np.argmax(np.abs(orbit.nontrivial))].real
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,9 @@ def test_folds_of_duffing():
         state = flow.run(legs).state
     problem = Periodic.at(flow, 1, number[0], state[0])
     point = at(flow, problem, problem.unknowns(state, 0.6))
-    jobs = {0: follow(problem, point, 1, (0.5, 1.6), 400, labels_of({}, equilibrium=False))}
+    jobs = {
+        0: follow(problem, point, 1, (0.5, 1.6), 400, orbit_test_functions({}, equilibrium=False))
+    }
     half = advance(flow, jobs)[0]
     folds = [one.point.found.values[0] for one in half.points if one.label == 5]
     assert half.ended == "to"

@@ -1,2 +1,2 @@
-"""What the results of many points say together. Plain numbers in, plain numbers out: no
-files, no pictures."""
+"""Analysis of the results of many points: numbers in, numbers out, no files and no
+pictures."""

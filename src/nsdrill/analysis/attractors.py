@@ -1,21 +1,24 @@
-"""Which starts of an operating point end on the same attractor, and which share of the
-starts each attractor takes. How the attractors are numbered along a sweep:
-:mod:`nsdrill.analysis.branches`.
+"""Which starts of an operating point end on the same attractor, and the share of the
+starts on each attractor. :mod:`nsdrill.analysis.branches` numbers the attractors along
+a sweep.
 
-Starts are compared by what was measured of their motion, not by their final states,
-which lie anywhere along the orbit. Their labels must agree: response and kind of whirl,
-and, where it was recorded, whether the motion rests, repeats with which period, or
-shows none. (Whether that is quasi-periodic, chaotic or undetermined does not part: of
-one motion some starts are told and others not.) And their scaled features must be near
-each other, those that the model says (:meth:`nsdrill.models.base.Model.coordinates`).
+Starts are compared by features of their motion, not by their final states, which lie
+anywhere along the orbit. Two conditions hold in a group:
 
-These are means over the observed window where there is one, since the extremes of a
-window scatter from start to start where the motion is chaotic. The distance is the
-greatest difference of any of them. The settled starts are grouped by single linkage:
-all that can be reached in steps of at most ``tolerance``. An unsettled one goes with
-the nearest settled one within the tolerance, and so bridges no two groups. The others
-are linked among themselves; as they are known less exactly, a step may be
-``UNSETTLED_SHARE`` of the lesser of the two ``half_difference``, if that is more.
+- The labels agree: response and kind of whirl, and, where it was recorded, the kind of
+  motion: an equilibrium, periodic with the same period, or neither. (Quasi-periodic,
+  chaotic and undetermined count as one kind, as starts on one attractor may be
+  classified as any of them.)
+- The scaled features are near each other, those that the model names
+  (:meth:`nsdrill.models.base.Model.coordinates`). They are means over the observation
+  time where there is a mean, since extremes scatter from start to start where the
+  motion is chaotic. The distance is the greatest difference of any of them.
+
+The settled starts are grouped by single linkage: all that can be reached in steps of at
+most ``tolerance``. An unsettled start joins the nearest settled one within the
+tolerance, and so bridges no two groups. The other unsettled starts are linked among
+themselves; as their features are less exact, a step may be ``UNSETTLED_SHARE`` of the
+lesser of the two ``half_difference``, if that is more.
 """
 
 from __future__ import annotations
@@ -39,14 +42,14 @@ from nsdrill.variables import (
     UNDETERMINED,
 )
 
-# beside what a model groups starts by
+# variables beside the features by which a model groups starts: required, and optional
 NEEDED = ("status", "response", "settled", "half_difference")
 IF_THERE = ("whirl_kind", "motion", "period")
 _LABELS = ("response", "settled", *IF_THERE)
-UNSETTLED_SHARE = 1 / 4
-_PAIRS = 1 << 20  # compared at once
-_FAR = 1e6  # in place of a number that is missing
-_NEAREST = 16  # neighbours that are looked up first
+UNSETTLED_SHARE = 1 / 4  # of the half difference: the step between unsettled starts
+_PAIRS_AT_ONCE = 1 << 20  # in one comparison of blocks
+_MISSING_VALUE = 1e6  # in place of a missing coordinate
+_NEIGHBOURS = 16  # of each vector in the first search
 
 
 @dataclass(frozen=True)
@@ -78,44 +81,48 @@ def label(variables: Mapping[str, Array], vectors: Array, tolerance: float) -> A
     (operating points, starts); ``vectors`` (operating points, starts, features) the
     scaled features of the starts. int32 (operating points, starts).
     """
-    found = np.zeros(variables["status"].shape, np.int32)
-    for i in range(len(found)):
+    groups = np.zeros(variables["status"].shape, np.int32)
+    for point in range(len(groups)):
         # A file that was changed by hand may lack features of a run that ended well.
         ok = np.flatnonzero(
-            (variables["status"][i] == OK) & np.all(np.isfinite(vectors[i]), axis=-1)
+            (variables["status"][point] == OK) & np.all(np.isfinite(vectors[point]), axis=-1)
         )
-        labels = {name: variables[name][i, ok] for name in _LABELS if name in variables}
-        found[i, ok] = 1 + _groups(
-            vectors[i, ok], variables["half_difference"][i, ok], labels, tolerance
+        point_labels = {name: variables[name][point, ok] for name in _LABELS if name in variables}
+        groups[point, ok] = 1 + _groups(
+            vectors[point, ok], variables["half_difference"][point, ok], point_labels, tolerance
         )
-    return found
+    return groups
 
 
 def places(variables: Mapping[str, Array], groups: Array, vectors: Array) -> Places:
     """Where the ``groups`` that :func:`label` found are, by operating point and number;
     ``vectors`` (operating points, starts, coordinates) are those by which attractors of
     neighbouring operating points are matched."""
-    vectors = np.nan_to_num(vectors, posinf=_FAR, neginf=-_FAR, nan=_FAR)
-    kinds = _kinds(variables)
-    found: list[tuple[Any, ...]] = []
-    for i, group in enumerate(groups):
+    vectors = np.nan_to_num(
+        vectors, posinf=_MISSING_VALUE, neginf=-_MISSING_VALUE, nan=_MISSING_VALUE
+    )
+    kinds = _motion_kinds(variables)
+    attractors: list[tuple[Any, ...]] = []
+    for point, group in enumerate(groups):
         order = np.argsort(group, kind="stable")
         counts = np.bincount(group)
         for chosen in np.split(order, np.cumsum(counts)[:-1])[1:]:
-            found.append(
+            attractors.append(
                 (
-                    i,
+                    point,
                     len(chosen),
-                    np.median(vectors[i, chosen], axis=0),
-                    kinds[i, chosen].max(),
-                    np.mean(variables["settled"][i, chosen]) >= 0.5,
+                    np.median(vectors[point, chosen], axis=0),
+                    kinds[point, chosen].max(),
+                    np.mean(variables["settled"][point, chosen]) >= 0.5,
                 )
             )
-    point, members, place, kind, settled = zip(*found, strict=True) if found else ((),) * 5
+    points, members, place, kind, settled = (
+        zip(*attractors, strict=True) if attractors else ((),) * 5
+    )
     return Places(
-        np.array(point, int),
+        np.array(points, int),
         np.array(members, int),
-        np.reshape(place, (len(found), vectors.shape[-1])),
+        np.reshape(place, (len(attractors), vectors.shape[-1])),
         np.array(kind, int),
         np.array(settled, bool),
     )
@@ -124,22 +131,25 @@ def places(variables: Mapping[str, Array], groups: Array, vectors: Array) -> Pla
 def linked(vectors: Array, scatter: Array, tolerance: float) -> Array:
     """Single linkage: the number of its group for each of ``vectors`` [n, features],
     whose own uncertainty is ``scatter`` [n]."""
-    # two are linked where each is in reach of the other
+    # Two vectors are linked where each is in reach of the other.
     reach = np.maximum(tolerance, UNSETTLED_SHARE * scatter)
-    # Each once: a tree cannot divide equal vectors.
-    once, which = np.unique(np.column_stack([vectors, reach]), axis=0, return_inverse=True)
-    vectors, reach, n = once[:, :-1], once[:, -1], len(once)
+    # Distinct vectors only: a tree cannot divide equal ones.
+    distinct, inverse = np.unique(np.column_stack([vectors, reach]), axis=0, return_inverse=True)
+    vectors, reach, n = distinct[:, :-1], distinct[:, -1], len(distinct)
     if n < 2:
-        return np.zeros(len(which), np.int64)
-    distance, near = _nearest(vectors, vectors, reach.max(), min(_NEAREST, n))
-    full = np.flatnonzero(distance[:, -1] <= reach)  # these may have more neighbours
-    rows, columns = np.nonzero(distance <= np.minimum(reach[:, None], reach[near]))
-    links = np.stack([rows, near[rows, columns]])
-    links = np.concatenate([links, _more_links(vectors, reach, _connected(links, n), full)], axis=1)
-    return _connected(links, n)[which]
+        return np.zeros(len(inverse), np.int64)
+    distance, neighbours = _nearest(vectors, vectors, reach.max(), min(_NEIGHBOURS, n))
+    # These may have more neighbours than the first search returns.
+    saturated = np.flatnonzero(distance[:, -1] <= reach)
+    rows, columns = np.nonzero(distance <= np.minimum(reach[:, None], reach[neighbours]))
+    links = np.stack([rows, neighbours[rows, columns]])
+    links = np.concatenate(
+        [links, _bridging_links(vectors, reach, _components(links, n), saturated)], axis=1
+    )
+    return _components(links, n)[inverse]
 
 
-def _connected(links: Array, n: int) -> Array:
+def _components(links: Array, n: int) -> Array:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
@@ -147,74 +157,80 @@ def _connected(links: Array, n: int) -> Array:
     return np.asarray(connected_components(graph, directed=False)[1])
 
 
-def _nearest(vectors: Array, to: Array, reach: float, count: int) -> tuple[Array, Array]:
-    """The distances of the ``count`` nearest of ``vectors`` to each of ``to``, infinite
-    beyond ``reach``, and which they are."""
+def _nearest(vectors: Array, queries: Array, reach: float, count: int) -> tuple[Array, Array]:
+    """The distances of the ``count`` nearest of ``vectors`` to each of ``queries``,
+    infinite beyond ``reach``, and their indices."""
     from scipy.spatial import cKDTree
 
-    distance, near = cKDTree(vectors).query(
-        to, range(1, count + 1), p=np.inf, distance_upper_bound=np.nextafter(reach, np.inf)
+    distance, neighbours = cKDTree(vectors).query(
+        queries, range(1, count + 1), p=np.inf, distance_upper_bound=np.nextafter(reach, np.inf)
     )
-    return distance, np.minimum(near, len(vectors) - 1)  # one beyond where there is none
+    return distance, np.minimum(neighbours, len(vectors) - 1)  # the tree gives n for none
 
 
-def _more_links(vectors: Array, reach: Array, group: Array, full: Array) -> Array:
-    """One link for each two groups that are linked by ``full`` vectors, if by no
-    others."""
+def _bridging_links(vectors: Array, reach: Array, group: Array, saturated: Array) -> Array:
+    """One link for each two groups that ``saturated`` vectors link, whose links the
+    first search may have missed."""
     from scipy.spatial.distance import cdist
 
-    members = [full[group[full] == name] for name in np.unique(group[full])]
-    low, high = (
-        np.array([side(vectors[some], axis=0) for some in members]) for side in (np.min, np.max)
+    members = [
+        saturated[group[saturated] == component] for component in np.unique(group[saturated])
+    ]
+    lower, upper = (
+        np.array([side(vectors[vectors_of], axis=0) for vectors_of in members])
+        for side in (np.min, np.max)
     )
-    far = np.array([reach[some].max() for some in members])
-    found = []
+    reaches = np.array([reach[vectors_of].max() for vectors_of in members])
+    links = []
     for i, a in enumerate(members):
-        apart = np.maximum(low[i + 1 :] - high[i], low[i] - high[i + 1 :]).max(
+        gap = np.maximum(lower[i + 1 :] - upper[i], lower[i] - upper[i + 1 :]).max(
             axis=1, initial=-np.inf
         )
-        for j in i + 1 + np.flatnonzero(apart <= np.minimum(far[i], far[i + 1 :])):
+        for j in i + 1 + np.flatnonzero(gap <= np.minimum(reaches[i], reaches[i + 1 :])):
             b = members[j]
-            step = max(1, _PAIRS // len(b))
+            step = max(1, _PAIRS_AT_ONCE // len(b))
             for block in np.split(a, range(step, len(a), step)):
-                near = cdist(vectors[block], vectors[b], "chebyshev") <= np.minimum(
+                is_linked = cdist(vectors[block], vectors[b], "chebyshev") <= np.minimum(
                     reach[block, None], reach[b]
                 )
-                if near.any():
-                    x, y = np.argwhere(near)[0]
-                    found.append((block[x], b[y]))
+                if is_linked.any():
+                    x, y = np.argwhere(is_linked)[0]
+                    links.append((block[x], b[y]))
                     break
-    return np.array(found, np.int64).reshape(-1, 2).T
+    return np.array(links, np.int64).reshape(-1, 2).T
 
 
-def _kinds(labels: Mapping[str, Array]) -> Array:
-    """The kind of motion as a number, the period included; 0 where it is not known."""
+def _motion_kinds(labels: Mapping[str, Array]) -> Array:
+    """The kind of motion as a number that includes the period; 0 where it is not
+    known."""
     if "motion" not in labels:
         return np.zeros(labels["settled"].shape, np.int64)
     motion = labels["motion"].astype(np.int64)
     kinds = np.where(
         np.isin(motion, (EQUILIBRIUM, PERIODIC)), motion * 10_000 + labels["period"], 0
     )
-    # Without a period: which of the three may differ from start to start.
+    # Starts on one attractor may be classified as any of the three.
     kinds[np.isin(motion, (QUASI_PERIODIC, CHAOTIC, UNDETERMINED))] = 10_000 * QUASI_PERIODIC
     return kinds
 
 
 def _groups(vectors: Array, scatter: Array, labels: Mapping[str, Array], tolerance: float) -> Array:
-    """Groups of starts of one operating point whose labels agree: first the settled
-    ones, then the others about them."""
-    firm = np.stack([labels[name] for name in ("response", "whirl_kind") if name in labels], axis=1)
-    kinds = _kinds(labels)
+    """The group of each start of one operating point, from 0: the settled starts are
+    grouped first, then the others are added to them or grouped."""
+    discrete = np.stack(
+        [labels[name] for name in ("response", "whirl_kind") if name in labels], axis=1
+    )
+    kinds = _motion_kinds(labels)
     settled = labels["settled"].astype(bool) & ((kinds > 0) | ("motion" not in labels))
     group = np.full(len(vectors), -1)
-    for key in np.unique(firm, axis=0):
-        alike = np.all(firm == key, axis=1)
-        for first in (True, False):
-            if not first:
-                _join(vectors, tolerance, kinds, group, alike)
-            for kind in np.unique(kinds[alike]):
+    for key in np.unique(discrete, axis=0):
+        agrees = np.all(discrete == key, axis=1)
+        for settled_pass in (True, False):
+            if not settled_pass:
+                _assign_unsettled(vectors, tolerance, kinds, group, agrees)
+            for kind in np.unique(kinds[agrees]):
                 chosen = np.flatnonzero(
-                    alike & (kinds == kind) & (group < 0) & (settled | (not first))
+                    agrees & (kinds == kind) & (group < 0) & (settled | (not settled_pass))
                 )
                 group[chosen] = (
                     group.max(initial=-1) + 1 + linked(vectors[chosen], scatter[chosen], tolerance)
@@ -222,62 +238,69 @@ def _groups(vectors: Array, scatter: Array, labels: Mapping[str, Array], toleran
     return group
 
 
-def _join(vectors: Array, tolerance: float, kinds: Array, group: Array, alike: Array) -> None:
-    """Put the starts ``alike`` that have no group yet into that of the nearest one that
-    has, if it is near enough and no other kind of motion. They cannot bridge two
-    groups, as they would by linkage."""
-    others, open_ = np.flatnonzero(alike & (group >= 0)), np.flatnonzero(alike & (group < 0))
-    for kind in np.unique(kinds[open_]):
-        some = open_[kinds[open_] == kind]
-        allowed = others[(kinds[others] == kind) | (kind == 0)]
+def _assign_unsettled(
+    vectors: Array, tolerance: float, kinds: Array, group: Array, agrees: Array
+) -> None:
+    """Put the starts in ``agrees`` that have no group into the group of the nearest
+    start that has one, within ``tolerance`` and of the same kind of motion. By linkage
+    they would bridge two groups."""
+    grouped, ungrouped = np.flatnonzero(agrees & (group >= 0)), np.flatnonzero(agrees & (group < 0))
+    for kind in np.unique(kinds[ungrouped]):
+        chosen = ungrouped[kinds[ungrouped] == kind]
+        allowed = grouped[(kinds[grouped] == kind) | (kind == 0)]
         if allowed.size:
             distance, nearest = (
-                values[:, 0] for values in _nearest(vectors[allowed], vectors[some], tolerance, 1)
+                values[:, 0] for values in _nearest(vectors[allowed], vectors[chosen], tolerance, 1)
             )
-            found = np.isfinite(distance)
-            group[some[found]] = group[allowed[nearest[found]]]
+            is_near = np.isfinite(distance)
+            group[chosen[is_near]] = group[allowed[nearest[is_near]]]
 
 
 def describe(
-    variables: Mapping[str, Array], told: Sequence[str]
+    variables: Mapping[str, Array], features: Sequence[str]
 ) -> Iterator[tuple[list[Attractor], dict[str, int]]]:
-    """For each operating point its attractors, by falling share there, and the numbers
-    of ``starts``, ``failed`` and ``pending`` ones, ``unsettled`` ones, and of those
-    that are not ``grouped`` yet. ``variables``: arrays (operating points, starts) with
-    ``attractor`` and ``settled``, and the features that are ``told`` as far as they are
-    there."""
+    """For each operating point its attractors, by falling share, and the numbers of
+    ``starts``: all, ``failed``, ``pending``, ``unsettled`` and ``ungrouped`` ones.
+    ``variables`` are arrays (operating points, starts) with ``attractor`` and
+    ``settled``; of ``features`` those that are among them are summarised."""
     for i, status in enumerate(variables["status"]):
-        ok = status == OK
-        of = {name: values[i] for name, values in variables.items()}
-        total = int(np.count_nonzero(ok))
-        of["attractor"] = np.where(ok, of["attractor"], 0)
-        names, members = np.unique(of["attractor"][of["attractor"] > 0], return_counts=True)
-        numbers = names[np.argsort(-members, kind="stable")].tolist()
+        ended_well = status == OK
+        at_point = {name: values[i] for name, values in variables.items()}
+        total = int(np.count_nonzero(ended_well))
+        at_point["attractor"] = np.where(ended_well, at_point["attractor"], 0)
+        groups, members = np.unique(
+            at_point["attractor"][at_point["attractor"] > 0], return_counts=True
+        )
+        numbers = groups[np.argsort(-members, kind="stable")].tolist()
         counts = {
             "starts": len(status),
-            "failed": int(np.count_nonzero(~ok & (status != PENDING))),
+            "failed": int(np.count_nonzero(~ended_well & (status != PENDING))),
             "pending": int(np.count_nonzero(status == PENDING)),
-            "unsettled": int(np.count_nonzero(ok & (of["settled"] == 0))),
-            "ungrouped": int(np.count_nonzero(ok & (of["attractor"] == 0))),
+            "unsettled": int(np.count_nonzero(ended_well & (at_point["settled"] == 0))),
+            "ungrouped": int(np.count_nonzero(ended_well & (at_point["attractor"] == 0))),
         }
-        yield [_attractor(number, of, total, told) for number in numbers], counts
+        yield [_attractor(number, at_point, total, features) for number in numbers], counts
 
 
-def _attractor(number: int, of: Mapping[str, Array], total: int, told: Sequence[str]) -> Attractor:
-    inside = of["attractor"] == number
-    members = int(np.count_nonzero(inside))
-    first = int(np.argmax(inside))
+def _attractor(
+    number: int, at_point: Mapping[str, Array], total: int, features: Sequence[str]
+) -> Attractor:
+    is_member = at_point["attractor"] == number
+    members = int(np.count_nonzero(is_member))
+    first_member = int(np.argmax(is_member))
     low, high = wilson(members, total)
-    motion, period = _most(of, inside) if "motion" in of else (None, None)
-    medians = {name: float(np.median(of[name][inside])) for name in told if name in of}
+    motion, period = _majority_motion(at_point, is_member) if "motion" in at_point else (None, None)
+    medians = {
+        name: float(np.median(at_point[name][is_member])) for name in features if name in at_point
+    }
     return Attractor(
         number,
-        int(of["response"][first]),
-        int(of["whirl_kind"][first]) if "whirl_kind" in of else 0,
+        int(at_point["response"][first_member]),
+        int(at_point["whirl_kind"][first_member]) if "whirl_kind" in at_point else 0,
         motion,
         period,
         members,
-        int(np.count_nonzero(inside & (of["settled"] == 0))),
+        int(np.count_nonzero(is_member & (at_point["settled"] == 0))),
         members / total,
         low,
         high,
@@ -285,16 +308,17 @@ def _attractor(number: int, of: Mapping[str, Array], total: int, told: Sequence[
     )
 
 
-def _most(of: Mapping[str, Array], inside: Array) -> tuple[int, int]:
-    """Motion and period of most of the decided members, or of most where none is."""
-    motion, period = of["motion"][inside], of["period"][inside]
-    known = (motion >= EQUILIBRIUM) & (motion <= CHAOTIC)
-    most = int(np.bincount(motion[known] if known.any() else motion).argmax())
-    return most, int(period[motion == most][0])
+def _majority_motion(at_point: Mapping[str, Array], is_member: Array) -> tuple[int, int]:
+    """The motion and period of most members whose motion is decided, or of most members
+    where none is."""
+    motion, period = at_point["motion"][is_member], at_point["period"][is_member]
+    is_decided = (motion >= EQUILIBRIUM) & (motion <= CHAOTIC)
+    majority = int(np.bincount(motion[is_decided] if is_decided.any() else motion).argmax())
+    return majority, int(period[motion == majority][0])
 
 
 def wilson(count: int, total: int) -> tuple[float, float]:
-    """The 95 % interval of a share of which ``count`` in ``total`` independent draws
-    were seen."""
+    """The Wilson 95 % interval of a share, of which ``count`` occurred in ``total``
+    independent draws."""
     low, high = interval(np.array(count), total)
     return float(low), float(high)

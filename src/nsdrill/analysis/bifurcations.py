@@ -1,5 +1,5 @@
-"""What labels, motions and ends of branches are called, and what they mean for
-drilling. Imports nothing that compiles."""
+"""Names and meanings of the labels and motions of branches. Imports nothing that
+compiles."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from nsdrill.models.description import Description
 
 EQUILIBRIUM, PERIODIC, CYCLE, CIRCLE = "equilibrium", "periodic", "limit_cycle", "invariant_circle"
 REGULAR, HOPF, FOLD, BRANCH, DOUBLING, TORUS, END, FAILED = 0, 3, 5, 6, 7, 8, 9, -9
-OWN = 100  # codes above it are of the models: grazing and thresholds
+OWN = 100  # codes above it are those of the models: grazing and thresholds
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """A label: its ``code`` (those of AUTO-07p up to 9), its ``name`` in files, AUTO's
-    ``letters``, and in ``words`` what it means for drilling."""
+    """A label: its ``code`` (that of AUTO-07p up to 9), its ``name`` in files, the
+    ``letters`` of AUTO-07p, and its meaning for drilling in ``words``."""
 
     code: int
     name: str
@@ -24,7 +24,7 @@ class Meaning:
 
     @property
     def title(self) -> str:
-        """The name as text has it."""
+        """The name in running text."""
         return "Hopf bifurcation" if self.code == HOPF else self.name.replace("_", " ")
 
 
@@ -59,8 +59,13 @@ GENERAL = (
 
 def meanings_of(model: Description) -> dict[int, Meaning]:
     """The labels of the branches of a model, by code."""
-    own = (Meaning(one.code, one.name, "", one.words) for one in model.grazing)
-    return {one.code: one for one in sorted((*GENERAL, *own), key=lambda one: one.code)}
+    model_labels = (
+        Meaning(grazing.code, grazing.name, "", grazing.words) for grazing in model.grazing
+    )
+    return {
+        grazing.code: grazing
+        for grazing in sorted((*GENERAL, *model_labels), key=lambda grazing: grazing.code)
+    }
 
 
 MOTION_WORDS = {

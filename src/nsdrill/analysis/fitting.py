@@ -1,18 +1,17 @@
-"""Unknown numbers adjusted to measurements: samples of what the unknowns may be, given
-what was measured.
+"""Bayesian calibration: samples of the unknown numbers of a study, given measurements.
 
-The unknowns are u in the unit cube, one part of the prior each, and worked with as z =
-Phi^-1(u): the prior of z is the standard normal distribution whatever the distributions
-are. A model run is a function of z that has no gradient of use where the motion is
-chaotic, so samples are weighted, not moved: adaptive multiple importance sampling
-(Cornuet, Marin, Mira & Robert 2012). Every round draws from a mixture of kernels about
-the samples so far and from the prior; all samples of all rounds are weighted by prior
-times likelihood over the mixture of all that they were drawn from. Early rounds temper
-the likelihood (its power beta), so that enough samples keep a weight.
+The unknowns are u in the unit cube, each the cumulative probability of its prior, and
+are used as z = Phi^-1(u): the prior of z is the standard normal distribution whatever
+the distributions are. A model run is a function of z whose gradient is useless where
+the motion is chaotic, so samples are weighted, not moved: adaptive multiple importance
+sampling (Cornuet, Marin, Mira & Robert 2012). Every round draws from a mixture of
+kernels about the samples so far and from the prior. The weight of a sample is prior
+times likelihood over the mixture of all proposals of all rounds. Early rounds temper
+the likelihood, to its power beta, so that enough samples keep a weight.
 
-A feature of a chaotic run differs between runs of all but equal numbers. This spread is
-measured by runs that differ by a thousandth of the prior's width, and counts twice as
-an error: the well is one such run, and the model another.
+A feature of a chaotic motion differs between runs with nearly equal numbers. This
+spread is measured with runs that differ by a thousandth of the width of the prior. Its
+variance counts twice in the error: once for the well and once for the model.
 """
 
 from __future__ import annotations
@@ -26,26 +25,27 @@ from nsdrill.data import Array
 from nsdrill.sampling import Uncertain, unit_samples
 
 Simulate = Callable[[Array], Array]
-"""From samples z [n, unknowns] to what was measured [n, values], NaN where a run
-failed."""
+"""From samples z [n, unknowns] to the values that were measured [n, values], NaN where
+a run failed."""
 
-FROM_PRIOR = 0.2  # of the samples of a round
-KERNELS = 64
-NEAR = 1e-3  # how far apart runs are that tell the spread
-GROUPS, IN_GROUP = 4, 5
-LEAST_GAIN = 0.9  # of the width of the prior: above it the data tell nothing
-GOOD_GAIN = 0.5
-TIGHT = 0.8  # correlation of two unknowns of which the data tell a combination
-AT_THE_END = 0.02  # parts of the prior at its ends
-SURE = 1e-3  # probability of the misfit below which the model cannot give the data
+PRIOR_SHARE = 0.2  # of the samples of a round
+KERNEL_COUNT = 64
+NEIGHBOUR_DISTANCE = 1e-3  # in z, between runs that measure the spread
+NEIGHBOUR_GROUPS, RUNS_PER_GROUP = 4, 5
+# width of the posterior over that of the prior: above it the data say nothing of an
+# unknown; below it they determine it well
+LEAST_GAIN, GOOD_GAIN = 0.9, 0.5
+TIGHT = 0.8  # correlation of two unknowns of which the data determine a combination
+AT_THE_END = 0.02  # probability of the prior at each of its ends
+SURE = 1e-3  # probability of the misfit below which the model cannot explain the data
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Measurements over ``points``: ``at`` the values of study keys, ``values`` those
-    of features and severities with their standard deviations ``errors``, by name,
-    arrays [points] in SI, NaN where nothing was measured. ``where`` says of each point
-    whence it comes, ``notes`` what was left out or assumed."""
+    """Measurements at ``points``, as arrays [points] by name in SI: ``at`` are the
+    values of study keys; ``values`` those of features and severities, NaN where nothing
+    was measured, with their standard deviations ``errors``. ``where`` is the origin of
+    each point; ``notes`` name what was left out or assumed."""
 
     source: str
     at: dict[str, Array]
@@ -60,20 +60,20 @@ class Measured:
 
     @property
     def flat(self) -> tuple[Array, Array, Array]:
-        """Values and errors that are there, and their places among all, name after
-        name, point after point."""
+        """The values that were measured, their errors, and their places among all
+        values, ordered by name, then by point."""
         values = np.concatenate([self.values[name] for name in self.values])
         errors = np.concatenate([self.errors[name] for name in self.values])
-        there = np.flatnonzero(np.isfinite(values))
-        return values[there], errors[there], there
+        present = np.flatnonzero(np.isfinite(values))
+        return values[present], errors[present], present
 
 
 @dataclass(frozen=True)
 class Posterior:
     """Samples ``z`` [n, unknowns] with ``weights`` [n], their model values ``found``
-    [n, values]; ``spread`` [values], the standard deviation among runs of all but equal
-    numbers; ``beta`` 1 where the full likelihood was reached; ``size`` the effective
-    number of samples."""
+    [n, values]; ``spread`` [values], the standard deviation among runs with nearly
+    equal numbers; ``beta``, 1 where the full likelihood was reached; ``size``, the
+    effective number of samples."""
 
     z: Array
     weights: Array
@@ -88,21 +88,23 @@ class Posterior:
     """The least of the sums of squared deviations over their variance."""
 
     def drawn(self, count: int, seed: int) -> Array:
-        """The places of ``count`` samples of equal weight, by systematic resampling."""
+        """The numbers of ``count`` samples of equal weight, by systematic
+        resampling."""
         edges = np.cumsum(self.weights)
-        at = (np.random.default_rng(seed).random() + np.arange(count)) / count
-        return np.minimum(np.searchsorted(edges / edges[-1], at), len(edges) - 1)
+        positions = (np.random.default_rng(seed).random() + np.arange(count)) / count
+        return np.minimum(np.searchsorted(edges / edges[-1], positions), len(edges) - 1)
 
     @property
     def mean(self) -> Array:
-        """Of z, [unknowns]."""
+        """The mean of z, [unknowns]."""
         return np.asarray(self.weights @ self.z)
 
     @property
     def covariance(self) -> Array:
-        """Of z, [unknowns, unknowns]; of the prior it is the unit matrix."""
-        away = self.z - self.mean
-        return np.asarray((self.weights[:, None] * away).T @ away)
+        """The covariance of z, [unknowns, unknowns]; that of the prior is the unit
+        matrix."""
+        deviations = self.z - self.mean
+        return np.asarray((self.weights[:, None] * deviations).T @ deviations)
 
     @property
     def widths(self) -> Array:
@@ -111,7 +113,7 @@ class Posterior:
 
     @property
     def correlations(self) -> Array:
-        """Between the unknowns, in z: [unknowns, unknowns]."""
+        """The correlations of z, [unknowns, unknowns]."""
         widths = np.maximum(self.widths, 1e-12)
         return np.asarray(self.covariance / np.outer(widths, widths))
 
@@ -127,12 +129,12 @@ def posterior(
     rounds: int = 8,
     wanted: float = 100.0,
 ) -> Posterior:
-    """What the unknowns may be, given the values ``measured`` with standard deviations
-    ``errors``, both [values].
+    """The posterior distribution of the unknowns, given the values ``measured`` with
+    standard deviations ``errors``, both [values].
 
-    Rounds of ``batch`` runs are made, the first of twice as many, until the effective
-    number of samples is ``wanted`` under the full likelihood, or until there are so
-    many ``rounds``. ValueError where every run of the first failed.
+    Each round has ``batch`` runs, the first twice as many. The last is that in which
+    the effective number of samples reaches ``wanted`` under the full likelihood, or
+    number ``rounds``. ValueError where every run of the first round failed.
     """
     from scipy.special import ndtri
 
@@ -141,38 +143,53 @@ def posterior(
         {str(i): {"uniform": [0.0, 1.0]} for i in range(unknowns)}, samples=2 * batch, seed=seed
     )
     z = ndtri(unit_samples(prior))
-    found = simulate(z)
-    if not np.isfinite(found).all(axis=1).any():
+    outputs = simulate(z)
+    if not np.isfinite(outputs).all(axis=1).any():
         raise ValueError("every run with values from the distributions failed")
-    drawn_from: list[tuple[int, _Mixture | None]] = [(len(z), None)]
+    proposals: list[tuple[int, _Mixture | None]] = [(len(z), None)]
     spread = np.zeros(len(measured))
-    beta, estimates, extra = 0.0, 0, 0
+    beta, estimates, extra_runs = 0.0, 0, 0
     for number in range(1, rounds + 1):
-        log_l = _log_likelihood(found, measured, errors, spread)
-        log_q = _log_mixture(z, drawn_from)
+        log_l = _log_likelihood(outputs, measured, errors, spread)
+        log_q = _log_mixture(z, proposals)
         beta, weights = _tempered(log_l, _log_normal(z) - log_q, beta, min(wanted, 0.25 * batch))
         if estimates == 0 or (estimates == 1 and beta == 1.0):
             spread = _spread(simulate, z, weights, rng)
-            estimates, beta, extra = estimates + 1, 0.0, extra + GROUPS * IN_GROUP
-            log_l = _log_likelihood(found, measured, errors, spread)
+            estimates, beta, extra_runs = (
+                estimates + 1,
+                0.0,
+                extra_runs + NEIGHBOUR_GROUPS * RUNS_PER_GROUP,
+            )
+            log_l = _log_likelihood(outputs, measured, errors, spread)
             beta, weights = _tempered(log_l, _log_normal(z) - log_q, 0.0, min(wanted, 0.25 * batch))
         size = float(1 / np.sum(weights**2))
         if (beta == 1.0 and estimates == 2 and size >= wanted) or number == rounds:
             break
         kernels = _kernels(z, weights, rng)
-        wide = round(FROM_PRIOR * batch)
+        prior_count = round(PRIOR_SHARE * batch)
         new = np.concatenate(
-            [rng.standard_normal((wide, unknowns)), kernels.draw(batch - wide, rng)]
+            [rng.standard_normal((prior_count, unknowns)), kernels.draw(batch - prior_count, rng)]
         )
-        drawn_from += [(wide, None), (batch - wide, kernels)]
-        z, found = np.concatenate([z, new]), np.concatenate([found, simulate(new)])
-    failed = int(np.count_nonzero(~np.isfinite(found).all(axis=1)))
+        proposals += [(prior_count, None), (batch - prior_count, kernels)]
+        z, outputs = np.concatenate([z, new]), np.concatenate([outputs, simulate(new)])
+    failed = int(np.count_nonzero(~np.isfinite(outputs).all(axis=1)))
     variance = errors**2 + 2 * spread**2
     squares = np.where(
-        np.isfinite(found).all(axis=1), np.sum((found - measured) ** 2 / variance, axis=1), np.inf
+        np.isfinite(outputs).all(axis=1),
+        np.sum((outputs - measured) ** 2 / variance, axis=1),
+        np.inf,
     )
     return Posterior(
-        z, weights, found, spread, beta, size, number, len(z) + extra, failed, float(squares.min())
+        z,
+        weights,
+        outputs,
+        spread,
+        beta,
+        size,
+        number,
+        len(z) + extra_runs,
+        failed,
+        float(squares.min()),
     )
 
 
@@ -185,9 +202,9 @@ class _Mixture:
     root: Array
 
     def draw(self, count: int, rng: np.random.Generator) -> Array:
-        at = rng.integers(len(self.centres), size=count)
+        chosen = rng.integers(len(self.centres), size=count)
         return np.asarray(
-            self.centres[at] + rng.standard_normal((count, len(self.root))) @ self.root.T
+            self.centres[chosen] + rng.standard_normal((count, len(self.root))) @ self.root.T
         )
 
     def log_density(self, z: Array) -> Array:
@@ -196,8 +213,8 @@ class _Mixture:
 
         d = len(self.root)
         scaled = solve_triangular(self.root, np.concatenate([z, self.centres]).T, lower=True).T
-        apart = scaled[: len(z), None] - scaled[None, len(z) :]
-        logs = -0.5 * np.sum(apart**2, axis=2)
+        distances = scaled[: len(z), None] - scaled[None, len(z) :]
+        logs = -0.5 * np.sum(distances**2, axis=2)
         constant = (
             -0.5 * d * np.log(2 * np.pi)
             - np.sum(np.log(np.diag(self.root)))
@@ -207,14 +224,14 @@ class _Mixture:
 
 
 def _kernels(z: Array, weights: Array, rng: np.random.Generator) -> _Mixture:
-    """Kernels about samples, as wide as Silverman's rule has it (1986, eq. 4.15) and a
-    fifth wider."""
+    """Kernels about samples, a fifth wider than by Silverman's rule (1986, eq.
+    4.15)."""
     d = z.shape[1]
     mean = weights @ z
     covariance = (weights[:, None] * (z - mean)).T @ (z - mean) + 1e-8 * np.eye(d)
     size = max(1 / np.sum(weights**2), 2.0)
-    width = 1.2 * (4 / ((d + 2) * min(size, KERNELS))) ** (1 / (d + 4))
-    centres = z[rng.choice(len(z), KERNELS, p=weights)]
+    width = 1.2 * (4 / ((d + 2) * min(size, KERNEL_COUNT))) ** (1 / (d + 4))
+    centres = z[rng.choice(len(z), KERNEL_COUNT, p=weights)]
     return _Mixture(centres, np.linalg.cholesky(width**2 * covariance))
 
 
@@ -222,38 +239,42 @@ def _log_normal(z: Array) -> Array:
     return np.asarray(-0.5 * np.sum(z**2, axis=1) - 0.5 * z.shape[1] * np.log(2 * np.pi))
 
 
-def _log_mixture(z: Array, parts: list[tuple[int, _Mixture | None]]) -> Array:
-    """The logarithm of the density from which all samples together were drawn; None
-    stands for the prior."""
+def _log_mixture(z: Array, proposals: list[tuple[int, _Mixture | None]]) -> Array:
+    """The logarithm of the mixture of all ``proposals``, (number of samples, kernels),
+    at ``z``; the kernels None stand for the prior."""
     from scipy.special import logsumexp
 
-    total = sum(count for count, _ in parts)
-    prior = sum(count for count, one in parts if one is None)
+    total = sum(count for count, _ in proposals)
+    prior = sum(count for count, kernels in proposals if kernels is None)
     logs = [np.log(prior / total) + _log_normal(z)]
-    logs += [np.log(count / total) + one.log_density(z) for count, one in parts if one is not None]
+    logs += [
+        np.log(count / total) + kernels.log_density(z)
+        for count, kernels in proposals
+        if kernels is not None
+    ]
     return np.asarray(logsumexp(logs, axis=0))
 
 
-def _log_likelihood(found: Array, measured: Array, errors: Array, spread: Array) -> Array:
-    squares = np.sum((found - measured) ** 2 / (errors**2 + 2 * spread**2), axis=1)
+def _log_likelihood(outputs: Array, measured: Array, errors: Array, spread: Array) -> Array:
+    squares = np.sum((outputs - measured) ** 2 / (errors**2 + 2 * spread**2), axis=1)
     return np.where(np.isfinite(squares), -0.5 * squares, -np.inf)
 
 
-def _tempered(log_l: Array, log_ratio: Array, least: float, size: float) -> tuple[float, Array]:
-    """The greatest power of the likelihood, from ``least`` to 1, that leaves an
+def _tempered(log_l: Array, log_ratio: Array, min_beta: float, size: float) -> tuple[float, Array]:
+    """The greatest power of the likelihood, from ``min_beta`` to 1, that leaves an
     effective number ``size`` of samples, and their weights."""
 
     def weights(beta: float) -> Array:
         logs = np.where(
             np.isfinite(log_l), beta * np.where(np.isfinite(log_l), log_l, 0.0) + log_ratio, -np.inf
         )
-        found = np.exp(logs - logs.max())
-        return np.asarray(found / found.sum())
+        likelihoods = np.exp(logs - logs.max())
+        return np.asarray(likelihoods / likelihoods.sum())
 
     def effective(beta: float) -> float:
         return float(1 / np.sum(weights(beta) ** 2))
 
-    low, high = least, 1.0
+    low, high = min_beta, 1.0
     if effective(high) >= size:
         return 1.0, weights(1.0)
     for _ in range(50):
@@ -263,12 +284,14 @@ def _tempered(log_l: Array, log_ratio: Array, least: float, size: float) -> tupl
 
 
 def _spread(simulate: Simulate, z: Array, weights: Array, rng: np.random.Generator) -> Array:
-    """The standard deviation of each value among runs that differ by next to nothing,
-    where the weight is: [values]."""
-    centres = z[rng.choice(len(z), GROUPS, p=weights)]
-    near = np.repeat(centres, IN_GROUP, axis=0)
-    found = simulate(near + NEAR * rng.standard_normal(near.shape)).reshape(GROUPS, IN_GROUP, -1)
-    there = np.isfinite(found).all(axis=(1, 2))
-    if not there.any():
-        return np.zeros(found.shape[-1])
-    return np.asarray(np.sqrt(np.mean(np.var(found[there], axis=1, ddof=1), axis=0)))
+    """The standard deviation of each value among runs with nearly equal numbers, about
+    samples drawn by weight: [values]."""
+    centres = z[rng.choice(len(z), NEIGHBOUR_GROUPS, p=weights)]
+    neighbours = np.repeat(centres, RUNS_PER_GROUP, axis=0)
+    outputs = simulate(
+        neighbours + NEIGHBOUR_DISTANCE * rng.standard_normal(neighbours.shape)
+    ).reshape(NEIGHBOUR_GROUPS, RUNS_PER_GROUP, -1)
+    succeeded = np.isfinite(outputs).all(axis=(1, 2))
+    if not succeeded.any():
+        return np.zeros(outputs.shape[-1])
+    return np.asarray(np.sqrt(np.mean(np.var(outputs[succeeded], axis=1, ddof=1), axis=0)))

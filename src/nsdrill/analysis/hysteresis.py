@@ -1,7 +1,7 @@
-"""Where up and down differ: the intervals along the axis along which the state was
-carried.
+"""Hysteresis: the intervals of the carried axis in which the directions up and down
+differ.
 
-The shading of the pictures, the table of ``show`` and its JSON all come from
+The shading of the pictures, the table of ``show`` and its JSON all use
 :func:`differences`.
 """
 
@@ -22,8 +22,8 @@ from nsdrill.variables import dimension_of
 
 @dataclass(frozen=True)
 class Difference:
-    """Neighbouring points, numbers ``first`` to ``last``, with the response bits ``up``
-    one way and ``down`` the other."""
+    """Neighbouring points, numbers ``first`` to ``last``, with the same response bits
+    ``up`` and the same ``down``."""
 
     first: int
     last: int
@@ -32,11 +32,10 @@ class Difference:
 
 
 def disagreement(procedures: Sequence[str], outcomes: Array) -> Array | None:
-    """Where up and down are both known and differ in response (0 or 1), -1 where one of
-    them is not known.
+    """1 where up and down differ in response, 0 where they agree, -1 where one of them
+    is not known.
 
-    ``outcomes`` are [procedure, ...]. None where the two are not both there: then there
-    is nothing to compare.
+    ``outcomes`` are [procedure, ...]. None where the procedures lack up or down.
     """
     if not {"up", "down"} <= set(procedures):
         return None
@@ -48,39 +47,42 @@ def differences(procedures: Sequence[str], outcomes: Array) -> list[Difference]:
     """The intervals of a line of points in which up and down differ, each with one
     response up and one down.
 
-    ``outcomes`` are [procedure, point], the response bits, negative where not known. A
-    point that is not known on either side ends an interval; so does a change of what is
-    compared.
+    ``outcomes`` are [procedure, point], the response bits, negative where not known. An
+    interval ends at a point where either is not known, and where a response changes.
     """
     differs = disagreement(procedures, outcomes)
     if differs is None:
         return []
     up, down = outcomes[procedures.index("up")], outcomes[procedures.index("down")]
-    found: list[Difference] = []
+    intervals: list[Difference] = []
     for point in np.flatnonzero(differs == 1).tolist():
         pair = int(up[point]), int(down[point])
-        if found and found[-1].last == point - 1 and (found[-1].up, found[-1].down) == pair:
-            found[-1] = Difference(found[-1].first, point, *pair)
+        if (
+            intervals
+            and intervals[-1].last == point - 1
+            and (intervals[-1].up, intervals[-1].down) == pair
+        ):
+            intervals[-1] = Difference(intervals[-1].first, point, *pair)
         else:
-            found.append(Difference(point, point, *pair))
-    return found
+            intervals.append(Difference(point, point, *pair))
+    return intervals
 
 
-def spans(found: Sequence[Difference]) -> list[tuple[int, int]]:
-    """Neighbouring differences joined, whatever they are: (first, last) of each
+def spans(intervals: Sequence[Difference]) -> list[tuple[int, int]]:
+    """Neighbouring intervals joined, whatever their responses: (first, last) of each
     stretch."""
     joined: list[tuple[int, int]] = []
-    for one in found:
-        if joined and joined[-1][1] == one.first - 1:
-            joined[-1] = joined[-1][0], one.last
+    for interval in intervals:
+        if joined and joined[-1][1] == interval.first - 1:
+            joined[-1] = joined[-1][0], interval.last
         else:
-            joined.append((one.first, one.last))
+            joined.append((interval.first, interval.last))
     return joined
 
 
 def carried_axis(results: Results) -> str | None:
-    """The axis along which the state was carried: the study says it, or it is the only
-    one swept."""
+    """The axis along which the state was carried: that of the study, or the only one
+    that is swept; None where neither is given."""
     try:
         along = json.loads(results.attrs["study_resolved"])["sweep"]["along"]
     except (KeyError, TypeError, ValueError):
@@ -96,11 +98,11 @@ def hysteresis(results: Results, along: str | None = None) -> list[dict[str, Any
     Plain data, SI units.
 
     ``from`` and ``to`` are the first and the last value that differ. The true end lies
-    outside, within the ``step`` of the axis there (the larger one, where the two ends
-    differ); but where the sweep ended or a point failed, nothing bounds it, and
-    ``open`` names that end. ``up`` and ``down`` are the responses either way,
-    ``differs`` those that only one way has; ``up_whirl`` and ``down_whirl`` are the
-    kinds of whirl in the interval.
+    outside, within the ``step`` of the axis there (the larger of those at the two
+    ends). Where the sweep ends or a point failed nothing bounds it, and ``open`` names
+    that end. ``up`` and ``down`` are the responses in the two directions, ``differs``
+    those of only one of them; ``up_whirl`` and ``down_whirl`` are the kinds of whirl in
+    the interval.
     """
     along = along or carried_axis(results)
     procedures = [text(name) for name in results.coords["procedure"]]
@@ -112,8 +114,8 @@ def hysteresis(results: Results, along: str | None = None) -> list[dict[str, Any
 
 
 def _lines(results: Results, along: str) -> Iterator[tuple[int | slice, ...]]:
-    """Places of the lines along the carried axis, one for each combination of the other
-    axes (and starts)."""
+    """The indices of the lines along the carried axis, one for each combination of the
+    other axes (and starts)."""
     grid = results["status"].shape[1:]
     axis = results.axes.index(along)
     for place in np.ndindex(*grid[:axis], *grid[axis + 1 :]):
@@ -126,51 +128,54 @@ def _rows(
     outcomes = outcome(results["status"][place], results["response"][place])
     kinds = results["whirl_kind"][place] if "whirl_kind" in results.variables else None
     x = np.asarray(results.coords[along], dtype=float)
-    held = {
+    fixed = {
         axis: results.coords[axis][number].item()
         for axis, number in zip(results.grid[1:], place[1:], strict=True)
         if isinstance(number, int)
     }
     unknown = np.minimum(outcomes[procedures.index("up")], outcomes[procedures.index("down")]) < 0
-    for one in differences(procedures, outcomes):
+    for interval in differences(procedures, outcomes):
         row: dict[str, Any] = {
             "axis": along,
-            "from": float(x[one.first]),
-            "to": float(x[one.last]),
-            "points": one.last - one.first + 1,
-            "up": words(one.up),
-            "down": words(one.down),
-            "differs": words(one.up ^ one.down).split("+"),
-            **held,
-            **_ends(x, one, unknown),
+            "from": float(x[interval.first]),
+            "to": float(x[interval.last]),
+            "points": interval.last - interval.first + 1,
+            "up": response_text(interval.up),
+            "down": response_text(interval.down),
+            "differs": response_text(interval.up ^ interval.down).split("+"),
+            **fixed,
+            **_end_bounds(x, interval, unknown),
         }
         if kinds is not None:
             for name in ("up", "down"):
-                here = kinds[procedures.index(name), one.first : one.last + 1]
-                row[f"{name}_whirl"] = [_kind(int(kind)) for kind in np.unique(here[here > 0])]
+                kinds_inside = kinds[procedures.index(name), interval.first : interval.last + 1]
+                row[f"{name}_whirl"] = [
+                    _whirl_kind(int(kind)) for kind in np.unique(kinds_inside[kinds_inside > 0])
+                ]
         yield row
 
 
-def _ends(x: Array, one: Difference, unknown: Array) -> dict[str, Any]:
-    """How far outside the true ends may lie, and the ends that nothing bounds."""
+def _end_bounds(x: Array, interval: Difference, unknown: Array) -> dict[str, Any]:
+    """How far outside the interval its true ends may lie, and which ends are not
+    bounded."""
     steps: list[float] = []
-    loose: list[str] = []
+    open_ends: list[str] = []
     for name, point, outside in (
-        ("from", one.first, one.first - 1),
-        ("to", one.last, one.last + 1),
+        ("from", interval.first, interval.first - 1),
+        ("to", interval.last, interval.last + 1),
     ):
         if 0 <= outside < len(x):
             steps.append(abs(float(x[point] - x[outside])))
         if not 0 <= outside < len(x) or unknown[outside]:
-            loose.append(name)
-    return {"step": max(steps, default=None), "open": loose}
+            open_ends.append(name)
+    return {"step": max(steps, default=None), "open": open_ends}
 
 
-def words(bits: int) -> str:
+def response_text(bits: int) -> str:
     """The response bits as in the JSON of ``show``: ``bit_bounce+whirl``, ``none``."""
     names = (BY_NAME["response"].flag_meanings or "").split()
     return "+".join(name for number, name in enumerate(names) if bits >> number & 1) or "none"
 
 
-def _kind(value: int) -> str:
+def _whirl_kind(value: int) -> str:
     return (BY_NAME["whirl_kind"].flag_meanings or "").split()[value]

@@ -1,4 +1,4 @@
-"""What became of each point: its critical responses where they are known."""
+"""The outcome of each point: its critical responses where they are known."""
 
 from __future__ import annotations
 
@@ -25,5 +25,6 @@ def outcome(status: Array, response: Array) -> Array:
 
 
 def text(value: object) -> str:
-    """A procedure name, which HDF5 gives back as bytes and numpy as a scalar."""
+    """A procedure name as a string, which HDF5 returns as bytes and numpy as a
+    scalar."""
     return value.decode() if isinstance(value, bytes) else str(value)

@@ -7,13 +7,13 @@ import numpy as np
 
 from nsdrill.data import Array
 
-_EQUAL = 1e-9  # distances this near to each other, as parts of the range, are the same
+_TOLERANCE = 1e-9  # between equal distances, which are fractions of the range
 
 
 def regions(safe: Array) -> list[tuple[int, tuple[int, int, int, int]]]:
-    """The connected regions of ``safe`` [y, x], the largest first: how many points, and
-    the first and last row and column. Points are neighbours along the axes, not across
-    corners."""
+    """The connected regions of ``safe`` [y, x], the largest first: the number of
+    points, and the first and last row and column. Points are neighbours along the axes,
+    not across corners."""
     from scipy import ndimage
 
     labels, count = ndimage.label(safe)
@@ -33,63 +33,64 @@ def regions(safe: Array) -> list[tuple[int, tuple[int, int, int, int]]]:
 
 
 def largest_margin(safe: Array, y: Array, x: Array) -> tuple[int, int, float] | None:
-    """Row and column of the safe point of ``safe`` [y, x] with the largest margin, and
-    that; None where none is safe.
+    """The row and column of the safe point of ``safe`` [y, x] with the largest margin,
+    and the margin; None where no point is safe.
 
-    The margin is the distance to the nearest point that is not safe or to the edge of
-    the map, beyond which nothing is known, whichever is less: Euclidean, with each axis
-    in parts of its range, so that it has no units. An axis of one value has no edge.
-    Among equals the one farthest from what is not safe wins, then the one that has the
-    most room along the axes, then the first.
+    The margin is the Euclidean distance to the nearest point that is not safe, or to
+    the edge of the map, whichever is less; each axis is in fractions of its range, so
+    that the margin has no unit. An axis of one value has no edge. Of equal margins the
+    point farthest from points that are not safe is taken, then that with the largest
+    clearance along the axes, then the first.
     """
     rows, columns = np.nonzero(safe)
     if not rows.size:
         return None
-    across, up = in_parts(x), in_parts(y)
-    places = np.column_stack((up[rows], across[columns]))
-    to_bad = _to_the_nearest(
-        places,
+    across, up = normalised(x), normalised(y)
+    points = np.column_stack((up[rows], across[columns]))
+    to_unsafe = _nearest_distances(
+        points,
         np.column_stack(
-            [axis[at] for axis, at in zip((up, across), np.nonzero(~safe), strict=True)]
+            [axis[indices] for axis, indices in zip((up, across), np.nonzero(~safe), strict=True)]
         ),
     )
     edges = [
-        np.minimum(axis[at], 1.0 - axis[at])
-        for axis, at in ((up, rows), (across, columns))
+        np.minimum(axis[indices], 1.0 - axis[indices])
+        for axis, indices in ((up, rows), (across, columns))
         if len(axis) > 1
     ]
-    margin = np.min([to_bad, *edges], axis=0)
-    best = np.flatnonzero(margin >= margin.max() - _EQUAL)
-    best = best[to_bad[best] >= to_bad[best].max() - _EQUAL]
-    room = np.array(
+    margin = np.min([to_unsafe, *edges], axis=0)
+    candidates = np.flatnonzero(margin >= margin.max() - _TOLERANCE)
+    candidates = candidates[to_unsafe[candidates] >= to_unsafe[candidates].max() - _TOLERANCE]
+    clearance = np.array(
         [
-            _room(safe[rows[i]], across, columns[i]) + _room(safe[:, columns[i]], up, rows[i])
-            for i in best
+            _clearance(safe[rows[i]], across, columns[i])
+            + _clearance(safe[:, columns[i]], up, rows[i])
+            for i in candidates
         ]
     )
-    chosen = best[int(np.flatnonzero(room >= room.max() - _EQUAL)[0])]
+    chosen = candidates[int(np.flatnonzero(clearance >= clearance.max() - _TOLERANCE)[0])]
     return int(rows[chosen]), int(columns[chosen]), float(margin[chosen])
 
 
-def in_parts(values: Array) -> Array:
-    """An ascending axis in parts of its range: 0 to 1; 0 where it has one value."""
+def normalised(values: Array) -> Array:
+    """An ascending axis in fractions of its range: 0 to 1; 0 where it has one value."""
     return (values - values[0]) / ((values[-1] - values[0]) or 1.0)
 
 
-def _to_the_nearest(places: Array, others: Array) -> Array:
-    """The distance of each of ``places`` [n, 2] from the nearest of ``others`` [m, 2];
+def _nearest_distances(points: Array, others: Array) -> Array:
+    """The distance of each of ``points`` [n, 2] from the nearest of ``others`` [m, 2];
     infinite where there is none."""
     if not len(others):
-        return np.full(len(places), np.inf)
+        return np.full(len(points), np.inf)
     from scipy.spatial import cKDTree
 
-    return np.asarray(cKDTree(others).query(places)[0])
+    return np.asarray(cKDTree(others).query(points)[0])
 
 
-def _room(safe: Array, axis: Array, here: int) -> float:
-    """The smaller of the distances from point ``here`` of a line to what is not safe,
-    or to the end, on either side."""
-    bad = np.flatnonzero(~safe)
-    low = bad[bad < here].max(initial=0)
-    high = bad[bad > here].min(initial=len(axis) - 1)
-    return float(min(axis[here] - axis[low], axis[high] - axis[here]))
+def _clearance(safe: Array, axis: Array, index: int) -> float:
+    """The smaller of the distances from point ``index`` of a line to the nearest point
+    that is not safe, or to the end, on the two sides."""
+    unsafe = np.flatnonzero(~safe)
+    low = unsafe[unsafe < index].max(initial=0)
+    high = unsafe[unsafe > index].min(initial=len(axis) - 1)
+    return float(min(axis[index] - axis[low], axis[high] - axis[index]))

@@ -1,16 +1,17 @@
-"""Which uncertain number matters most: Sobol indices of the answers of results with
-samples.
+"""Global sensitivity: Sobol indices of the answers of results with samples, which say
+which uncertain number matters most.
 
 The first-order index of an unknown is the part of the variance of an answer that would
-be gone if the unknown were known; the total index the part that would be left if all
-others were (Sobol 1993, Homma and Saltelli 1996). Over several operating points
+vanish if the unknown were known; the total index is the part that would remain if all
+others were known (Sobol 1993, Homma and Saltelli 1996). Over several operating points
 variances are summed (Gamboa et al. 2014).
 
-Of the design saltelli both follow from the samples alone: the estimators of Saltelli et
-al. (2010) and of Jansen (1999). Of other samples the first-order index is the part of
-the variance that a regression on cosines of the rank of the unknown explains (Plischke
-2012), less what it would explain by chance; the total index lies between it and what
-the other first-order ones leave, where the unknowns are independent.
+With the design saltelli both follow from the samples alone, by the estimators of
+Saltelli et al. (2010) and of Jansen (1999). With other samples the first-order index is
+the part of the variance that a regression on cosines of the rank of the unknown
+explains (Plischke 2012), less what it would explain by chance. The total index then
+lies between the first-order index and 1 less the other first-order indices, where the
+unknowns are independent.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.probability import NORMAL, check_samples, independent, judged
+from nsdrill.analysis.probability import NORMAL_QUANTILE, check_samples, independent, run_safety
 from nsdrill.data import Array, Results, overrides, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import as_told
@@ -31,16 +32,17 @@ from nsdrill.variables import OK, SAMPLE, Unknown
 
 SAFE = "safe"
 HARMONICS = 6
-FEWEST = 16  # samples, with which one harmonic can be told
-RESAMPLED = 60  # bootstrap
+MIN_SAMPLES = 16  # enough for one harmonic
+BOOTSTRAP_SAMPLES = 60
 PART = 0.2  # of the samples, the lowest and the highest values of an unknown
 
 
 @dataclass(frozen=True)
 class Indices:
-    """Arrays [unknowns]; ``first_error`` and ``total_error`` are standard errors from a
-    bootstrap over the samples. ``total`` is None where the samples do not tell it.
-    ``variance`` is that of the answer, the mean over the points."""
+    """First-order and total indices, arrays [unknowns]; ``first_error`` and
+    ``total_error`` are standard errors from a bootstrap over the samples. ``total`` is
+    None where the design does not determine it. ``variance`` is that of the answer, the
+    mean over the points."""
 
     first: Array
     first_error: Array
@@ -62,13 +64,13 @@ def saltelli(a: Array, b: Array, mixed: Array) -> tuple[Array, Array, Array]:
     answers for the two matrices, ``mixed`` [unknowns, n, points] those for a with one
     column of b."""
     both = np.concatenate([a, b])
-    middle = both.mean(axis=0)
-    first = np.mean((b - middle) * (mixed - a), axis=1)
+    mean = both.mean(axis=0)
+    first = np.mean((b - mean) * (mixed - a), axis=1)
     total = 0.5 * np.mean((a - mixed) ** 2, axis=1)
     return first, total, both.var(axis=0)
 
 
-def by_regression(values: Array, answers: Array) -> tuple[Array, Array]:
+def regression_indices(values: Array, answers: Array) -> tuple[Array, Array]:
     """First-order parts of the variance [unknowns, points], and the variance [points],
     of ``answers`` [n, points] to independent samples ``values`` [n, unknowns]."""
     n = len(answers)
@@ -80,78 +82,80 @@ def by_regression(values: Array, answers: Array) -> tuple[Array, Array]:
 
 def _unexplained(column: Array, spread: Array) -> Array:
     """The variance [points] that the regression on cosines of the rank of an unknown
-    leaves."""
+    does not explain."""
     n = len(column)
-    distinct, place = np.unique(column, return_inverse=True)
-    counts = np.bincount(place.ravel())
+    distinct, rank_index = np.unique(column, return_inverse=True)
+    counts = np.bincount(rank_index.ravel())
     rank = (np.cumsum(counts) - counts / 2) / n
     harmonics = max(0, min(HARMONICS, n // 10, len(distinct) - 1))
-    basis = np.cos(np.pi * np.outer(rank[place.ravel()], np.arange(1, harmonics + 1)))
+    basis = np.cos(np.pi * np.outer(rank[rank_index.ravel()], np.arange(1, harmonics + 1)))
     basis -= basis.mean(axis=0)
     products = basis.T @ spread
-    left = np.sum(spread**2, axis=0) - np.sum(
+    residual = np.sum(spread**2, axis=0) - np.sum(
         products * (np.linalg.pinv(basis.T @ basis) @ products), axis=0
     )
-    return np.asarray(left / (n - harmonics - 1))
+    return np.asarray(residual / (n - harmonics - 1))
 
 
 def indices(values: Array, answers: Array, design: str) -> Indices | None:
-    """The indices of ``answers`` [samples, points] to samples ``values``
-    [samples, unknowns] of a ``design``, summed over the points; None where the answers
-    do not vary. NaN stands for a missing answer."""
+    """The indices of ``answers`` [samples, points] with respect to ``values``
+    [samples, unknowns] of a ``design``, over all points; None where the answers do not
+    vary. NaN stands for a missing answer."""
     count = values.shape[1]
     groups = list(_groups(answers, count if design == "saltelli" else 0))
     if not groups:
         return None
     rng = np.random.default_rng(0)
     estimates = []
-    for number in range(RESAMPLED + 1):
+    for number in range(BOOTSTRAP_SAMPLES + 1):
         parts = []
         for rows, points in groups:
             chosen = rows if number == 0 else rng.choice(rows, len(rows))
             if design == "saltelli":
-                every = answers[:, points].reshape(count + 2, -1, len(points))[:, chosen]
-                made = saltelli(every[0], every[1], every[2:])
-                parts.append(np.concatenate([part.reshape(-1, len(points)) for part in made]))
+                matrices = answers[:, points].reshape(count + 2, -1, len(points))[:, chosen]
+                estimate = saltelli(matrices[0], matrices[1], matrices[2:])
+                parts.append(np.concatenate([part.reshape(-1, len(points)) for part in estimate]))
             else:
-                first, variance = by_regression(values[chosen], answers[np.ix_(chosen, points)])
+                first, variance = regression_indices(
+                    values[chosen], answers[np.ix_(chosen, points)]
+                )
                 parts.append(np.concatenate([first, variance[None]]))
         estimates.append(np.concatenate(parts, axis=1).sum(axis=1))
-    found = np.array(estimates)
-    if not found[0, -1] > 1e-12 * np.nanmax(np.abs(answers)) ** 2:
+    estimated = np.array(estimates)
+    if not estimated[0, -1] > 1e-12 * np.nanmax(np.abs(answers)) ** 2:
         return None
-    shares = found[:, :-1] / np.where(found[:, -1:] > 0.0, found[:, -1:], np.nan)
+    shares = estimated[:, :-1] / np.where(estimated[:, -1:] > 0.0, estimated[:, -1:], np.nan)
     best, error = np.clip(shares[0], 0.0, 1.0), np.nanstd(shares[1:], axis=0)
-    variance = found[0, -1] / sum(len(points) for _, points in groups)
+    variance = estimated[0, -1] / sum(len(points) for _, points in groups)
     if design == "saltelli":
         return Indices(best[:count], error[:count], best[count:], error[count:], float(variance))
     return Indices(best, error, None, None, float(variance))
 
 
 def _groups(answers: Array, unknowns: int) -> Iterator[tuple[Array, Array]]:
-    """Points that lack the same answers: the numbers of the samples that are there, and
-    of the points. Of the design saltelli with so many ``unknowns`` samples count that
-    are there in all matrices."""
-    there = np.isfinite(answers)
+    """Points that lack the same answers: the numbers of the samples that have one, and
+    of the points. With ``unknowns``, for the design saltelli, a sample counts where all
+    matrices have its answer."""
+    present = np.isfinite(answers)
     if unknowns:
-        there = np.asarray(there.reshape(unknowns + 2, -1, answers.shape[1]).all(axis=0))
-    patterns, which = np.unique(there, axis=1, return_inverse=True)
+        present = np.asarray(present.reshape(unknowns + 2, -1, answers.shape[1]).all(axis=0))
+    patterns, group = np.unique(present, axis=1, return_inverse=True)
     for number, pattern in enumerate(patterns.T):
-        if np.count_nonzero(pattern) >= FEWEST:
-            yield np.flatnonzero(pattern), np.flatnonzero(which.ravel() == number)
+        if np.count_nonzero(pattern) >= MIN_SAMPLES:
+            yield np.flatnonzero(pattern), np.flatnonzero(group.ravel() == number)
 
 
 def answers_of(results: Results, severity: int | None = None) -> dict[str, Array]:
-    """The answers of every sample [samples, points] by name: 1 where it is safe in
-    every procedure, 0 where not, NaN where that is not known; and the features that
-    decide on the responses, of the procedures the greatest."""
-    runs = judged(results, severity)
-    unsafe = np.where(runs.bad.any(axis=0), 0.0, np.nan)
-    found: dict[str, Array] = {SAFE: np.where(runs.safe.all(axis=0), 1.0, unsafe)}
+    """The answers of every sample [samples, points] by name: whether it is safe in
+    every procedure (1), is not (0), or that is not known (NaN); and the features that
+    decide on the responses, each the greatest of all procedures."""
+    runs = run_safety(results, severity)
+    unsafe = np.where(runs.unsafe.any(axis=0), 0.0, np.nan)
+    answers: dict[str, Array] = {SAFE: np.where(runs.safe.all(axis=0), 1.0, unsafe)}
     for name in model_in(results.attrs).check_features:
         if name in results.variables:
-            found[name] = np.where(results["status"] == OK, results[name], np.nan).max(axis=0)
-    return {name: values.reshape(-1, values.shape[-1]).T for name, values in found.items()}
+            answers[name] = np.where(results["status"] == OK, results[name], np.nan).max(axis=0)
+    return {name: values.reshape(-1, values.shape[-1]).T for name, values in answers.items()}
 
 
 def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]:
@@ -160,34 +164,36 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
 
     ``answers``: of the safe run and of each feature the ``mean``, the standard
     ``deviation``, and for each unknown ``first`` and ``total`` with their standard
-    errors (``total`` None where the samples do not tell it; it then lies between
+    errors (``total`` None where the design does not determine it; it then lies between
     ``total_least`` and ``total_most``), and for the fifth of the samples in which the
     unknown is ``low``, and ``high``, the mean ``answer`` and the median ``value`` of
-    the unknown. ``measure_first``: the key of the unknown whose measurement leaves
-    least doubt about a safe run."""
+    the unknown. ``measure_first``: the key of the unknown whose measurement reduces the
+    variance of a safe run most."""
     check_samples(results, "sensitivity")
     uncertain = resolved_study(results.attrs).get("uncertain", {})
     design = str(uncertain.get("design", "sobol"))
     keys = [unknown.key for unknown in results.drawn]
     values = np.column_stack([*results.drawn.values()])
-    if len(values) < FEWEST:
+    if len(values) < MIN_SAMPLES:
         raise InputError(
-            f"sensitivity: found {len(values)} samples; allowed: at least {FEWEST}. Run with more, "
-            "uncertain.samples=64 say."
+            f"sensitivity: found {len(values)} samples; allowed: at least {MIN_SAMPLES}. "
+            "Run with more, uncertain.samples=64 say."
         )
     dependent = bool(uncertain.get("correlations") or len(uncertain.get("table") or ()) > 1)
     if design == "saltelli":  # its columns stand in the order of the distributions
         order = [name for name in uncertain if name in {unknown.short for unknown in results.drawn}]
-        placed = [order.index(unknown.short) for unknown in results.drawn]
+        columns = [order.index(unknown.short) for unknown in results.drawn]
     else:
-        placed = list(range(len(keys)))
+        columns = list(range(len(keys)))
     rows: list[dict[str, Any]] = []
     for name, answers in answers_of(results, severity).items():
-        inside = independent(results)
-        drawn, seen = values[inside], answers[inside]
-        found = indices(values, answers, design)
-        told = [
-            _told(unknown, placed[number], found, drawn[:, number], seen, dependent)
+        samples = independent(results)
+        drawn, sample_answers = values[samples], answers[samples]
+        result = indices(values, answers, design)
+        unknown_rows = [
+            _unknown_row(
+                unknown, columns[number], result, drawn[:, number], sample_answers, dependent
+            )
             for number, unknown in enumerate(results.drawn)
         ]
         variable = BY_NAME.get(name)
@@ -198,10 +204,10 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
                 if variable
                 else "a run that ends well without a critical response",
                 "units": variable.units if variable else "1",
-                "mean": _mean(seen),
-                "deviation": None if found is None else float(np.sqrt(found.variance)),
-                "missing": int(np.count_nonzero(~np.isfinite(seen))),
-                "unknowns": told,
+                "mean": _mean(sample_answers),
+                "deviation": None if result is None else float(np.sqrt(result.variance)),
+                "missing": int(np.count_nonzero(~np.isfinite(sample_answers))),
+                "unknowns": unknown_rows,
             }
         )
     return {
@@ -217,12 +223,17 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
         "swept": list(results.swept),
         "histories": len(results.coords["procedure"]),
         "answers": rows,
-        "measure_first": _first(rows[0]["unknowns"]),
+        "measure_first": _measure_first(rows[0]["unknowns"]),
     }
 
 
-def _told(
-    unknown: Unknown, place: int, found: Indices | None, drawn: Array, seen: Array, dependent: bool
+def _unknown_row(
+    unknown: Unknown,
+    column: int,
+    result: Indices | None,
+    drawn: Array,
+    answers: Array,
+    dependent: bool,
 ) -> dict[str, Any]:
     lowest, highest = np.quantile(drawn, [PART, 1.0 - PART])
     ends = {"low": drawn <= lowest, "high": drawn >= highest}
@@ -230,11 +241,11 @@ def _told(
         "key": unknown.key,
         **{
             end: {
-                "answer": _mean(seen[some]),
-                "value": float(np.median(drawn[some])),
+                "answer": _mean(answers[is_chosen]),
+                "value": float(np.median(drawn[is_chosen])),
                 "units": unknown.units,
             }
-            for end, some in ends.items()
+            for end, is_chosen in ends.items()
         },
         "first": None,
         "first_error": None,
@@ -243,37 +254,40 @@ def _told(
         "total_least": None,
         "total_most": None,
     }
-    if found is None:
+    if result is None:
         return row
-    row |= {"first": float(found.first[place]), "first_error": float(found.first_error[place])}
-    if found.total is not None and found.total_error is not None:
-        row |= {"total": float(found.total[place]), "total_error": float(found.total_error[place])}
+    row |= {"first": float(result.first[column]), "first_error": float(result.first_error[column])}
+    if result.total is not None and result.total_error is not None:
+        row |= {
+            "total": float(result.total[column]),
+            "total_error": float(result.total_error[column]),
+        }
     elif not dependent:
-        others = float(found.first.sum() - found.first[place])
-        least = float(found.first[place])
-        row |= {"total_least": least, "total_most": max(least, 1.0 - others)}
+        others = float(result.first.sum() - result.first[column])
+        first_index = float(result.first[column])
+        row |= {"total_least": first_index, "total_most": max(first_index, 1.0 - others)}
     return row
 
 
 def _mean(values: Array) -> float | None:
-    there = values[np.isfinite(values)]
-    return float(there.mean()) if there.size else None
+    finite = values[np.isfinite(values)]
+    return float(finite.mean()) if finite.size else None
 
 
-def _first(rows: Sequence[dict[str, Any]]) -> dict[str, Any] | None:
-    """The unknown to measure first, and the others that it cannot be told apart from;
-    None where none matters."""
+def _measure_first(rows: Sequence[dict[str, Any]]) -> dict[str, Any] | None:
+    """The unknown to measure first, and the others whose indices do not differ from its
+    index beyond their errors; None where no index differs from zero."""
     known = [row for row in rows if row["first"] is not None]
     if not known:
         return None
     best = max(known, key=lambda row: row["first"])
-    if best["first"] <= NORMAL * best["first_error"]:
+    if best["first"] <= NORMAL_QUANTILE * best["first_error"]:
         return None
-    alike = [
+    indistinguishable = [
         row["key"]
         for row in known
         if row is not best
         and best["first"] - row["first"]
-        < NORMAL * np.hypot(row["first_error"], best["first_error"])
+        < NORMAL_QUANTILE * np.hypot(row["first_error"], best["first_error"])
     ]
-    return {"key": best["key"], "first": best["first"], "alike": alike}
+    return {"key": best["key"], "first": best["first"], "alike": indistinguishable}

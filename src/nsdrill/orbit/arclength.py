@@ -1,12 +1,12 @@
-"""Pseudo-arclength continuation (Keller 1977) of the zeros of any residual along which
-one number varies.
+"""Pseudo-arclength continuation (Keller 1977) of the zeros of a residual in one
+parameter.
 
-A problem has m equations in m + 1 unknowns, all in natural scales, the last of them the
-number that is continued. It is evaluated from pieces of motion: the functions here are
-generators that yield the legs they need and are sent their ends, so that many branches
-advance side by side and all that they need in one round is one batch
-(:func:`nsdrill.orbit.rounds.advance`). Nothing here knows what the pieces of motion
-are.
+A problem has m equations in m + 1 unknowns, all in natural scales; the last unknown is
+the continuation parameter. Evaluating it takes pieces of trajectories: the functions
+here are generators that yield legs and are sent their ends, so that many branches
+advance side by side and the legs of one round run in one batch
+(:func:`nsdrill.orbit.lockstep.advance`). Nothing here depends on what the legs stand
+for.
 """
 
 from __future__ import annotations
@@ -19,53 +19,58 @@ import numpy as np
 
 from nsdrill.orbit.flow import Ends, Legs
 from nsdrill.orbit.linear import sign_of_determinant, solve
-from nsdrill.orbit.rounds import together
+from nsdrill.orbit.lockstep import gather
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 T = TypeVar("T")
-Steps = Generator[Legs, Ends, T]
-Kinked = Callable[[Any, Any], bool]
+Task = Generator[Legs, Ends, T]
+HasKink = Callable[[Any, Any], bool]
 Margins = Callable[[Any], Array]
 
-FIRST, MOST, LEAST = 0.02, 0.3, 1e-6  # lengths of steps, in natural scales
-GROW, FASTER = 1.3, 2.0  # of a step after few iterations, and of one that was very short
-FEW_ITERATIONS, MOST_ITERATIONS = 4, 9
-CLOSE, SMALL, FARTHEST = 1e-8, 1e-5, 3000.0  # of a step of Newton's method, in natural scales
-LEAST_COSINE = 0.5  # between the tangents of neighbouring points
-SAME = 1e-5  # in natural scales: two special points of one kind that are one
-LOCATED = 1e-8  # of the arclength at which a special point is known
-NOISE = 1e-7  # of a residual, in natural scales, that the steps of the integration may leave
-CORNER = 1e-5  # of a step: shorter ones look for a corner
+# lengths of continuation steps, in natural scales
+FIRST_STEP, MAX_STEP, MIN_STEP = 0.02, 0.3, 1e-6
+GROWTH = 1.3  # of a step after few iterations
+RECOVERY_GROWTH = 2.0  # the same while the step is shorter than the first one
+FEW_ITERATIONS, MAX_ITERATIONS = 4, 9
+# lengths of steps of Newton's method, in natural scales
+NEWTON_TOLERANCE, STALLED_TOLERANCE, MAX_NEWTON_STEP = 1e-8, 1e-5, 3000.0
+MIN_COSINE = 0.5  # between the tangents of neighbouring points
+DUPLICATE_DISTANCE = 1e-5  # between equal special points, in natural scales
+LOCATION_TOLERANCE = 1e-8  # of the arclength of a special point
+RESIDUAL_NOISE = 1e-7  # due to the steps of the integration, in natural scales
+CORNER_STEP = 1e-5  # a shorter step starts the search for a corner
 # lengths of the first step beyond a corner
-BEYOND = (3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)
-HALVINGS = 6  # in search of a window
-# of a margin: how far from zero, over its change between points; that change
-CLOSENESS, WIDEST = 4.0, 0.5
-STRAIGHT = 0.95  # cosine between that step, or the next shorter one, and the tangent at its end
+STEPS_BEYOND_CORNER = (3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)
+# between the tangent at the end of that step and its chord, or the tangent after the
+# next shorter step
+STRAIGHT_COSINE = 0.95
+MAX_HALVINGS = 6  # in the search for an interval of instability
+MAX_MARGIN_RATIO = 4.0  # of a margin to its change between points
+MAX_MARGIN_CHANGE = 0.5  # of a margin between points
 
 
 @dataclass(frozen=True)
-class Reading:
-    """What a problem has at ``x``: ``residual`` [m], ``jacobian`` [m, m + 1]; ``found``
-    gives what the problem wants kept of the point."""
+class Evaluation:
+    """A problem at ``x``: ``residual`` [m], ``jacobian`` [m, m + 1]; ``solution()``
+    returns what :attr:`Point.found` holds."""
 
     residual: Array
     jacobian: Array
-    found: Callable[[], Any]
+    solution: Callable[[], Any]
 
 
 class Problem(Protocol):
-    """What is continued. ``slack`` is by what factor its noise exceeds that of the
-    tolerance of the flow."""
+    """A residual with one free parameter. ``tolerance_factor`` is the factor by which
+    its noise exceeds that of the tolerance of the flow."""
 
     @property
-    def slack(self) -> float: ...
+    def tolerance_factor(self) -> float: ...
 
-    def read(self, x: Array) -> Steps[Reading | None]:
-        """The reading at ``x`` [m + 1]; None where it cannot be evaluated."""
+    def evaluate(self, x: Array) -> Task[Evaluation | None]:
+        """Residual and Jacobian at ``x`` [m + 1]; None where the legs fail."""
         ...
 
-    def moved(self, x: Array) -> Problem:
+    def updated(self, x: Array) -> Problem:
         """The problem for the points after ``x``, whose phase condition may refer to
         it."""
         ...
@@ -73,10 +78,11 @@ class Problem(Protocol):
 
 @dataclass(frozen=True)
 class Point:
-    """A point of a branch: ``x`` [m + 1], the unit tangent ``tangent`` [m + 1], what
-    was ``found``, Newton's ``iterations``, the ``residual`` left, its place ``s`` along
-    the branch, and the sign ``turn`` of the determinant of the Jacobian above the
-    tangent, which changes at branch points alone."""
+    """A point of a branch: the unknowns ``x`` [m + 1]; the unit ``tangent`` [m + 1];
+    the solution that was ``found``, such as the orbit; the ``iterations`` of Newton's
+    method and the ``residual`` after them; the arclength ``s``; and ``orientation``,
+    the sign of the determinant of the Jacobian bordered by the tangent, which changes
+    only at branch points."""
 
     x: Array
     tangent: Array
@@ -84,97 +90,108 @@ class Point:
     iterations: int
     residual: float
     s: float = 0.0
-    turn: float = 0.0
+    orientation: float = 0.0
 
 
-def tangent_of(jacobian: Array, along: Array) -> Array | None:
-    """The unit vector that ``jacobian`` [m, m + 1] maps to zero, on the side of
-    ``along``; None where there are several."""
+def tangent_of(jacobian: Array, reference: Array) -> Array | None:
+    """The unit null vector of ``jacobian`` [m, m + 1] whose product with ``reference``
+    is positive; None where the null space has more dimensions."""
     m = len(jacobian)
-    system = np.vstack([jacobian, along])
+    system = np.vstack([jacobian, reference])
     try:
-        found = solve(system, np.concatenate([np.zeros(m), [1.0]]))
+        vector = solve(system, np.concatenate([np.zeros(m), [1.0]]))
     except np.linalg.LinAlgError:
-        found = np.linalg.svd(jacobian)[2][-1]
-    length = np.linalg.norm(found)
-    return found / length if np.isfinite(length) and length > 0 else None
+        vector = np.linalg.svd(jacobian)[2][-1]
+    length = np.linalg.norm(vector)
+    return vector / length if np.isfinite(length) and length > 0 else None
 
 
-def correct(
+def newton(
     problem: Problem, guess: Array, normal: Array
-) -> Steps[tuple[Array, Reading, int, float] | None]:
+) -> Task[tuple[Array, Evaluation, int, float] | None]:
     """The zero of ``problem`` in the plane through ``guess`` with this ``normal``, by
-    Newton's method: (x, reading, iterations, residual). None where it does not
+    Newton's method: (x, evaluation, iterations, residual). None where it does not
     converge.
 
-    It stops at a step of ``CLOSE``, or where one below ``SMALL`` no longer falls and
-    the residual is below ``NOISE``: the steps of the integration make some, which large
+    It stops at a step below ``NEWTON_TOLERANCE``, or where a step below
+    ``STALLED_TOLERANCE`` no longer shrinks and the residual is below
+    ``RESIDUAL_NOISE``: the steps of the integration leave noise, which large
     multipliers amplify.
     """
-    x, before = guess, np.inf
-    for iteration in range(1, MOST_ITERATIONS + 1):
-        reading = yield from problem.read(x)
-        if reading is None:
+    x, previous_size = guess, np.inf
+    for iteration in range(1, MAX_ITERATIONS + 1):
+        evaluation = yield from problem.evaluate(x)
+        if evaluation is None:
             return None
-        residual = float(np.max(np.abs(reading.residual)))
-        system = np.vstack([reading.jacobian, normal])
+        residual = float(np.max(np.abs(evaluation.residual)))
+        system = np.vstack([evaluation.jacobian, normal])
         try:
-            step = solve(system, -np.concatenate([reading.residual, [normal @ (x - guess)]]))
+            step = solve(system, -np.concatenate([evaluation.residual, [normal @ (x - guess)]]))
         except np.linalg.LinAlgError:
             return None
-        size = float(np.max(np.abs(step)))
-        if not np.isfinite(size) or size > FARTHEST:
+        step_size = float(np.max(np.abs(step)))
+        if not np.isfinite(step_size) or step_size > MAX_NEWTON_STEP:
             return None
-        noise = problem.slack
-        if size < noise * CLOSE or (
-            size < noise * SMALL and size >= 0.5 * before and residual < noise * NOISE
+        factor = problem.tolerance_factor
+        if step_size < factor * NEWTON_TOLERANCE or (
+            step_size < factor * STALLED_TOLERANCE
+            and step_size >= 0.5 * previous_size
+            and residual < factor * RESIDUAL_NOISE
         ):
-            return x, reading, iteration, residual
-        if iteration > 3 and size > 2.0 * before:
+            return x, evaluation, iteration, residual
+        if iteration > 3 and step_size > 2.0 * previous_size:
             return None
-        x, before = x + step, size
+        x, previous_size = x + step, step_size
     return None
 
 
 def corrected(
-    problem: Problem, guess: Array, normal: Array, along: Array, origin: Point | None = None
-) -> Steps[Point | None]:
-    """The point of the branch in the plane through ``guess`` with this ``normal``, with
-    the tangent on the side of ``along`` and the arclength counted from ``origin``. None
-    where Newton's method does not converge, or where there are several tangents."""
-    found = yield from correct(problem, guess, normal)
-    if found is None:
+    problem: Problem, guess: Array, normal: Array, reference: Array, origin: Point | None = None
+) -> Task[Point | None]:
+    """The point of the branch in the plane through ``guess`` with this ``normal``. Its
+    tangent has a positive product with ``reference``; its arclength counts on from
+    ``origin``. None where Newton's method does not converge, or where the tangent is
+    not unique."""
+    solution = yield from newton(problem, guess, normal)
+    if solution is None:
         return None
-    x, reading, iterations, residual = found
-    tangent = tangent_of(reading.jacobian, along)
+    x, evaluation, iterations, residual = solution
+    tangent = tangent_of(evaluation.jacobian, reference)
     if tangent is None:
         return None
     s = 0.0 if origin is None else origin.s + float(np.linalg.norm(x - origin.x))
     return Point(
-        x, tangent, reading.found(), iterations, residual, s, _turn(reading.jacobian, tangent)
+        x,
+        tangent,
+        evaluation.solution(),
+        iterations,
+        residual,
+        s,
+        _orientation(evaluation.jacobian, tangent),
     )
 
 
-def _turn(jacobian: Array, tangent: Array) -> float:
+def _orientation(jacobian: Array, tangent: Array) -> float:
     return sign_of_determinant(np.vstack([jacobian, tangent]))
 
 
-def _unit(length: int) -> Array:
-    """The normal of the planes in which the number that is continued has one value."""
+def _parameter_normal(length: int) -> Array:
+    """The normal of the planes of constant continuation parameter."""
     return np.eye(length)[-1]
 
 
-def settled(problem: Problem, guess: Array) -> Steps[Point | None]:
-    """The zero of ``problem`` near ``guess`` at its value of the number that is
-    continued."""
-    normal = _unit(len(guess))
+def corrected_at_parameter(problem: Problem, guess: Array) -> Task[Point | None]:
+    """The zero of ``problem`` near ``guess`` at the same value of the continuation
+    parameter."""
+    normal = _parameter_normal(len(guess))
     return (yield from corrected(problem, guess, normal, normal))
 
 
 @dataclass(frozen=True)
-class Test:
-    """A special point between two points of a branch: ``value`` of a point changes its
-    sign there, and ``jumps`` where it is one that only has a sign."""
+class TestFunction:
+    """A test function of the special point with the label ``code``: ``value`` of a
+    point changes its sign there. It ``jumps`` where it has only a sign. ``words`` say
+    what the label leaves open."""
 
     code: int
     value: Callable[[Point], float]
@@ -183,328 +200,375 @@ class Test:
 
 
 @dataclass(frozen=True)
-class Marked:
-    """A point of a branch with its label, 0 for none."""
+class LabelledPoint:
+    """A point of a branch with its label, 0 for none, and its note in ``words``."""
 
     point: Point
     label: int = 0
     words: str = ""
 
 
-Tests = Callable[[Point, Point], list[Test]]
+TestFunctions = Callable[[Point, Point], list[TestFunction]]
 
 
 @dataclass(frozen=True)
-class Half:
-    """One side of a branch from its seed on: the ``points`` after the seed, why it
-    ``ended``, and how many of the points are ``further`` ones, of windows narrower than
-    a step."""
+class HalfBranch:
+    """One side of a branch from its seed: the ``points`` after the seed, the reason
+    why it ``ended``, and how many of the points were ``inserted`` for intervals of
+    instability narrower than a step."""
 
-    points: list[Marked]
+    points: list[LabelledPoint]
     ended: str
-    further: int = 0
+    inserted: int = 0
 
 
-Suspect = tuple[tuple[Problem, Point], tuple[Problem, Point], Point]
+IntervalCandidate = tuple[tuple[Problem, Point], tuple[Problem, Point], Point]
 
 
 def follow(
     problem: Problem,
     start: Point,
-    sense: int,
+    direction: int,
     bounds: tuple[float, float],
-    points: int,
-    tests: Tests,
-    stop: Callable[[Point, Point], str] = lambda here, there: "",
+    max_points: int,
+    test_functions: TestFunctions,
+    stop: Callable[[Point, Point], str] = lambda previous, current: "",
     *,
-    first: float = FIRST,
-    most: float = MOST,
-    kinked: Kinked = lambda here, there: False,
+    first_step: float = FIRST_STEP,
+    max_step: float = MAX_STEP,
+    has_kink: HasKink = lambda previous, current: False,
     margins: Margins | None = None,
-) -> Steps[Half]:
-    """Follow the branch through ``start`` to the side ``sense`` (1 or -1 of its
-    tangent) until the number continued leaves ``bounds``, ``stop`` of two neighbouring
-    points has a word for the end, the branch closes, Newton's method fails, or there
-    are so many ``points``. ``kinked`` says of what was found at two points whether a
-    kink of the equations lies between them, at which the branch may have a corner.
-    ``margins`` of a point change their sign at special points: where one comes close to
-    that, a window narrower than a step is looked for."""
-    suspects: list[Suspect] = []
+) -> Task[HalfBranch]:
+    """Follow the branch through ``start`` in one ``direction`` (1 or -1 along its
+    tangent) until the parameter leaves ``bounds``, ``stop`` of two neighbouring points
+    returns a reason, the branch closes, Newton's method fails, or ``max_points`` are
+    reached.
 
-    def suspected(a: Point, b: Point, c: Point) -> bool:
+    ``has_kink`` of the solutions of two points says whether a kink of the equations
+    lies between them, at which the branch may have a corner. ``margins`` of a solution
+    change their sign at special points: where one comes close to zero, an interval
+    of instability narrower than a step is searched for."""
+    candidates: list[IntervalCandidate] = []
+
+    def may_cross(a: Point, b: Point, c: Point) -> bool:
         return (
-            margins is not None and _close(*(margins(one.found) for one in (a, b, c))) is not None
+            margins is not None
+            and _closest_margin(*(margins(entry.found) for entry in (a, b, c))) is not None
         )
 
-    sides = (points, tests, stop, first, most, kinked)
-    half = yield from _line(problem, start, sense, bounds, *sides, suspected, suspects)
-    if margins is None or not suspects:
+    arguments = (max_points, test_functions, stop, first_step, max_step, has_kink)
+    half = yield from _follow_steps(
+        problem, start, direction, bounds, *arguments, may_cross, candidates
+    )
+    if margins is None or not candidates:
         return half
-    # Last of all, as the steps of other branches may wait for those of this one.
-    windows = yield from together([_window(*one, tests, margins) for one in suspects])
-    made = list(half.points)
-    for one in (one for window in windows for one in window):
+    # After all steps, as those of other branches may depend on the points of this one.
+    intervals = yield from gather(
+        [_instability_interval(*entry, test_functions, margins) for entry in candidates]
+    )
+    points = list(half.points)
+    for entry in (entry for interval in intervals for entry in interval):
         if not any(
-            one.label == other.label and np.max(np.abs(one.point.x - other.point.x)) < SAME
-            for other in made
+            entry.label == other.label
+            and np.max(np.abs(entry.point.x - other.point.x)) < DUPLICATE_DISTANCE
+            for other in points
         ):
-            made.append(one)
-    return Half(sorted(made, key=lambda one: one.point.s), half.ended, len(made) - len(half.points))
+            points.append(entry)
+    return HalfBranch(
+        sorted(points, key=lambda entry: entry.point.s), half.ended, len(points) - len(half.points)
+    )
 
 
-def _line(
+def _follow_steps(
     problem: Problem,
     start: Point,
-    sense: int,
+    direction: int,
     bounds: tuple[float, float],
-    points: int,
-    tests: Tests,
+    max_points: int,
+    test_functions: TestFunctions,
     stop: Callable[[Point, Point], str],
-    first: float,
-    most: float,
-    kinked: Kinked,
-    suspected: Callable[[Point, Point, Point], bool],
-    suspects: list[Suspect],
-) -> Steps[Half]:
-    """The steps of :func:`follow`, which puts into ``suspects`` where a window is to be
-    looked for."""
-    here = replace(start, tangent=sense * start.tangent, s=0.0, turn=sense * start.turn)
-    origin, made = here, list[Marked]()
-    last_two: tuple[tuple[Problem, Point], ...] = ((problem, here),)  # no corner between
-    length, away = first, False
-    failing = ""
-    while len(made) < points:
-        there = None
-        while there is None:
-            if length < LEAST:
-                return Half(made, f"no convergence: {failing}")
-            there, failing = yield from _stepped(problem, here, length, kinked)
-            if length < CORNER and (there is None or kinked(here.found, there.found)):
-                corner = yield from _corner(problem, here, length, kinked)
+    first_step: float,
+    max_step: float,
+    has_kink: HasKink,
+    may_cross: Callable[[Point, Point, Point], bool],
+    candidates: list[IntervalCandidate],
+) -> Task[HalfBranch]:
+    """The steps of :func:`follow`. Appends to ``candidates`` where an interval of
+    instability may lie."""
+    previous = replace(
+        start, tangent=direction * start.tangent, s=0.0, orientation=direction * start.orientation
+    )
+    origin, points = previous, list[LabelledPoint]()
+    last_two: tuple[tuple[Problem, Point], ...] = ((problem, previous),)  # no corner between
+    step, has_left = first_step, False
+    failure = ""
+    while len(points) < max_points:
+        current = None
+        while current is None:
+            if step < MIN_STEP:
+                return HalfBranch(points, f"no convergence: {failure}")
+            current, failure = yield from _stepped(problem, previous, step, has_kink)
+            if step < CORNER_STEP and (current is None or has_kink(previous.found, current.found)):
+                corner = yield from _around_corner(problem, previous, step, has_kink)
                 if corner is not None:
-                    edge, there = corner
-                    made += [Marked(edge, test.code, test.words) for test in tests(here, there)]
-                    here, last_two = edge, ()
-            if there is None:
-                length /= 2.0
+                    edge, current = corner
+                    points += [
+                        LabelledPoint(edge, test.code, test.words)
+                        for test in test_functions(previous, current)
+                    ]
+                    previous, last_two = edge, ()
+            if current is None:
+                step /= 2.0
         outside = (
-            0 if bounds[0] <= there.x[-1] <= bounds[1] else -1 if there.x[-1] < bounds[0] else 1
+            0 if bounds[0] <= current.x[-1] <= bounds[1] else -1 if current.x[-1] < bounds[0] else 1
         )
         if outside:
             bound = bounds[0] if outside < 0 else bounds[1]
-            last = yield from _at_bound(problem, here, there, bound)
-            if last is None:
-                length /= 2.0
-                if length < LEAST:
-                    return Half(made, "no convergence: the end of the range is not reached")
+            at_bound = yield from _point_at_bound(problem, previous, current, bound)
+            if at_bound is None:
+                step /= 2.0
+                if step < MIN_STEP:
+                    return HalfBranch(points, "no convergence: the end of the range is not reached")
                 continue
-            there = last
-        if word := stop(here, there):
-            return Half(made, word)
-        # else those of a corner, which are there
-        if not (made and made[-1].point is here and made[-1].label):
-            made += yield from special(problem, here, there, tests)
-        made.append(Marked(there))
-        if len(last_two) == 2 and suspected(last_two[0][1], last_two[1][1], there):
-            suspects.append((*last_two, there))
+            current = at_bound
+        if reason := stop(previous, current):
+            return HalfBranch(points, reason)
+        # the special points at a corner are already in the list
+        if not (points and points[-1].point is previous and points[-1].label):
+            points += yield from special_points(problem, previous, current, test_functions)
+        points.append(LabelledPoint(current))
+        if len(last_two) == 2 and may_cross(last_two[0][1], last_two[1][1], current):
+            candidates.append((*last_two, current))
         if outside:
-            return Half(made, "from" if outside < 0 else "to")
-        distance = float(np.linalg.norm(there.x - origin.x))
-        away = away or distance > 4.0 * MOST
-        if away and distance < 1.5 * length and _passes(here, there, origin):
-            return Half(made, "closed")
-        problem, here = problem.moved(there.x), there
-        last_two = (*last_two[-1:], (problem, here))
-        if there.iterations <= FEW_ITERATIONS:
-            length = min(length * (GROW if length > first else FASTER), most)
-    return Half(made, "points")
+            return HalfBranch(points, "from" if outside < 0 else "to")
+        distance = float(np.linalg.norm(current.x - origin.x))
+        has_left = has_left or distance > 4.0 * MAX_STEP
+        if has_left and distance < 1.5 * step and _passes_through(previous, current, origin):
+            return HalfBranch(points, "closed")
+        problem, previous = problem.updated(current.x), current
+        last_two = (*last_two[-1:], (problem, previous))
+        if current.iterations <= FEW_ITERATIONS:
+            step = min(step * (GROWTH if step > first_step else RECOVERY_GROWTH), max_step)
+    return HalfBranch(points, "points")
 
 
-def _passes(here: Point, there: Point, origin: Point) -> bool:
+def _passes_through(previous: Point, current: Point, origin: Point) -> bool:
     """Whether the branch passes through ``origin`` between these points."""
-    along = there.x - here.x
-    share = float((origin.x - here.x) @ along / (along @ along))
-    beside = np.linalg.norm(origin.x - here.x - share * along)
+    chord = current.x - previous.x
+    fraction = float((origin.x - previous.x) @ chord / (chord @ chord))
+    offset = np.linalg.norm(origin.x - previous.x - fraction * chord)
     return (
-        0.0 <= share <= 1.0
-        and beside < 0.2 * np.linalg.norm(along)
-        and float(origin.tangent @ along) > 0.0
+        0.0 <= fraction <= 1.0
+        and offset < 0.2 * np.linalg.norm(chord)
+        and float(origin.tangent @ chord) > 0.0
     )
 
 
 def _stepped(
-    problem: Problem, here: Point, length: float, kinked: Kinked
-) -> Steps[tuple[Point | None, str]]:
-    there = yield from corrected(
-        problem, here.x + length * here.tangent, here.tangent, here.tangent, here
+    problem: Problem, previous: Point, length: float, has_kink: HasKink
+) -> Task[tuple[Point | None, str]]:
+    current = yield from corrected(
+        problem,
+        previous.x + length * previous.tangent,
+        previous.tangent,
+        previous.tangent,
+        previous,
     )
-    if there is None:
+    if current is None:
         return None, "Newton's method"
-    turned_back = there.turn != here.turn and kinked(here.found, there.found)
-    if turned_back or there.tangent @ here.tangent < LEAST_COSINE:
+    is_reversed = current.orientation != previous.orientation and has_kink(
+        previous.found, current.found
+    )
+    if is_reversed or current.tangent @ previous.tangent < MIN_COSINE:
         return None, "the branch turns too sharply"
-    if np.linalg.norm(there.x - here.x) > 3.0 * length:
+    if np.linalg.norm(current.x - previous.x) > 3.0 * length:
         return None, "Newton's method leaps to another branch"
-    return there, ""
+    return current, ""
 
 
-def _corner(
-    problem: Problem, here: Point, length: float, kinked: Kinked
-) -> Steps[tuple[Point, Point] | None]:
-    """The last point before a corner that is closer than ``length``, and a first one
-    beyond it.
+def _around_corner(
+    problem: Problem, previous: Point, length: float, has_kink: HasKink
+) -> Task[tuple[Point, Point] | None]:
+    """The last point before a corner within the distance ``length``, and a first one
+    beyond it; None where no corner is found.
 
-    Where the equations have a kink, the tangent turns by any angle within a distance
-    that no step resolves: of the compliance of a contact the square root of its depth.
-    The Jacobian beyond tells the new tangent up to its sign; the sign follows from the
-    determinant, which changes at branch points alone. The shortest of the steps that
-    lead to where the branch is straight again is taken.
+    At a kink of the equations the tangent changes by any angle within a distance that
+    no step resolves: a contact changes the derivatives by the square root of its
+    depth. The Jacobian beyond gives the new tangent up to its sign; the sign follows
+    from the determinant, which changes only at branch points. Of the steps that end
+    where the branch is straight again, the shortest is taken.
     """
-    edge, near, far = here, 0.0, length
-    while far - near > LOCATED:
+    edge, near, far = previous, 0.0, length
+    while far - near > LOCATION_TOLERANCE:
         middle = 0.5 * (near + far)
-        found, _ = yield from _stepped(problem, here, middle, kinked)
-        if found is None or kinked(here.found, found.found):
+        point, _ = yield from _stepped(problem, previous, middle, has_kink)
+        if point is None or has_kink(previous.found, point.found):
             far = middle
         else:
-            edge, near = found, middle
+            edge, near = point, middle
     best: Point | None = None
-    for step in BEYOND:
-        there = yield from _beyond(problem, edge, step, kinked)
-        if best is not None and (there is None or there.tangent @ best.tangent < STRAIGHT):
+    for step in STEPS_BEYOND_CORNER:
+        current = yield from _beyond_corner(problem, edge, step, has_kink)
+        if best is not None and (
+            current is None or current.tangent @ best.tangent < STRAIGHT_COSINE
+        ):
             break
-        best = there
+        best = current
     return None if best is None else (edge, best)
 
 
-def _beyond(problem: Problem, edge: Point, step: float, kinked: Kinked) -> Steps[Point | None]:
+def _beyond_corner(
+    problem: Problem, edge: Point, step: float, has_kink: HasKink
+) -> Task[Point | None]:
     """The point at the distance ``step`` from the last one before a corner, where the
     branch is straight again."""
-    along = edge.tangent
+    tangent_guess = edge.tangent
     for _ in range(4):  # the Jacobian depends on how far it is beyond the kink
-        reading = yield from problem.read(edge.x + step * along)
-        if reading is None or not kinked(edge.found, reading.found()):
+        evaluation = yield from problem.evaluate(edge.x + step * tangent_guess)
+        if evaluation is None or not has_kink(edge.found, evaluation.solution()):
             return None
-        tangent = tangent_of(reading.jacobian, along)
+        tangent = tangent_of(evaluation.jacobian, tangent_guess)
         if tangent is None:
             return None
-        along = tangent * edge.turn * _turn(reading.jacobian, tangent)
-        there = yield from corrected(problem, edge.x + step * along, along, along, edge)
-        if there is not None:
-            chord = there.x - edge.x
+        tangent_guess = tangent * edge.orientation * _orientation(evaluation.jacobian, tangent)
+        point = yield from corrected(
+            problem, edge.x + step * tangent_guess, tangent_guess, tangent_guess, edge
+        )
+        if point is not None:
+            chord = point.x - edge.x
             length = float(np.linalg.norm(chord))
-            straight = length < 3.0 * step and chord @ there.tangent > STRAIGHT * length
+            is_straight = length < 3.0 * step and chord @ point.tangent > STRAIGHT_COSINE * length
             return (
-                there
-                if straight and there.turn == edge.turn and kinked(edge.found, there.found)
+                point
+                if is_straight
+                and point.orientation == edge.orientation
+                and has_kink(edge.found, point.found)
                 else None
             )
     return None
 
 
-def _at_bound(problem: Problem, here: Point, there: Point, bound: float) -> Steps[Point | None]:
-    share = (bound - here.x[-1]) / (there.x[-1] - here.x[-1])
-    guess = here.x + share * (there.x - here.x)
+def _point_at_bound(
+    problem: Problem, previous: Point, current: Point, bound: float
+) -> Task[Point | None]:
+    fraction = (bound - previous.x[-1]) / (current.x[-1] - previous.x[-1])
+    guess = previous.x + fraction * (current.x - previous.x)
     guess[-1] = bound
-    found = yield from corrected(problem, guess, _unit(len(guess)), here.tangent, here)
-    if found is None or np.linalg.norm(found.x - here.x) > 3.0 * np.linalg.norm(there.x - here.x):
+    point = yield from corrected(
+        problem, guess, _parameter_normal(len(guess)), previous.tangent, previous
+    )
+    if point is None or np.linalg.norm(point.x - previous.x) > 3.0 * np.linalg.norm(
+        current.x - previous.x
+    ):
         return None
-    return found
+    return point
 
 
-def special(problem: Problem, here: Point, there: Point, tests: Tests) -> Steps[list[Marked]]:
+def special_points(
+    problem: Problem, previous: Point, current: Point, test_functions: TestFunctions
+) -> Task[list[LabelledPoint]]:
     """The special points between two points, in order."""
-    found = []
-    for test in tests(here, there):
-        point = yield from _located(problem, here, there, test)
+    points = []
+    for test in test_functions(previous, current):
+        point = yield from _located_zero(problem, previous, current, test)
         if point is not None:
-            found.append(Marked(point, test.code, test.words))
-    return sorted(found, key=lambda one: one.point.s)
+            points.append(LabelledPoint(point, test.code, test.words))
+    return sorted(points, key=lambda entry: entry.point.s)
 
 
-def between(problem: Problem, here: Point, a: Point, b: Point, s: float) -> Steps[Point | None]:
-    """The point at the distance ``s`` along the tangent of ``here``, between the points
-    ``a`` and ``b``."""
-    sa, sb = (float(here.tangent @ (one.x - here.x)) for one in (a, b))
+def corrected_between(
+    problem: Problem, previous: Point, a: Point, b: Point, s: float
+) -> Task[Point | None]:
+    """The point at the distance ``s`` along the tangent of ``previous``, between the
+    points ``a`` and ``b``."""
+    sa, sb = (float(previous.tangent @ (point.x - previous.x)) for point in (a, b))
     guess = a.x + (s - sa) / (sb - sa) * (b.x - a.x)
-    return (yield from corrected(problem, guess, here.tangent, here.tangent, here))
+    return (yield from corrected(problem, guess, previous.tangent, previous.tangent, previous))
 
 
-def _window(
+def _instability_interval(
     first: tuple[Problem, Point],
     second: tuple[Problem, Point],
     last: Point,
-    tests: Tests,
+    test_functions: TestFunctions,
     margins: Margins,
-) -> Steps[list[Marked]]:
-    """What lies between three neighbouring points where a margin, which keeps its sign
-    at them, changes it and changes it back: a point there, and the special points to
-    both sides; none where no margin does. ``first`` and ``second`` have the problems of
-    the steps that lead on from them.
+) -> Task[list[LabelledPoint]]:
+    """An interval between three neighbouring points in which a margin has the opposite
+    sign: a point inside and the special points on both sides; empty where no margin
+    changes its sign. ``first`` and ``second`` come with the problems of the steps that
+    lead on from them.
 
-    A margin is suspected that is closest to zero at the point in the middle, and not
-    much farther from it than it changes to one of the sides. Halving both sides about
-    the closest point either finds the window, or shows that the margin turns before.
+    The margin to search is closest to zero at the middle point, and its distance from
+    zero is comparable to its change between points. Halving both sides about the
+    closest point either finds the interval, or shows that the margin has an extremum
+    before zero.
     """
-    (early, a), (late, b), c = first, second, last
-    sides: list[tuple[Problem, Point]] = [(early, a), (late, b)]
-    line: list[Point] = [a, b, c]
-    values = [margins(point.found) for point in line]
-    suspected = _close(*values)
-    if suspected is None:
+    (first_problem, a), (second_problem, b), c = first, second, last
+    sides: list[tuple[Problem, Point]] = [(first_problem, a), (second_problem, b)]
+    bracket: list[Point] = [a, b, c]
+    values = [margins(point.found) for point in bracket]
+    index = _closest_margin(*values)
+    if index is None:
         return []
-    for _ in range(HALVINGS):
+    for _ in range(MAX_HALVINGS):
         middle: list[Point] = []
-        for (problem, base), p, q in zip(sides, line[:2], line[1:], strict=True):
-            reach = [float(base.tangent @ (one.x - base.x)) for one in (p, q)]
-            point = yield from between(problem, base, p, q, 0.5 * (reach[0] + reach[1]))
+        for (problem, base), p, q in zip(sides, bracket[:2], bracket[1:], strict=True):
+            distances = [float(base.tangent @ (end.x - base.x)) for end in (p, q)]
+            point = yield from corrected_between(
+                problem, base, p, q, 0.5 * (distances[0] + distances[1])
+            )
             if point is None:
                 return []
             middle.append(point)
-            value = margins(point.found)
-            if value[suspected] * values[1][suspected] < 0.0:
-                made = yield from special(problem, p, point, tests)
-                made.append(Marked(point))
-                made += yield from special(problem, point, q, tests)
-                return made
-        line = [line[0], middle[0], line[1], middle[1], line[2]]
-        values = [margins(point.found) for point in line]
-        nearest = min(range(1, 4), key=lambda k: abs(values[k][suspected]))
-        every = [sides[0], sides[0], sides[1], sides[1]]
-        line, values = line[nearest - 1 : nearest + 2], values[nearest - 1 : nearest + 2]
-        sides = every[nearest - 1 : nearest + 1]
-        if _close(*(value[[suspected]] for value in values)) is None:
+            margin = margins(point.found)
+            if margin[index] * values[1][index] < 0.0:
+                points = yield from special_points(problem, p, point, test_functions)
+                points.append(LabelledPoint(point))
+                points += yield from special_points(problem, point, q, test_functions)
+                return points
+        bracket = [bracket[0], middle[0], bracket[1], middle[1], bracket[2]]
+        values = [margins(point.found) for point in bracket]
+        nearest = min(range(1, 4), key=lambda k: abs(values[k][index]))
+        refined_sides = [sides[0], sides[0], sides[1], sides[1]]
+        bracket, values = bracket[nearest - 1 : nearest + 2], values[nearest - 1 : nearest + 2]
+        sides = refined_sides[nearest - 1 : nearest + 1]
+        if _closest_margin(*(margin[[index]] for margin in values)) is None:
             return []
     return []
 
 
-def _close(a: Array, b: Array, c: Array) -> int | None:
-    """Which of the margins at three points comes so close to zero that it may cross it
-    between; None where none does."""
-    same = (a * b > 0.0) & (b * c > 0.0)
-    peak = (np.abs(b) < np.abs(a)) & (np.abs(b) < np.abs(c))
+def _closest_margin(a: Array, b: Array, c: Array) -> int | None:
+    """The number of the margin that may cross zero between three points, by how close
+    it comes to zero at the middle one; None where none may."""
+    same_sign = (a * b > 0.0) & (b * c > 0.0)
+    is_closest = (np.abs(b) < np.abs(a)) & (np.abs(b) < np.abs(c))
     change = np.maximum(np.abs(b - a), np.abs(b - c))
     with np.errstate(invalid="ignore", divide="ignore"):
-        share = np.where(same & peak & (change < WIDEST), np.abs(b) / change, np.inf)
-    best = int(np.argmin(share)) if len(share) else 0
-    return best if len(share) and share[best] < CLOSENESS else None
+        ratio = np.where(
+            same_sign & is_closest & (change < MAX_MARGIN_CHANGE), np.abs(b) / change, np.inf
+        )
+    nearest = int(np.argmin(ratio)) if len(ratio) else 0
+    return nearest if len(ratio) and ratio[nearest] < MAX_MARGIN_RATIO else None
 
 
-def _located(problem: Problem, here: Point, there: Point, test: Test) -> Steps[Point | None]:
-    """Where ``test`` vanishes, by the method of Chandrupatla 1997 (bisection and
-    inverse quadratic interpolation)."""
-    a, b = there, here
-    sa, sb = float(here.tangent @ (there.x - here.x)), 0.0
+def _located_zero(
+    problem: Problem, previous: Point, current: Point, test: TestFunction
+) -> Task[Point | None]:
+    """The zero of ``test``, by the method of Chandrupatla (1997), bisection and
+    inverse quadratic interpolation. None where both ends have the same sign, a value
+    is not finite, or Newton's method fails at once."""
+    a, b = current, previous
+    sa, sb = float(previous.tangent @ (current.x - previous.x)), 0.0
     fa, fb = test.value(a), test.value(b)
     if not (np.isfinite(fa) and np.isfinite(fb)) or fa * fb > 0.0:
         return None
-    share, last = 0.5, None
+    fraction, best = 0.5, None
     for _ in range(60):
-        s = sa + share * (sb - sa)
+        s = sa + fraction * (sb - sa)
         low, high = (a, b) if sa < sb else (b, a)
-        point = yield from between(problem, here, low, high, s)
+        point = yield from corrected_between(problem, previous, low, high, s)
         if point is None:
-            return None if last is None else last
+            return best
         f = test.value(point)
         if not np.isfinite(f):
             return None
@@ -514,17 +578,17 @@ def _located(problem: Problem, here: Point, there: Point, test: Test) -> Steps[P
             sc, fc = sb, fb
             b, sb, fb = a, sa, fa
         a, sa, fa = point, s, f
-        last = a if abs(fa) < abs(fb) else b
+        best = a if abs(fa) < abs(fb) else b
         width = abs(sb - sa)
-        near = test.jumps and abs(a.x[-1] - b.x[-1]) < 10.0 * LOCATED
-        if width < LOCATED or fa == 0.0 or near:
-            return last
+        is_resolved = test.jumps and abs(a.x[-1] - b.x[-1]) < 10.0 * LOCATION_TOLERANCE
+        if width < LOCATION_TOLERANCE or fa == 0.0 or is_resolved:
+            return best
         xi, phi = (sa - sb) / (sc - sb), (fa - fb) / (fc - fb) if fc != fb else 2.0
-        share = 0.5
+        fraction = 0.5
         if phi * phi < xi and (1.0 - phi) ** 2 < 1.0 - xi:
-            share = fa / (fb - fa) * fc / (fb - fc) + (sc - sa) / (sb - sa) * fa / (
+            fraction = fa / (fb - fa) * fc / (fb - fc) + (sc - sa) / (sb - sa) * fa / (
                 fc - fa
             ) * fb / (fc - fb)
-        least = 0.5 * LOCATED / width
-        share = min(max(share, least), 1.0 - least)
-    return last
+        least = 0.5 * LOCATION_TOLERANCE / width
+        fraction = min(max(fraction, least), 1.0 - least)
+    return best

@@ -1,4 +1,4 @@
-"""Curves through the special points of branches, in a second number."""
+"""Borders: curves through the special points of branches in two parameters."""
 
 from __future__ import annotations
 
@@ -8,23 +8,32 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, OWN
-from nsdrill.orbit.arclength import Half, Marked, Point, Steps, Test, follow, settled
+from nsdrill.orbit.arclength import (
+    HalfBranch,
+    LabelledPoint,
+    Point,
+    Task,
+    TestFunction,
+    corrected_at_parameter,
+    follow,
+)
 from nsdrill.orbit.branch import Branch
 from nsdrill.orbit.curve import Condition, Curve, CycleFolds
 from nsdrill.orbit.flow import Flow
-from nsdrill.orbit.rounds import advance
+from nsdrill.orbit.lockstep import advance
 
-SAME = 1e-4  # of the range: special points that are closer are one
-WAVE = 8  # curves side by side
-FIRST, MOST = 0.1, 6.0  # lengths of steps, in natural scales: nothing is to be detected on the way
-ASTRAY = 0.5  # in natural scales: how far a curve may begin from its special point
+DUPLICATE_DISTANCE = 1e-4  # between equal special points, over the range
+MAX_SIDE_BY_SIDE = 8  # curves that advance at the same time
+# lengths of steps, in natural scales; long ones, as nothing is detected along a curve
+FIRST_STEP, MAX_STEP = 0.1, 6.0
+MAX_CORRECTION = 0.5  # from a special point to the first point of its curve, in natural scales
 
 
 @dataclass(frozen=True)
 class Border:
     """A curve: the ``label`` of its points, their ``motion`` and period in ``lobes``,
-    the ``points`` with values of both numbers, why it ends, at its beginning and its
-    end, and a ``branch`` that it passes."""
+    the ``points`` with values of both parameters, the reasons why it ``ended``, at its
+    beginning and at its end, and the number of a ``branch`` that it crosses."""
 
     label: int
     motion: str
@@ -35,18 +44,20 @@ class Border:
 
 
 @dataclass(frozen=True)
-class _Wanted:
+class _SpecialPoint:
+    """A special point of the ``branch`` of this ``number``."""
+
     number: int
     branch: Branch
-    point: Marked
+    labelled: LabelledPoint
 
     @property
     def kind(self) -> tuple[int, str, int]:
-        return self.point.label, self.branch.motion, self.branch.lobes
+        return self.labelled.label, self.branch.motion, self.branch.lobes
 
     @property
     def value(self) -> float:
-        return float(self.point.point.found.values[-1])
+        return float(self.labelled.point.found.values[-1])
 
 
 def borders(
@@ -55,137 +66,165 @@ def borders(
     conditions: dict[int, Condition],
     start: float,
     bounds: tuple[tuple[float, float], tuple[float, float]],
-    points: int,
-    look: Callable[[], None],
+    max_points: int,
+    poll: Callable[[], None],
 ) -> list[Border]:
     """The curves through the special points with a label among ``conditions``, one for
-    each that lies on none yet.
+    each point that lies on no other curve.
 
-    ``flows`` gives for a condition the flow that it is followed by. It has both numbers
-    free, first that along which the branches were made; the second is ``start`` there.
-    ``bounds`` are the ranges of both. Folds and doublings next to a grazing point are
-    left out: they go with its curve.
+    ``flows(condition)`` is the flow for a condition. Both parameters are free in it,
+    first that of the branches; the second has the value ``start`` on the branches.
+    ``bounds`` are the ranges of both. ``max_points`` limits each curve. ``poll`` is
+    called often, and may raise to stop. Folds and doublings next to a grazing point
+    are left out: they belong to the curve of that point.
     """
-    near = SAME * (bounds[0][1] - bounds[0][0])
-    made: list[Border] = []
+    tolerance = DUPLICATE_DISTANCE * (bounds[0][1] - bounds[0][0])
+    found: list[Border] = []
 
-    def there(one: _Wanted) -> bool:
+    def is_known(special: _SpecialPoint) -> bool:
         return any(
-            (border.label, border.motion, border.lobes) == one.kind
-            and _crosses(border, one.value, start, near)
-            for border in made
+            (border.label, border.motion, border.lobes) == special.kind
+            and _crosses(border, special.value, start, tolerance)
+            for border in found
         )
 
-    wanted = [
-        one
+    remaining = [
+        special
         for number, branch in enumerate(branches)
-        for one in _of(number, branch, conditions, near)
+        for special in _followable(number, branch, conditions, tolerance)
     ]
-    while wanted:
-        chosen: list[_Wanted] = []
-        later: list[_Wanted] = []
-        for one in wanted:
-            if there(one):
+    while remaining:
+        chosen: list[_SpecialPoint] = []
+        later: list[_SpecialPoint] = []
+        for special in remaining:
+            if is_known(special):
                 continue
             (
                 later
-                if len(chosen) >= WAVE or any(other.kind == one.kind for other in chosen)
+                if len(chosen) >= MAX_SIDE_BY_SIDE
+                or any(earlier.kind == special.kind for earlier in chosen)
                 else chosen
-            ).append(one)
-        wanted = later
-        groups: dict[Flow, dict[int, Steps[tuple[Half, Point, Half] | None]]] = {}
-        for place, one in enumerate(chosen):
-            condition = conditions[one.point.label]
+            ).append(special)
+        remaining = later
+        groups: dict[Flow, dict[int, Task[tuple[HalfBranch, Point, HalfBranch] | None]]] = {}
+        for index, special in enumerate(chosen):
+            condition = conditions[special.labelled.label]
             flow = flows(condition)
-            groups.setdefault(flow, {})[place] = _both_sides(
-                flow, one, condition, start, bounds, points
+            groups.setdefault(flow, {})[index] = _border_points(
+                flow, special, condition, start, bounds, max_points
             )
         results = {
-            place: found
-            for flow, jobs in groups.items()
-            for place, found in advance(flow, jobs, look=look).items()
+            index: result
+            for flow, tasks in groups.items()
+            for index, result in advance(flow, tasks, poll=poll).items()
         }
-        for place, one in enumerate(chosen):
-            if results[place] is not None:
-                back, seed, on = results[place]
+        for index, special in enumerate(chosen):
+            if results[index] is not None:
+                backward, seed, forward = results[index]
                 line = (
-                    [marked.point for marked in back.points[::-1]]
+                    [entry.point for entry in backward.points[::-1]]
                     + [seed]
-                    + [marked.point for marked in on.points]
+                    + [entry.point for entry in forward.points]
                 )
-                made.append(Border(*one.kind, line, (back.ended, on.ended), one.number))
-    return made
-
-
-def _of(
-    number: int, branch: Branch, conditions: dict[int, Condition], near: float
-) -> list[_Wanted]:
-    """The special points of a branch through which a curve is asked for and can go."""
-    every = [_Wanted(number, branch, one) for one in branch.marked if one.label]
-    grazing = [one.value for one in every if one.point.label > OWN]
-    found = []
-    for one in every:
-        condition = conditions.get(one.point.label)
-        # Of motions that touch more often a contact's function has no extreme value
-        # that vanishes.
-        if condition is None or one.point.words or branch.motion == CIRCLE:
-            continue
-        if branch.motion == CYCLE and condition.multiplier != 1.0:
-            continue
-        if condition.of_monodromy and any(abs(one.value - other) < near for other in grazing):
-            continue
-        found.append(one)
+                found.append(
+                    Border(*special.kind, line, (backward.ended, forward.ended), special.number)
+                )
     return found
 
 
-def _crosses(border: Border, value: float, start: float, near: float) -> bool:
-    """Whether a curve passes ``value`` of the first number where the second is
-    ``start``."""
-    numbers = np.array([point.found.values for point in border.points])
-    side = numbers[:, 1] - start
-    at = np.flatnonzero(side[:-1] * side[1:] <= 0.0)
-    for place in at:
-        rise = side[place + 1] - side[place]
-        share = 0.0 if rise == 0.0 else -side[place] / rise
+def _followable(
+    number: int, branch: Branch, conditions: dict[int, Condition], tolerance: float
+) -> list[_SpecialPoint]:
+    """The special points of a branch that a curve of ``conditions`` can start from."""
+    specials = [_SpecialPoint(number, branch, entry) for entry in branch.marked if entry.label]
+    grazing = [special.value for special in specials if special.labelled.label > OWN]
+    followable = []
+    for special in specials:
+        condition = conditions.get(special.labelled.label)
+        # A point with a note has another number of touches in a period: no extreme
+        # value of the contact's function vanishes there.
+        if condition is None or special.labelled.words or branch.motion == CIRCLE:
+            continue
+        if branch.motion == CYCLE and condition.multiplier != 1.0:
+            continue
+        if condition.of_monodromy and any(
+            abs(special.value - value) < tolerance for value in grazing
+        ):
+            continue
+        followable.append(special)
+    return followable
+
+
+def _crosses(border: Border, value: float, start: float, tolerance: float) -> bool:
+    """Whether a curve passes through ``value`` of the first parameter where the second
+    is ``start``."""
+    values = np.array([point.found.values for point in border.points])
+    offsets = values[:, 1] - start
+    crossings = np.flatnonzero(offsets[:-1] * offsets[1:] <= 0.0)
+    for index in crossings:
+        rise = offsets[index + 1] - offsets[index]
+        fraction = 0.0 if rise == 0.0 else -offsets[index] / rise
         if (
-            abs(numbers[place, 0] + share * (numbers[place + 1, 0] - numbers[place, 0]) - value)
-            < 10.0 * near
+            abs(values[index, 0] + fraction * (values[index + 1, 0] - values[index, 0]) - value)
+            < 10.0 * tolerance
         ):
             return True
     return False
 
 
-def _both_sides(
+def _border_points(
     flow: Flow,
-    one: _Wanted,
+    special: _SpecialPoint,
     condition: Condition,
     start: float,
     bounds: tuple[tuple[float, float], tuple[float, float]],
-    points: int,
-) -> Steps[tuple[Half, Point, Half] | None]:
-    orbit = one.point.point.found
-    values = np.array([one.value, start])
+    max_points: int,
+) -> Task[tuple[HalfBranch, Point, HalfBranch] | None]:
+    """The curve through a special point: its backward half, its first point and its
+    forward half; None where Newton's method does not lead onto it."""
+    orbit = special.labelled.point.found
+    values = np.array([special.value, start])
     problem: Curve | CycleFolds
-    if one.branch.motion == CYCLE:
+    if special.branch.motion == CYCLE:
         problem = CycleFolds.at(flow, orbit, values)
-        guess = problem.unknowns(orbit.pieces, orbit.period, values)
+        guess = problem.unknowns(orbit.mesh_states, orbit.period, values)
     else:
-        problem = Curve.at(flow, one.branch.lobes, orbit, values, condition)
-        guess = problem.unknowns(orbit.pieces, values)
-    seed = yield from settled(problem, guess)
-    if seed is None or np.linalg.norm(seed.x - guess) > ASTRAY:
+        problem = Curve.at(flow, special.branch.lobes, orbit, values, condition)
+        guess = problem.unknowns(orbit.mesh_states, values)
+    seed = yield from corrected_at_parameter(problem, guess)
+    if seed is None or np.linalg.norm(seed.x - guess) > MAX_CORRECTION:
         return None
-    (low, high), other = (
+    (low, high), second_bounds = (
         tuple(np.array(bound) / scale) for bound, scale in zip(bounds, flow.scales, strict=True)
     )
 
-    def stop(here: Point, there: Point) -> str:
-        return "" if low <= there.x[-2] <= high else "range"
+    def stop(previous: Point, current: Point) -> str:
+        return "" if low <= current.x[-2] <= high else "range"
 
-    def none(here: Point, there: Point) -> list[Test]:
+    def no_test_functions(previous: Point, current: Point) -> list[TestFunction]:
         return []
 
-    on = yield from follow(problem, seed, 1, other, points // 2, none, stop, first=FIRST, most=MOST)
-    left = points - len(on.points)
-    back = yield from follow(problem, seed, -1, other, left, none, stop, first=FIRST, most=MOST)
-    return back, seed, on
+    forward = yield from follow(
+        problem,
+        seed,
+        1,
+        second_bounds,
+        max_points // 2,
+        no_test_functions,
+        stop,
+        first_step=FIRST_STEP,
+        max_step=MAX_STEP,
+    )
+    remaining = max_points - len(forward.points)
+    backward = yield from follow(
+        problem,
+        seed,
+        -1,
+        second_bounds,
+        remaining,
+        no_test_functions,
+        stop,
+        first_step=FIRST_STEP,
+        max_step=MAX_STEP,
+    )
+    return backward, seed, forward

@@ -1,5 +1,5 @@
-"""A branch: the points of one family of motions, from its seed to both sides, and
-whether a line passes a motion."""
+"""A branch: the points of one family of motions on both sides of its seed, and whether
+a line of points passes near a motion."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.analysis.bifurcations import END, FAILED
-from nsdrill.orbit.arclength import Half, Marked
+from nsdrill.orbit.arclength import HalfBranch, LabelledPoint
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 ENDINGS = {
@@ -30,14 +30,14 @@ ENDINGS = {
 
 @dataclass(frozen=True)
 class Branch:
-    """One branch. ``marked`` are its points in order; ``ended`` says why at its
-    beginning and at its end; ``parent`` and ``parent_point`` are the number of the
-    branch from which it springs and the place of the point there, -1 where it was found
-    from a seed."""
+    """One branch: its points in order, ``marked`` with their labels, and the reasons
+    why it ``ended``, at its beginning and at its end. ``parent`` is the number of the
+    branch from which it emanates and ``parent_point`` the number of the point there, -1
+    for a branch from a seed."""
 
     motion: str
     lobes: int
-    marked: list[Marked]
+    marked: list[LabelledPoint]
     ended: tuple[str, str]
     parent: int = -1
     parent_point: int = -1
@@ -48,7 +48,7 @@ class Branch:
 
     @property
     def end_reason(self) -> str:
-        """Why it ends on both sides, in words."""
+        """The reasons for both ends, in words."""
         first, last = (ENDINGS.get(word, word) for word in self.ended)
         return first if first == last or "closed" in self.ended else f"{first}; {last}"
 
@@ -59,37 +59,43 @@ class Branch:
 def assembled(
     motion: str,
     lobes: int,
-    seed: Marked,
-    back: Half | None,
-    on: Half,
+    seed: LabelledPoint,
+    backward: HalfBranch | None,
+    forward: HalfBranch,
     parent: int = -1,
     parent_point: int = -1,
 ) -> Branch:
-    """A branch from its seed and the halves to both sides; without ``back`` it begins
-    with the seed."""
-    before = [] if back is None else back.points[::-1]
-    reach = before[0].point.s if before else 0.0
-    marked = [replace(one, point=replace(one.point, s=reach - one.point.s)) for one in before]
-    marked += [replace(seed, point=replace(seed.point, s=reach))]
-    marked += [replace(one, point=replace(one.point, s=reach + one.point.s)) for one in on.points]
-    ended = ("seed" if back is None else back.ended, on.ended)
-    for place, word in ((0, ended[0]), (-1, ended[1])):
-        if marked[place].label == 0 and word not in ("closed", "seed"):
-            label = FAILED if word.startswith("no convergence") else END
-            marked[place] = replace(marked[place], label=label)
+    """A branch from its seed and the halves on both sides; without ``backward`` it
+    begins at the seed."""
+    backward_points = [] if backward is None else backward.points[::-1]
+    offset = backward_points[0].point.s if backward_points else 0.0
+    marked = [
+        replace(entry, point=replace(entry.point, s=offset - entry.point.s))
+        for entry in backward_points
+    ]
+    marked += [replace(seed, point=replace(seed.point, s=offset))]
+    marked += [
+        replace(entry, point=replace(entry.point, s=offset + entry.point.s))
+        for entry in forward.points
+    ]
+    ended = ("seed" if backward is None else backward.ended, forward.ended)
+    for index, reason in ((0, ended[0]), (-1, ended[1])):
+        if marked[index].label == 0 and reason not in ("closed", "seed"):
+            label = FAILED if reason.startswith("no convergence") else END
+            marked[index] = replace(marked[index], label=label)
     return Branch(motion, lobes, marked, ended, parent, parent_point)
 
 
-def passes(line: Array, signatures: list[Array], slack: float = 0.0) -> bool:
-    """Whether a ``line`` through points [points, coordinates] passes one of these:
-    closer than a fifth of the distance of the two points between which it does, and
-    ``slack``."""
-    along, here = np.diff(line, axis=0), line[:-1]
-    square = np.maximum(np.sum(along**2, axis=1), 1e-300)
+def passes_near(line: Array, signatures: list[Array], tolerance: float = 0.0) -> bool:
+    """Whether a ``line`` through points [points, coordinates] passes near one of the
+    ``signatures`` [coordinates]: nearer than a fifth of the length of the chord there,
+    plus 1e-3, plus ``tolerance``."""
+    chords, starts = np.diff(line, axis=0), line[:-1]
+    square = np.maximum(np.sum(chords**2, axis=1), 1e-300)
     for signature in signatures:
-        off = signature - here
-        share = np.clip(np.sum(off * along, axis=1) / square, 0.0, 1.0)
-        beside = np.linalg.norm(off - share[:, None] * along, axis=1)
-        if np.any(beside < 0.2 * np.sqrt(square) + 1e-3 + slack):
+        offsets = signature - starts
+        fraction = np.clip(np.sum(offsets * chords, axis=1) / square, 0.0, 1.0)
+        distances = np.linalg.norm(offsets - fraction[:, None] * chords, axis=1)
+        if np.any(distances < 0.2 * np.sqrt(square) + 1e-3 + tolerance):
             return True
     return False

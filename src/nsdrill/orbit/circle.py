@@ -1,9 +1,9 @@
 """Invariant circles of the lobe map: rolling over lobes, a motion on a torus.
 
-A circle is u(theta) = R(theta) w(theta), with R the turn of the frame; the map over m
-lobes takes it to u(theta + rho). The unknowns are w at N angles and the rotation rho; a
-phase condition, that w does not turn on average, takes rho's equation. Between the
-angles w is its trigonometric interpolant.
+A circle is u(theta) = R(theta) w(theta), with R the rotation of the frame; the map over
+m lobes takes u(theta) to u(theta + rho). The unknowns are w at N angles and the
+rotation rho; the equation of rho is a phase condition, that the mean of w keeps its
+direction. Between the angles w is its trigonometric interpolant.
 """
 
 from __future__ import annotations
@@ -17,28 +17,28 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import FOLD
 from nsdrill.models.base import Symmetry
-from nsdrill.orbit.arclength import Point, Reading, Steps, Test
+from nsdrill.orbit.arclength import Evaluation, Point, Task, TestFunction
 from nsdrill.orbit.flow import Flow, Legs
-from nsdrill.orbit.frame import turned, turning
+from nsdrill.orbit.frame import rotated, rotation_derivative
 from nsdrill.orbit.labels import Graze
 from nsdrill.orbit.periodic import Orbit
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-POINTS = (11, 21)  # on the circle; more where fewer leave too much
-RETURNS = 240  # of the lobe map, that a circle is fitted to
-FEWEST_RETURNS = 40  # to fit a circle to
-SLACK = 30.0  # of the integration's tolerance: interpolation along a circle errs by far more
-# of the natural scale of a number, for derivatives by it: the tolerance asks for a
-# longer one
-DIFFERENCE = 1e-3
-MISFIT = 0.3  # of the fit, in natural scales
-TAIL = 0.03  # of the highest harmonics: a circle with more is not smooth enough
+POINT_COUNTS = (11, 21)  # of a circle; the second where the first fits too badly
+MAX_RETURNS = 240  # of the lobe map, to which a circle is fitted
+MIN_RETURNS = 40  # of the map that a circle is fitted to
+TOLERANCE_FACTOR = 30.0  # the error of interpolation along a circle is far larger still
+# of central differences by a parameter, in its natural scale: longer than that of
+# orbits, as the tolerance is looser
+DIFFERENCE_STEP = 1e-3
+MAX_MISFIT = 0.3  # of the fit, in natural scales
+MAX_TAIL = 0.03  # of the highest harmonics, for a circle that is smooth enough
 
 
-def shift(points: int, angle: float) -> tuple[Array, Array]:
-    """The matrix that takes values at ``points`` equal angles (an odd number) to those
-    of their trigonometric interpolant at angles greater by ``angle``, and its
-    derivative by the angle."""
+def shift_matrix(points: int, angle: float) -> tuple[Array, Array]:
+    """The matrix [points, points] that maps values at ``points`` equal angles (an odd
+    number) to those of their trigonometric interpolant at angles greater by ``angle``
+    [rad], and its derivative by the angle."""
     t = angle + 2.0 * math.pi * (np.arange(points)[:, None] - np.arange(points)[None, :]) / points
     k = np.arange(1, points // 2 + 1)
     phase = t[..., None] * k
@@ -50,92 +50,93 @@ def shift(points: int, angle: float) -> tuple[Array, Array]:
 @dataclass(frozen=True)
 class Circle:
     """Invariant circles. The unknowns are the free states of w at ``points`` equal
-    angles, over ``size`` [free], the rotation [rad], and the last of ``values`` over
-    its scale."""
+    angles, over ``state_scales`` [free], the rotation [rad], and the last of ``values``
+    over its scale. The other states are those of ``fixed`` [states]."""
 
     flow: Flow
     points: int
     lobes: int
-    size: Array
+    state_scales: Array
     values: Array
     fixed: Array
-    slack = SLACK
+    tolerance_factor = TOLERANCE_FACTOR
 
     @property
-    def fold(self) -> float:
-        """By how much the drive turns in the map [rad]."""
+    def map_angle(self) -> float:
+        """The angle by which the drive advances in the map [rad]."""
         return 2.0 * math.pi * self.lobes / self.flow.symmetry.folds
 
     @property
     def angles(self) -> Any:
+        """The angles theta of the points [points], in rad."""
         return 2.0 * math.pi * np.arange(self.points) / self.points
 
-    def unknowns(self, w: Array, rotation: float, number: float) -> Array:
-        """``x`` from w [points, states], the rotation [rad] and the number
-        continued."""
-        scaled = w[:, list(self.flow.symmetry.free)] / (self.size * math.sqrt(self.points))
-        return np.concatenate([scaled.ravel(), [rotation, number / self.flow.scales[-1]]])
+    def unknowns(self, w: Array, rotation: float, parameter: float) -> Array:
+        """``x`` from w [points, states], the rotation [rad] and the continuation
+        parameter."""
+        scaled = w[:, list(self.flow.symmetry.free)] / (self.state_scales * math.sqrt(self.points))
+        return np.concatenate([scaled.ravel(), [rotation, parameter / self.flow.scales[-1]]])
 
     def w(self, x: Array) -> Array:
-        """The states w at the angles, shape (points, states)."""
-        made = np.tile(self.fixed, (self.points, 1))
-        made[:, list(self.flow.symmetry.free)] = x[:-2].reshape(self.points, -1) * (
-            self.size * math.sqrt(self.points)
+        """w at the angles, shape (points, states)."""
+        w = np.tile(self.fixed, (self.points, 1))
+        w[:, list(self.flow.symmetry.free)] = x[:-2].reshape(self.points, -1) * (
+            self.state_scales * math.sqrt(self.points)
         )
-        return made
+        return w
 
-    def numbers(self, x: Array) -> Array:
-        """The values of what is continued, the last from ``x``."""
+    def values_at(self, x: Array) -> Array:
+        """The values of the continuation parameters, the last from ``x``."""
         return np.concatenate([self.values[:-1], [x[-1] * self.flow.scales[-1]]])
 
-    def read(self, x: Array) -> Steps[Reading | None]:
+    def evaluate(self, x: Array) -> Task[Evaluation | None]:
         flow, N = self.flow, self.points
         symmetry, free = flow.symmetry, list(flow.symmetry.free)
-        w, rotation, values = self.w(x), float(x[-2]), self.numbers(x)
-        change = np.zeros(len(values))
-        change[-1] = h = DIFFERENCE * flow.scales[-1]
-        three = np.repeat(np.stack([values, values + change, values - change]), N, axis=0)
-        states = turned(symmetry, w, self.angles)
+        w, rotation, values = self.w(x), float(x[-2]), self.values_at(x)
+        shift = np.zeros(len(values))
+        shift[-1] = h = DIFFERENCE_STEP * flow.scales[-1]
+        stencil = np.repeat(np.stack([values, values + shift, values - shift]), N, axis=0)
+        states = rotated(symmetry, w, self.angles)
         ends = yield Legs(
             np.tile(states, (3, 1)),
             np.zeros(3 * N),
-            np.full(3 * N, self.fold),
-            three,
+            np.full(3 * N, self.map_angle),
+            stencil,
             np.arange(3 * N) < N,
-            SLACK,
+            TOLERANCE_FACTOR,
             True,
         )
         if not ends.ok.all():
             return None
-        back = -(np.tile(self.angles, 3) + rotation + self.fold)
-        end = turned(symmetry, ends.state, back)
-        n, share = len(free), math.sqrt(N)
-        scale = self.size * share
-        moved, by_angle = shift(N, rotation)
+        back_angles = -(np.tile(self.angles, 3) + rotation + self.map_angle)
+        end = rotated(symmetry, ends.state, back_angles)
+        n, weight = len(free), math.sqrt(N)
+        scale = self.state_scales * weight
+        shifted, shift_by_angle = shift_matrix(N, rotation)
         flat = w[:, free] / scale
         residual = np.zeros(N * n + 1)
-        residual[:-1] = (end[:N][:, free] / scale - moved @ flat).ravel()
-        place = free.index(symmetry.turned[0][1])
-        residual[-1] = flat[:, place].sum() * (share / N)
+        residual[:-1] = (end[:N][:, free] / scale - shifted @ flat).ravel()
+        phase_state = free.index(symmetry.turned[0][1])
+        residual[-1] = flat[:, phase_state].sum() * (weight / N)
         jacobian = np.zeros((N * n + 1, N * n + 2))
-        jacobian[:-1, :-2] = -np.kron(moved, np.eye(n))
-        # R(-theta - rho) M R(theta), of each point
-        columns = turned(
-            symmetry, np.swapaxes(ends.monodromy[:N], 1, 2), np.asarray(back[:N, None])
+        jacobian[:-1, :-2] = -np.kron(shifted, np.eye(n))
+        # R(-theta - rho) M R(theta) at each point
+        transposed = rotated(
+            symmetry, np.swapaxes(ends.monodromy[:N], 1, 2), np.asarray(back_angles[:N, None])
         )
-        blocks = np.swapaxes(columns, 1, 2)
-        along = turned(symmetry, np.tile(np.eye(flow.states), (N, 1, 1)), self.angles[:, None])
-        blocks = np.einsum("kij,klj->kil", blocks, along)[:, free][:, :, free] * (
+        blocks = np.swapaxes(transposed, 1, 2)
+        rotations = rotated(symmetry, np.tile(np.eye(flow.states), (N, 1, 1)), self.angles[:, None])
+        blocks = np.einsum("kij,klj->kil", blocks, rotations)[:, free][:, :, free] * (
             scale / scale[:, None]
         )
         for k in range(N):
             jacobian[k * n : (k + 1) * n, k * n : (k + 1) * n] += blocks[k]
-        turn_rate = -turning(symmetry, end[:N])[:, free] / scale
-        jacobian[:-1, -2] = (turn_rate - by_angle @ flat).ravel()
+        by_rotation = -rotation_derivative(symmetry, end[:N])[:, free] / scale
+        jacobian[:-1, -2] = (by_rotation - shift_by_angle @ flat).ravel()
         jacobian[:-1, -1] = (
             (end[N : 2 * N] - end[2 * N :])[:, free] / scale * (flow.scales[-1] / (2 * h))
         ).ravel()
-        jacobian[-1, place : N * n : n] = share / N
+        jacobian[-1, phase_state : N * n : n] = weight / N
         if not np.isfinite(jacobian).all():
             return None
         touches = np.stack(
@@ -149,100 +150,113 @@ class Circle:
         period = float(ends.duration[0])
         wrapped = math.remainder(rotation, 2.0 * math.pi)
 
-        def found() -> Orbit:
+        def orbit() -> Orbit:
             multipliers = self._multipliers(blocks, rotation)
             return Orbit(
                 states[0], values, period, multipliers, touches, 1, None, wrapped, w, tuple(free)
             )
 
-        return Reading(residual, jacobian, found)
+        return Evaluation(residual, jacobian, orbit)
 
     def _multipliers(self, blocks: Array, rotation: float) -> Array:
-        """Of the eigenvalues of the linearised map of the circle, of which each
-        multiplier has ``points``, turned about zero, those whose vectors have the
-        lowest harmonics."""
+        """The multipliers [free]. The linearised map of the circle has ``points``
+        eigenvalues for each, rotated about zero; those are taken whose eigenvectors
+        have the lowest harmonics."""
         N, n = self.points, blocks.shape[1]
-        back, _ = shift(N, -rotation)
-        whole = np.zeros((N * n, N * n))
+        shift_back, _ = shift_matrix(N, -rotation)
+        linearised_map = np.zeros((N * n, N * n))
         for k in range(N):
-            whole[:, k * n : (k + 1) * n] = np.kron(back[:, k : k + 1], blocks[k])
-        values, vectors = np.linalg.eig(whole)
-        waves = np.abs(np.fft.fft(vectors.reshape(N, n, -1), axis=0)) ** 2
+            linearised_map[:, k * n : (k + 1) * n] = np.kron(shift_back[:, k : k + 1], blocks[k])
+        values, vectors = np.linalg.eig(linearised_map)
+        power = np.abs(np.fft.fft(vectors.reshape(N, n, -1), axis=0)) ** 2
         harmonic = np.abs(np.fft.fftfreq(N, 1.0 / N))
-        mean = np.einsum("k,kij->j", harmonic, waves) / np.maximum(waves.sum(axis=(0, 1)), 1e-300)
+        mean = np.einsum("k,kij->j", harmonic, power) / np.maximum(power.sum(axis=(0, 1)), 1e-300)
         return np.asarray(values[np.argsort(mean, kind="stable")[:n]])
 
-    def moved(self, x: Array) -> Circle:
+    def updated(self, x: Array) -> Circle:
         return self
 
 
-def tail_of(orbit: Orbit) -> float:
-    """The share of the highest two harmonics in what varies along a circle, the largest
-    of all states."""
-    assert orbit.pieces is not None
-    w = orbit.pieces[:, list(orbit.free)]
-    waves = np.abs(np.fft.rfft(w - w.mean(axis=0), axis=0)) * 2.0 / len(w)
+def harmonic_tail(orbit: Orbit) -> float:
+    """The amplitude of the highest two harmonics along a circle relative to the
+    largest, the maximum over the states."""
+    assert orbit.mesh_states is not None
+    w = orbit.mesh_states[:, list(orbit.free)]
+    amplitudes = np.abs(np.fft.rfft(w - w.mean(axis=0), axis=0)) * 2.0 / len(w)
     return float(
         np.max(
-            waves[-2:].max(axis=0)
-            / np.maximum(waves.max(axis=0), 1e-4 * np.abs(w).max(axis=0) + 1e-12)
+            amplitudes[-2:].max(axis=0)
+            / np.maximum(amplitudes.max(axis=0), 1e-4 * np.abs(w).max(axis=0) + 1e-12)
         )
     )
 
 
-def ends_of(symmetry: Symmetry) -> Callable[[Point, Point], str]:
-    """The function that gives the word for the end of a branch of circles: where one
-    has shrunk to a point, beyond which they come again with the other sign, and where
-    the last one is not smooth."""
-    place = symmetry.turned[0][0]
+def circle_stop(symmetry: Symmetry) -> Callable[[Point, Point], str]:
+    """The stop function of a branch of circles. It ends where the circle has shrunk to
+    a point, beyond which the same circles follow with the opposite sign, and where the
+    last two are not smooth."""
+    x = symmetry.turned[0][0]
 
-    def ended(here: Point, there: Point) -> str:
-        before, after = (float(point.found.pieces[:, place].mean()) for point in (here, there))
+    def stop(previous: Point, current: Point) -> str:
+        before, after = (
+            float(point.found.mesh_states[:, x].mean()) for point in (previous, current)
+        )
         if before * after < 0.0:
             return "shrunk"
-        rough = tail_of(there.found) > 3.0 * TAIL and tail_of(here.found) > TAIL
-        return "kinks" if rough else ""
+        is_rough = (
+            harmonic_tail(current.found) > 3.0 * MAX_TAIL
+            and harmonic_tail(previous.found) > MAX_TAIL
+        )
+        return "kinks" if is_rough else ""
 
-    return ended
+    return stop
 
 
 def fitted_circle(
     flow: Flow, state: Array, values: Array, lobes: tuple[int, ...]
-) -> Steps[tuple[Circle, Array, list[Array]] | None]:
-    """The problem and the unknowns of the circle that a settled motion through
-    ``state`` seems to fill at every lobe, or else at every second, third, ... of
-    ``lobes``, and the mean w [states] of it and of its images under the map over one
-    lobe; None where it fills none."""
+) -> Task[tuple[Circle, Array, list[Array]] | None]:
+    """The circle that the returns of a settled motion through ``state`` seem to fill,
+    under the map over the first of ``lobes`` for which they do: its problem, its
+    unknowns, and the mean w [states] of the circle and of each of its images under the
+    map over one lobe. None where the returns fill no circle."""
     symmetry = flow.symmetry
-    fold = 2.0 * math.pi / symmetry.folds
-    angle, every = np.array([fold]), values[None]
-    made = [state]
-    for _ in range(RETURNS):
+    fold_angle = 2.0 * math.pi / symmetry.folds
+    angle, all_values = np.array([fold_angle]), values[None]
+    returns = [state]
+    for _ in range(MAX_RETURNS):
         ends = yield Legs(
-            made[-1][None], np.zeros(1), angle, every, np.zeros(1, dtype=bool), SLACK, True
+            returns[-1][None],
+            np.zeros(1),
+            angle,
+            all_values,
+            np.zeros(1, dtype=bool),
+            TOLERANCE_FACTOR,
+            True,
         )
         if not ends.ok[0]:
             return None
-        made.append(turned(symmetry, ends.state, -fold)[0])
-    for number in lobes:
-        if len(made) < FEWEST_RETURNS * number:
+        returns.append(rotated(symmetry, ends.state, -fold_angle)[0])
+    for multiple in lobes:
+        if len(returns) < MIN_RETURNS * multiple:
             continue
-        fitted = _fitted(flow, np.stack(made[::number]), values, number)
-        if fitted is not None:
-            problem, x = fitted
-            beside = [
-                _fitted(flow, np.stack(made[k::number]), values, number) for k in range(1, number)
+        fit = _fitted(flow, np.stack(returns[::multiple]), values, multiple)
+        if fit is not None:
+            problem, unknowns = fit
+            image_fits = [
+                _fitted(flow, np.stack(returns[k::multiple]), values, multiple)
+                for k in range(1, multiple)
             ]
             return (
                 problem,
-                x,
-                [one.w(at).mean(axis=0) for one, at in [fitted, *filter(None, beside)]],
+                unknowns,
+                [circle.w(x).mean(axis=0) for circle, x in [fit, *filter(None, image_fits)]],
             )
     return None
 
 
 def _fitted(flow: Flow, states: Array, values: Array, lobes: int) -> tuple[Circle, Array] | None:
-    """The circle through these returns, if they lie on one."""
+    """The circle through the returns ``states`` [n, states] and its unknowns; None
+    where they lie on none."""
     symmetry, free = flow.symmetry, list(flow.symmetry.free)
     x, y = symmetry.turned[0]
     radius = np.hypot(states[:, x], states[:, y])
@@ -250,76 +264,84 @@ def _fitted(flow: Flow, states: Array, values: Array, lobes: int) -> tuple[Circl
         return None
     angle = np.arctan2(states[:, y], states[:, x])
     steps = np.diff(angle)
-    # Rotation about a mean step that may lie anywhere on the circle.
+    # Steps are unwrapped about their mean, which may lie anywhere on the circle.
     mean = math.atan2(np.sin(steps).sum(), np.cos(steps).sum())
     steps = mean + np.remainder(steps - mean + math.pi, 2.0 * math.pi) - math.pi
     t = (np.arange(len(steps)) + 1.0) / (len(steps) + 1.0)
-    weight = np.exp(-1.0 / (t * (1.0 - t)))  # Das et al. 2017: converges faster than any power
-    rotation = float(weight @ steps / weight.sum())
+    weights = np.exp(-1.0 / (t * (1.0 - t)))  # Das et al. 2017, faster than any power
+    rotation = float(weights @ steps / weights.sum())
     theta = rotation * np.arange(len(states))
-    size = flow.state_scales(values[None])[0][free]
+    state_scales = flow.state_scales(values[None])[0][free]
     offset = math.atan2(np.sin(angle - theta).sum(), np.cos(angle - theta).sum())
     theta = theta + offset
-    w = turned(symmetry, states, -theta)
-    for points in POINTS:
+    samples = rotated(symmetry, states, -theta)
+    for points in POINT_COUNTS:
         if 2 * points > len(states):
             continue
         k = np.arange(1, points // 2 + 1)
-        waves = theta[:, None] * k
-        basis = np.concatenate([np.ones((len(theta), 1)), np.cos(waves), np.sin(waves)], axis=1)
-        fit, *_ = np.linalg.lstsq(basis, w, rcond=1e-10)
-        if float(np.max(np.abs(basis @ fit - w)[:, free] / size)) > MISFIT:
+        phases = theta[:, None] * k
+        basis = np.concatenate([np.ones((len(theta), 1)), np.cos(phases), np.sin(phases)], axis=1)
+        fit, *_ = np.linalg.lstsq(basis, samples, rcond=1e-10)
+        if float(np.max(np.abs(basis @ fit - samples)[:, free] / state_scales)) > MAX_MISFIT:
             continue
-        problem = Circle(flow, points, lobes, size, np.array(values), states[0].copy())
-        waves = problem.angles[:, None] * k
-        there = np.concatenate([np.ones((points, 1)), np.cos(waves), np.sin(waves)], axis=1) @ fit
-        return problem, problem.unknowns(there, rotation, values[-1])
+        problem = Circle(flow, points, lobes, state_scales, np.array(values), states[0].copy())
+        phases = problem.angles[:, None] * k
+        w = np.concatenate([np.ones((points, 1)), np.cos(phases), np.sin(phases)], axis=1) @ fit
+        return problem, problem.unknowns(w, rotation, values[-1])
     return None
 
 
-def images(problem: Circle, point: Point) -> Steps[list[Array]]:
-    """Of a circle of the map over several lobes w [points, states] on its images under
-    the map over one lobe, itself first: the same motion, begun a lobe later."""
+def images(problem: Circle, point: Point) -> Task[list[Array]]:
+    """w [points, states] of a circle of the map over several lobes and of its images
+    under the map over one lobe: the same motion, begun one lobe later each time."""
     symmetry, orbit = problem.flow.symmetry, point.found
-    fold, N = 2.0 * math.pi / symmetry.folds, problem.points
-    first, second = symmetry.turned[0]
-    made, states = [orbit.pieces], turned(symmetry, orbit.pieces, problem.angles)
+    fold_angle, N = 2.0 * math.pi / symmetry.folds, problem.points
+    x, y = symmetry.turned[0]
+    circles, states = [orbit.mesh_states], rotated(symmetry, orbit.mesh_states, problem.angles)
     values = np.tile(orbit.values, (N, 1))
     for _ in range(problem.lobes - 1):
         ends = yield Legs(
-            states, np.zeros(N), np.full(N, fold), values, np.zeros(N, dtype=bool), SLACK, True
+            states,
+            np.zeros(N),
+            np.full(N, fold_angle),
+            values,
+            np.zeros(N, dtype=bool),
+            TOLERANCE_FACTOR,
+            True,
         )
         if not ends.ok.all():
             break
-        states = turned(symmetry, ends.state, -fold)
-        w = turned(symmetry, states, -problem.angles)
+        states = rotated(symmetry, ends.state, -fold_angle)
+        w = rotated(symmetry, states, -problem.angles)
         mean = w.mean(axis=0)
-        made.append(turned(symmetry, w, -math.atan2(mean[second], mean[first])))
-    return made
+        circles.append(rotated(symmetry, w, -math.atan2(mean[y], mean[x])))
+    return circles
 
 
-def _touch(contact: int, which: int) -> Callable[[Point], float]:
+def _touch_extremum(contact: int, which: int) -> Callable[[Point], float]:
     """The least (0) or greatest (1) value of a contact's function."""
     return lambda point: float(point.found.touches[contact, which])
 
 
-def tests_of_circle(grazes: Mapping[int, Graze]) -> Callable[[Point, Point], list[Test]]:
-    """The tests for special points of circles: folds, and the first and last
-    touches."""
+def circle_test_functions(
+    grazes: Mapping[int, Graze],
+) -> Callable[[Point, Point], list[TestFunction]]:
+    """The function that gives the test functions between two points of a branch of
+    circles: of folds, and of the first and last touches."""
 
-    def tests(here: Point, there: Point) -> list[Test]:
-        found = []
-        if (here.tangent[-1] > 0.0) != (there.tangent[-1] > 0.0):
-            found.append(Test(FOLD, lambda point: float(point.tangent[-1])))
+    def test_functions(previous: Point, current: Point) -> list[TestFunction]:
+        functions = []
+        if (previous.tangent[-1] > 0.0) != (current.tangent[-1] > 0.0):
+            functions.append(TestFunction(FOLD, lambda point: float(point.tangent[-1])))
         for contact, graze in grazes.items():
             (low1, high1, _), (low2, high2, _) = (
-                here.found.touches[contact],
-                there.found.touches[contact],
+                previous.found.touches[contact],
+                current.found.touches[contact],
             )
             if (high1 <= 0.0) != (high2 <= 0.0) and graze.reached is not None:
-                found.append(Test(graze.reached, _touch(contact, 1)))
+                functions.append(TestFunction(graze.reached, _touch_extremum(contact, 1)))
             elif (low1 > 0.0) != (low2 > 0.0) and graze.lost is not None:
-                found.append(Test(graze.lost, _touch(contact, 0)))
-        return found
+                functions.append(TestFunction(graze.lost, _touch_extremum(contact, 0)))
+        return functions
 
-    return tests
+    return test_functions

@@ -1,10 +1,10 @@
-"""The flow of a model: many pieces of motion of own durations in one batch, with
-monodromies and touches.
+"""The flow of a model: many pieces of trajectories, each with its own duration, in one
+batch, with monodromies and touches.
 
-A piece of motion, a *leg*, is a run of the kernel. Where its monodromy is asked for it
-is run once for each state, side by side in lanes, with a deviation along that state as
-tangent states; the deviations land on contacts (:mod:`nsdrill.observe.landing`).
-Nothing about the numbers depends on which legs share a batch.
+A piece of a trajectory, a *leg*, is a run of the kernel. A leg with a monodromy is run
+once for each state, side by side in lanes, with a deviation along that state as tangent
+states; the deviations land on contacts (:mod:`nsdrill.observe.landing`). The numbers do
+not depend on which legs share a batch.
 """
 
 from __future__ import annotations
@@ -33,28 +33,32 @@ from nsdrill.variables import OK
 Array = np.ndarray[Any, np.dtype[Any]]
 PAIR = "tsitouras"
 RTOL = 1e-11
-MOST_STEPS = 200_000  # of one leg
-SHORTEST = 1e-9  # of a leg [s]
-FULL = 2  # runs to a lane that are enough for a thread: with fewer it costs more to wake it
-REMEMBERED = 256  # values of the numbers continued
-LOOSER = 100.0  # the tolerance of a deviation over that of the motion
-DEFAULT_DIFFERENCE = 1e-5  # of the natural scale of a number, for derivatives by it
+MAX_STEPS = 200_000  # of one leg
+MIN_DURATION = 1e-9  # of a leg [s]
+RUNS_PER_LANE = 2  # at least, for each thread: with fewer, starting the thread costs more
+CACHE_SIZE = 256  # values of the parameters
+TANGENT_TOLERANCE_FACTOR = 100.0  # the tolerance of a deviation over that of the motion
+DIFFERENCE_STEP = 1e-5  # of central differences by a parameter, in its natural scale
 
 
 @dataclass(frozen=True)
 class Legs:
-    """Pieces of motion, arrays over n of them: ``state`` [n, states] at the drive angle
-    ``phase`` [n] [rad], ``duration`` [n] [s], or where ``angular`` the angle by which
-    the drive turns [rad]; ``values`` [n, numbers] of what is continued; ``tangent`` [n]
-    where the monodromy is wanted; ``slack``: by what factor the tolerance of the flow
-    may be exceeded."""
+    """Pieces of trajectories, as arrays over n of them:
+
+    - ``state`` [n, states] at the start, at the drive angle ``phase`` [n] [rad];
+    - ``duration`` [n] [s], or, where ``angular``, the angle by which the drive advances
+      [rad];
+    - ``values`` [n, parameters] of the continuation parameters;
+    - ``tangent`` [n], whether the monodromy is computed;
+    - ``tolerance_factor``, by which the tolerance of the flow is multiplied.
+    """
 
     state: Array
     phase: Array
     duration: Array
     values: Array
     tangent: Array
-    slack: float | Array = 1.0
+    tolerance_factor: float | Array = 1.0
     angular: bool | Array = False
 
     def __len__(self) -> int:
@@ -63,10 +67,15 @@ class Legs:
 
 @dataclass(frozen=True)
 class Ends:
-    """What became of legs: ``state`` [n, states]; ``monodromy`` [n, states, states],
-    zero where it was not wanted; ``touches`` [n, contacts and levels, 3], of each the
-    least and greatest value of its function and how often it begins; ``ok`` [n] where
-    the run ended well; ``duration`` [n] of the legs [s]."""
+    """The ends of legs:
+
+    - ``state`` [n, states];
+    - ``monodromy`` [n, states, states], zero where it is not computed;
+    - ``touches`` [n, contacts and levels, 3]: of each contact or level the least and
+      greatest value of its function, and how often it begins;
+    - ``ok`` [n], whether the run ended well;
+    - ``duration`` [n] of the legs [s].
+    """
 
     state: Array
     monodromy: Array
@@ -85,27 +94,35 @@ class Ends:
 
 
 def joined(parts: list[Legs]) -> Legs:
-    """Legs one after the other, with a ``slack`` [n] of each."""
+    """The legs of all ``parts`` in order, with a ``tolerance_factor`` [n] of each."""
 
-    def one(name: str) -> Array:
+    def column(name: str) -> Array:
         return np.concatenate([getattr(part, name) for part in parts])
 
-    slack = np.concatenate([np.broadcast_to(part.slack, len(part)) for part in parts])
+    tolerance_factor = np.concatenate(
+        [np.broadcast_to(part.tolerance_factor, len(part)) for part in parts]
+    )
     angular = np.concatenate([np.broadcast_to(part.angular, len(part)) for part in parts])
     return Legs(
-        one("state"), one("phase"), one("duration"), one("values"), one("tangent"), slack, angular
+        column("state"),
+        column("phase"),
+        column("duration"),
+        column("values"),
+        column("tangent"),
+        tolerance_factor,
+        angular,
     )
 
 
 @dataclass(frozen=True)
 class Equations:
-    """What a flow integrates, with a deviation beside the states.
+    """The equations that a flow integrates, those of a deviation included.
 
-    ``runs(values, initial)`` makes runs of the kernel from ``values`` [n, numbers] of
-    what is continued and ``initial`` [n, states + 1], without a deviation;
-    ``parts(lanes)`` the compiled right-hand side, observer and marker, ``store`` the
-    observer's store and ``columns`` how many numbers it reports. ``scales`` are natural
-    scales of the numbers that are continued.
+    ``runs(values, initial)`` makes runs of the kernel, without a deviation, from
+    ``values`` [n, parameters] of the continuation parameters and ``initial``
+    [n, states + 1]. ``parts(lanes)`` are the compiled right-hand side, observer and
+    marker; ``store()`` is the observer's store and ``columns`` the length of its
+    outcome. ``scales`` are the natural scales of the continuation parameters.
     """
 
     rows: Rows
@@ -130,77 +147,78 @@ class Flow:
         self.symmetry, self.scales = equations.symmetry, np.array(equations.scales)
         self.states = equations.rows.own
         self.lanes = choose_lanes(FEW)
-        self.legs_run = 0
-        self._threads: ThreadPoolExecutor | None = None
-        self._memory: dict[bytes, tuple[Array, Array]] = {}
-        self._settings = Simulation(0.0, 1.0, rtol=rtol, max_steps=MOST_STEPS)
+        self._pool: ThreadPoolExecutor | None = None
+        self._cache: dict[bytes, tuple[Array, Array]] = {}
+        self._settings = Simulation(0.0, 1.0, rtol=rtol, max_steps=MAX_STEPS)
 
     def state_scales(self, values: Array) -> Array:
-        """The natural scales of the states at ``values`` [n, numbers], shape (n,
+        """The natural scales of the states at ``values`` [n, parameters], shape (n,
         states)."""
-        return self._known(values)[0]
+        return self._scales_and_rate(values)[0]
 
     def phase_rate(self, values: Array) -> Array:
-        """How fast the drive's angle advances [rad/s], shape (n,)."""
-        return self._known(values)[1]
+        """The angular velocity of the drive at ``values`` [rad/s], shape (n,)."""
+        return self._scales_and_rate(values)[1]
 
-    def _known(self, values: Array) -> tuple[Array, Array]:
+    def _scales_and_rate(self, values: Array) -> tuple[Array, Array]:
         values = np.atleast_2d(values)
         key = values.tobytes()
-        if key not in self._memory:
-            if len(self._memory) >= REMEMBERED:
-                self._memory.clear()
+        if key not in self._cache:
+            if len(self._cache) >= CACHE_SIZE:
+                self._cache.clear()
             runs = self.equations.runs(values, np.zeros((len(values), self.states + 1)))
-            self._memory[key] = runs.state_scales, runs.phase_rate
-        return self._memory[key]
+            self._cache[key] = runs.state_scales, runs.phase_rate
+        return self._cache[key]
 
-    def slopes(self, state: Array, values: Array) -> Array:
-        """The rates of states (n, states) at the drive angle 0, shape (n, states)."""
+    def state_rates(self, state: Array, values: Array) -> Array:
+        """The time derivatives of states (n, states) at the drive angle 0, shape (n,
+        states)."""
         rows, lanes = self.equations.rows, self.lanes
         right_hand_side = self.equations.parts(lanes).right_hand_side
         runs = self.equations.runs(
             values, np.concatenate([state, np.zeros((len(state), 1))], axis=1)
         )
-        found = np.zeros_like(state)
+        rates = np.zeros_like(state)
         for first in range(0, len(state), lanes):
             part = slice(first, min(first + lanes, len(state)))
             buffer = aligned_zeros(rows.total * lanes)
             grid = buffer.reshape(rows.total, lanes)
-            every = np.minimum(np.arange(first, first + lanes), len(state) - 1)
-            grid[rows.stage : rows.stage + self.states] = state[every].T
-            grid[rows.parameter : rows.parameter + rows.parameters] = runs.parameters[every].T
+            indices = np.minimum(np.arange(first, first + lanes), len(state) - 1)
+            grid[rows.stage : rows.stage + self.states] = state[indices].T
+            grid[rows.parameter : rows.parameter + rows.parameters] = runs.parameters[indices].T
             right_hand_side(buffer)
-            n = part.stop - part.start
-            slopes = grid[rows.acceleration : rows.acceleration + rows.own_slopes, :n].T
+            count = part.stop - part.start
+            slopes = grid[rows.acceleration : rows.acceleration + rows.own_slopes, :count].T
             pairs = 2 * rows.pairs
-            found[part, 0:pairs:2] = state[part, 1:pairs:2] + runs.frame_rates[part, : rows.pairs]
-            found[part, 1:pairs:2] = slopes[:, : rows.pairs]
-            found[part, pairs:] = slopes[:, rows.pairs :]
-        return found
+            rates[part, 0:pairs:2] = state[part, 1:pairs:2] + runs.frame_rates[part, : rows.pairs]
+            rates[part, 1:pairs:2] = slopes[:, : rows.pairs]
+            rates[part, pairs:] = slopes[:, rows.pairs :]
+        return rates
 
     def run(self, legs: Legs) -> Ends:
-        """Run legs, in one batch."""
+        """The ends of ``legs``, run in one batch."""
         n, states, rows = len(legs), self.states, self.equations.rows
-        self.legs_run += n
         copies = np.where(legs.tangent, states, 1)
         leg = np.repeat(np.arange(n), copies)
         initial = np.concatenate([legs.state, legs.phase[:, None]], axis=1)
         runs = self.equations.runs(legs.values, initial)
         state_scales = runs.state_scales
         with np.errstate(divide="ignore", invalid="ignore"):
-            asked = np.where(legs.angular, legs.duration / runs.phase_rate, legs.duration)
-        possible = np.isfinite(asked) & (asked > 0.0)
-        duration = np.where(possible, asked, SHORTEST)
+            requested = np.where(legs.angular, legs.duration / runs.phase_rate, legs.duration)
+        is_valid = np.isfinite(requested) & (requested > 0.0)
+        duration = np.where(is_valid, requested, MIN_DURATION)
         deviation = np.zeros((len(leg), states))
-        firsts = np.concatenate([[0], np.cumsum(copies)[:-1]])
-        which = np.arange(len(leg)) - firsts[leg]
-        wanted = legs.tangent[leg]
-        deviation[wanted, which[wanted]] = state_scales[leg[wanted], which[wanted]]
+        first_copies = np.concatenate([[0], np.cumsum(copies)[:-1]])
+        direction = np.arange(len(leg)) - first_copies[leg]
+        has_tangent = legs.tangent[leg]
+        deviation[has_tangent, direction[has_tangent]] = state_scales[
+            leg[has_tangent], direction[has_tangent]
+        ]
         frame_rates = np.concatenate([runs.frame_rates, np.zeros_like(runs.frame_rates)], axis=1)
-        full = Runs(
+        expanded = Runs(
             runs.parameters[leg],
-            np.concatenate([state_scales, LOOSER * state_scales], axis=1)[leg]
-            * np.broadcast_to(legs.slack, n)[leg, None],
+            np.concatenate([state_scales, TANGENT_TOLERANCE_FACTOR * state_scales], axis=1)[leg]
+            * np.broadcast_to(legs.tolerance_factor, n)[leg, None],
             frame_rates[leg],
             runs.phase_rate[leg],
             np.minimum(runs.first_step, duration)[leg],
@@ -208,55 +226,60 @@ class Flow:
             np.zeros(len(leg)),
             duration[leg],
         )
-        final, report, ok = self._shared(full, len(leg))
+        final_state, outcome, ok = self._run_all(expanded, len(leg))
         monodromy = np.zeros((n, states, states))
-        columns = final[:, states : 2 * states]
+        columns = final_state[:, states : 2 * states]
         with np.errstate(invalid="ignore", over="ignore"):
-            monodromy[leg[wanted], :, which[wanted]] = (
-                columns[wanted] / state_scales[leg[wanted], which[wanted]][:, None]
+            monodromy[leg[has_tangent], :, direction[has_tangent]] = (
+                columns[has_tangent]
+                / state_scales[leg[has_tangent], direction[has_tangent]][:, None]
             )
-        touches = report.reshape(len(leg), -1, len(TOUCHES))[firsts]
-        fine = possible & ok[firsts] & np.isfinite(final[firsts, : rows.own]).all(axis=1)
-        return Ends(final[firsts, : rows.own], monodromy, touches, fine, duration)
+        touches = outcome.reshape(len(leg), -1, len(TOUCHES))[first_copies]
+        succeeded = (
+            is_valid
+            & ok[first_copies]
+            & np.isfinite(final_state[first_copies, : rows.own]).all(axis=1)
+        )
+        return Ends(final_state[first_copies, : rows.own], monodromy, touches, succeeded, duration)
 
-    def _shared(self, runs: Runs, n: int) -> tuple[Array, Array, Array]:
-        """The final states, reports and whether they ended well of all ``n`` runs, on
-        as many threads as they fill."""
-        shares = max(1, min(self.workers, n // (FULL * self.lanes)))
-        if shares == 1:
-            return self._share(runs, np.arange(n))
-        if self._threads is None:
-            self._threads = ThreadPoolExecutor(self.workers - 1)
-        # runs of one branch take about as long
-        cuts = [np.arange(first, n, shares) for first in range(shares)]
-        others = [self._threads.submit(self._share, runs, cut) for cut in cuts[1:]]
-        done = [self._share(runs, cuts[0]), *(one.result() for one in others)]
-        whole = tuple(np.zeros((n, *part.shape[1:]), part.dtype) for part in done[0])
-        for cut, parts in zip(cuts, done, strict=True):
-            for into, part in zip(whole, parts, strict=True):
-                into[cut] = part
-        return whole[0], whole[1], whole[2]
+    def _run_all(self, runs: Runs, n: int) -> tuple[Array, Array, Array]:
+        """The final states and outcomes of all ``n`` runs, and whether each ended well,
+        on as many threads as the runs fill."""
+        threads = max(1, min(self.workers, n // (RUNS_PER_LANE * self.lanes)))
+        if threads == 1:
+            return self._run_batch(runs, np.arange(n))
+        if self._pool is None:
+            self._pool = ThreadPoolExecutor(self.workers - 1)
+        # Interleaved, as neighbouring runs take about the same time.
+        parts = [np.arange(first, n, threads) for first in range(threads)]
+        futures = [self._pool.submit(self._run_batch, runs, part) for part in parts[1:]]
+        results = [self._run_batch(runs, parts[0]), *(future.result() for future in futures)]
+        merged = tuple(np.zeros((n, *array.shape[1:]), array.dtype) for array in results[0])
+        for part, arrays in zip(parts, results, strict=True):
+            for target, array in zip(merged, arrays, strict=True):
+                target[part] = array
+        return merged[0], merged[1], merged[2]
 
-    def _share(self, runs: Runs, part: Array) -> tuple[Array, Array, Array]:
-        """The final states, reports and whether they ended well of the runs
-        ``part``."""
+    def _run_batch(self, runs: Runs, part: Array) -> tuple[Array, Array, Array]:
+        """The final states and outcomes of the runs ``part``, and whether each ended
+        well."""
         rows, columns = self.equations.rows, self.equations.columns
-        taken = Runs(*(getattr(runs, name)[part] for name in Runs.__dataclass_fields__))
+        part_runs = Runs(*(getattr(runs, name)[part] for name in Runs.__dataclass_fields__))
         batch = Batch(self.lanes, len(part), rows, self.equations.store(), columns, self._settings)
-        batch.add_many(np.arange(len(part)), taken)
-        parts = self.equations.parts(self.lanes)
-        final = np.zeros((len(part), rows.states + 1))
-        report, ok = np.zeros((len(part), columns)), np.zeros(len(part), dtype=bool)
-        left = len(part)
-        while left:
-            done = batch.advance(parts, 60.0, True)
-            final[done.job], report[done.job], ok[done.job] = (
-                done.final,
-                done.report,
-                done.status == OK,
+        batch.add_many(np.arange(len(part)), part_runs)
+        functions = self.equations.parts(self.lanes)
+        final_state = np.zeros((len(part), rows.states + 1))
+        outcome, ok = np.zeros((len(part), columns)), np.zeros(len(part), dtype=bool)
+        remaining = len(part)
+        while remaining:
+            finished = batch.advance(functions, 60.0, True)
+            final_state[finished.job], outcome[finished.job], ok[finished.job] = (
+                finished.final,
+                finished.report,
+                finished.status == OK,
             )
-            left -= len(done.job)
-        return final, report, ok
+            remaining -= len(finished.job)
+        return final_state, outcome, ok
 
 
 def equations_of(
@@ -267,11 +290,13 @@ def equations_of(
     scales: tuple[float, ...],
 ) -> Equations:
     """The equations of a model: ``pack(values)`` gives the lane parameters at
-    ``values`` [n, numbers]. InputError where the model cannot follow a deviation."""
+    ``values`` [n, parameters]. InputError where the model has no tangent dynamics."""
     contacts, levels = len(model.contacts), model.levels(fixed)
-    observed = landing_rows(contacts) + touch_rows(contacts + len(levels))
+    observer_rows = landing_rows(contacts) + touch_rows(contacts + len(levels))
     try:
-        rows = STEPPERS[PAIR].rows(replace(model.rows(fixed, observed, tangent=True), judged=True))
+        rows = STEPPERS[PAIR].rows(
+            replace(model.rows(fixed, observer_rows, tangent=True), judged=True)
+        )
         model.tangent(choose_lanes(FEW), fixed, 0)
     except (NotImplementedError, ValueError) as error:
         raise InputError(
@@ -294,52 +319,54 @@ def equations_of(
         parts,
         lambda: aligned_zeros(scratch_size(rows, contacts) + 1),
         model.contacts,
-        tuple(one.name for one in levels),
+        tuple(level.name for level in levels),
     )
 
 
 @lru_cache
 def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
     contacts = len(model.contacts)
-    levels = tuple((one.velocity, one.parameter) for one in model.levels(fixed))
+    levels = tuple((level.velocity, level.parameter) for level in model.levels(fixed))
     identity = (NAMES.index(model.name), *fixed, list(STEPPERS).index(PAIR))
     right_hand_side = model.tangent(lanes, fixed, 0)
-    first = landing_rows(contacts)
-    follow, mark_levels = (
-        make_levels(lanes, rows, first + touch_rows(contacts), levels)
+    touch_row = landing_rows(contacts)
+    observe_levels, levels_marker = (
+        make_levels(lanes, rows, touch_row + touch_rows(contacts), levels)
         if levels
         else unobserved(lanes)
     )
     if not contacts:
-        return Compiled(right_hand_side, follow, mark_levels)
-    measure = model.contact_functions(lanes, fixed, RATES * contacts)
-    landing = make_landing(
+        return Compiled(right_hand_side, observe_levels, levels_marker)
+    contact_functions = model.contact_functions(lanes, fixed, RATES * contacts)
+    land = make_landing(
         lanes,
         rows,
         STEPPERS[PAIR].scheme(rows),
         0,
-        measure,
+        contact_functions,
         model.tangent(1, fixed, 0),
         contacts,
         identity,
     )
-    touches, mark_touches = make_touches(lanes, rows, first, 0, contacts)
-    after = touch_rows(contacts)
+    observe_touches, touches_marker = make_touches(lanes, rows, touch_row, 0, contacts)
+    level_column = touch_rows(contacts)
 
     @compiled(types.void(BUFFER, BUFFER), lanes, *identity)
-    def watch_orbit(b, store):  # type: ignore[no-untyped-def]
-        measure(b)
-        touches(b, store)
-        follow(b, store)
-        landing(b, store)
+    def observe_orbit(b, store):  # type: ignore[no-untyped-def]
+        """Observe an accepted step of all lanes of the buffer ``b``."""
+        contact_functions(b)
+        observe_touches(b, store)
+        observe_levels(b, store)
+        land(b, store)
 
     @compiled(
         types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
         lanes,
         *identity,
     )
-    def mark_orbit(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
-        mark_touches(b, store, i, mark, report, column)
-        mark_levels(b, store, i, mark, report, column + after)
+    def orbit_marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
+        """Write the outcome of the lane ``i`` at a ``mark``, from ``column`` on."""
+        touches_marker(b, store, i, mark, outcome, column)
+        levels_marker(b, store, i, mark, outcome, column + level_column)
 
-    return Compiled(right_hand_side, watch_orbit, mark_orbit)
+    return Compiled(right_hand_side, observe_orbit, orbit_marker)

@@ -1,4 +1,4 @@
-"""The frame in which motions repeat: how a state is turned with the drive."""
+"""The rotating frame of the drive, in which motions repeat."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from nsdrill.models.base import Symmetry
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def turned(symmetry: Symmetry, state: Array, angle: Any) -> Array:
-    """States (..., states) turned by ``angle`` [rad], a number or an array over all but
-    the last dimension."""
-    made = np.array(state, dtype=float)
+def rotated(symmetry: Symmetry, state: Array, angle: Any) -> Array:
+    """States (..., states) rotated by ``angle`` [rad], a number or an array over all
+    but the last dimension."""
+    rotated_state = np.array(state, dtype=float)
     cosine, sine = np.cos(angle), np.sin(angle)
-    for one, two in symmetry.turned:
-        made[..., one] = cosine * state[..., one] - sine * state[..., two]
-        made[..., two] = sine * state[..., one] + cosine * state[..., two]
-    return made
+    for x, y in symmetry.turned:
+        rotated_state[..., x] = cosine * state[..., x] - sine * state[..., y]
+        rotated_state[..., y] = sine * state[..., x] + cosine * state[..., y]
+    return rotated_state
 
 
-def turn_matrix(symmetry: Symmetry, states: int, angle: float) -> Array:
-    """The matrix of :func:`turned`."""
-    return turned(symmetry, np.eye(states), angle).T
+def rotation_matrix(symmetry: Symmetry, states: int, angle: float) -> Array:
+    """The matrix of :func:`rotated`."""
+    return rotated(symmetry, np.eye(states), angle).T
 
 
-def turning(symmetry: Symmetry, state: Array) -> Array:
-    """The rate at which a state changes where it is turned by one radian a second."""
-    made = np.zeros_like(state)
-    for one, two in symmetry.turned:
-        made[..., one], made[..., two] = -state[..., two], state[..., one]
-    return made
+def rotation_derivative(symmetry: Symmetry, state: Array) -> Array:
+    """The derivative of :func:`rotated` by the angle, at the angle 0."""
+    derivative = np.zeros_like(state)
+    for x, y in symmetry.turned:
+        derivative[..., x], derivative[..., y] = -state[..., y], state[..., x]
+    return derivative

@@ -1,5 +1,5 @@
-"""Branches as plain arrays and back, so that an unfinished continuation can be kept and
-taken up again."""
+"""Branches to plain arrays and back, so that an unfinished continuation can be stored
+and resumed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.orbit.arclength import Marked, Point
+from nsdrill.orbit.arclength import LabelledPoint, Point
 from nsdrill.orbit.branch import Branch
 from nsdrill.orbit.periodic import Orbit
 
@@ -20,16 +20,16 @@ _NUMBERS = 8  # scalars of one point
 
 
 def to_arrays(branches: Mapping[Key, Branch]) -> tuple[dict[str, Array], list[dict[str, Any]]]:
-    """Arrays by name, and plain data about each branch."""
+    """The branches as arrays by name, and plain data about each of them."""
     arrays: dict[str, Array] = {}
-    told = []
+    descriptions = []
     for number, (key, branch) in enumerate(branches.items()):
-        parts = [part for one in branch.marked for part in _parts(one)]
+        parts = [part for entry in branch.marked for part in _parts(entry)]
         arrays[f"numbers_{number}"] = np.concatenate([part.ravel() for part in parts])
         arrays[f"shapes_{number}"] = np.array(
             [(*part.shape, *[-1] * (3 - part.ndim)) for part in parts], np.int64
         )
-        told.append(
+        descriptions.append(
             {
                 "key": list(key),
                 "motion": branch.motion,
@@ -37,27 +37,27 @@ def to_arrays(branches: Mapping[Key, Branch]) -> tuple[dict[str, Array], list[di
                 "ended": list(branch.ended),
                 "parent": branch.parent,
                 "parent_point": branch.parent_point,
-                "words": [one.words for one in branch.marked],
+                "words": [entry.words for entry in branch.marked],
             }
         )
-    return arrays, told
+    return arrays, descriptions
 
 
-def _parts(one: Marked) -> list[Array]:
-    point, orbit = one.point, one.point.found
+def _parts(entry: LabelledPoint) -> list[Array]:
+    point, orbit = entry.point, entry.point.found
     scalars = np.array(
         [
             point.s,
             point.iterations,
             point.residual,
-            one.label,
+            entry.label,
             orbit.period,
             orbit.rotation,
             orbit.trivial,
             orbit.monodromy is not None,
         ]
     )
-    own = np.zeros((0, 0)) if orbit.monodromy is None else orbit.monodromy
+    monodromy = np.zeros((0, 0)) if orbit.monodromy is None else orbit.monodromy
     return [
         scalars,
         point.x,
@@ -66,17 +66,19 @@ def _parts(one: Marked) -> list[Array]:
         orbit.values,
         np.stack([orbit.multipliers.real, orbit.multipliers.imag]),
         orbit.touches,
-        own,
-        orbit.pieces,
+        monodromy,
+        orbit.mesh_states,
         np.array(orbit.free, dtype=float),
     ]
 
 
-def from_arrays(arrays: Mapping[str, Array], told: list[dict[str, Any]]) -> dict[Key, Branch]:
+def from_arrays(
+    arrays: Mapping[str, Array], descriptions: list[dict[str, Any]]
+) -> dict[Key, Branch]:
     """The inverse of :func:`to_arrays`. KeyError, ValueError, TypeError or IndexError
-    for what is no output of it."""
-    found = {}
-    for number, about in enumerate(told):
+    where the arguments are no output of it."""
+    branches = {}
+    for number, description in enumerate(descriptions):
         numbers, shapes = arrays[f"numbers_{number}"], arrays[f"shapes_{number}"]
         parts, first = [], 0
         for row in shapes:
@@ -85,25 +87,25 @@ def from_arrays(arrays: Mapping[str, Array], told: list[dict[str, Any]]) -> dict
             parts.append(np.asarray(numbers[first : first + size], dtype=float).reshape(shape))
             first += size
         marked = [
-            _marked(parts[k : k + _PARTS], words)
-            for k, words in zip(range(0, len(parts), _PARTS), about["words"], strict=True)
+            _labelled_point(parts[k : k + _PARTS], words)
+            for k, words in zip(range(0, len(parts), _PARTS), description["words"], strict=True)
         ]
-        found[tuple(map(int, about["key"]))] = Branch(
-            str(about["motion"]),
-            int(about["lobes"]),
+        branches[tuple(map(int, description["key"]))] = Branch(
+            str(description["motion"]),
+            int(description["lobes"]),
             marked,
-            (str(about["ended"][0]), str(about["ended"][1])),
-            int(about["parent"]),
-            int(about["parent_point"]),
+            (str(description["ended"][0]), str(description["ended"][1])),
+            int(description["parent"]),
+            int(description["parent_point"]),
         )
-    return found
+    return branches
 
 
-def _marked(parts: list[Array], words: str) -> Marked:
-    scalars, x, tangent, state, values, multipliers, touches, monodromy, pieces, free = parts
+def _labelled_point(parts: list[Array], words: str) -> LabelledPoint:
+    scalars, x, tangent, state, values, multipliers, touches, monodromy, mesh_states, free = parts
     if len(scalars) != _NUMBERS:
         raise ValueError(f"{len(scalars)} numbers of a point")
-    s, iterations, residual, label, period, rotation, trivial, has = map(float, scalars)
+    s, iterations, residual, label, period, rotation, trivial, has_monodromy = map(float, scalars)
     orbit = Orbit(
         state,
         values,
@@ -111,9 +113,9 @@ def _marked(parts: list[Array], words: str) -> Marked:
         multipliers[0] + 1j * multipliers[1],
         touches,
         int(trivial),
-        monodromy if has else None,
+        monodromy if has_monodromy else None,
         rotation,
-        pieces,
-        tuple(int(place) for place in free),
+        mesh_states,
+        tuple(int(index) for index in free),
     )
-    return Marked(Point(x, tangent, orbit, int(iterations), residual, s), int(label), words)
+    return LabelledPoint(Point(x, tangent, orbit, int(iterations), residual, s), int(label), words)

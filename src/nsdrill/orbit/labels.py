@@ -1,12 +1,17 @@
-"""Special points of a branch: folds, doublings, tori and the like from the multipliers,
+"""Test functions of the special points of a branch: bifurcations from the multipliers,
 grazing from the touches.
 
-The codes and two-letter words are those of AUTO-07p; those above 100 are nsdrill's own.
-A fold is where the number continued turns; a doubling where the count of real
-multipliers below -1 changes; a branch point where that above 1 changes without a fold;
-a torus bifurcation where a pair appears outside the unit circle and the real counts
-stay. Signs of determinants alone would take a pair of reciprocal real multipliers for a
-torus bifurcation.
+Codes and two-letter names are those of AUTO-07p; codes above 100 are nsdrill's own.
+
+| special point     | condition                                                        |
+| ----------------- | ---------------------------------------------------------------- |
+| fold              | the continuation parameter has an extremum                       |
+| period doubling   | the number of real multipliers below -1 changes                  |
+| branch point      | the number of real multipliers above 1 changes without a fold    |
+| torus (or Hopf)   | a complex pair crosses the unit circle; the real numbers stay    |
+
+Signs of determinants alone would take a pair of reciprocal real multipliers for a torus
+bifurcation.
 """
 
 from __future__ import annotations
@@ -17,94 +22,105 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.analysis.bifurcations import BRANCH, DOUBLING, FOLD, HOPF, TORUS
-from nsdrill.orbit.arclength import Point, Test
+from nsdrill.orbit.arclength import Point, TestFunction
 from nsdrill.orbit.periodic import Orbit
 
-REAL = 1e-7  # of the modulus: an imaginary part that counts for nothing
-NEAR = 1e-6  # of the unit circle
+REAL_TOLERANCE = 1e-7  # of the imaginary part of a real multiplier, over its modulus
 
 
 @dataclass(frozen=True)
 class Graze:
-    """What it means that a contact, by its place, is ``reached`` or ``lost``: codes of
-    labels, None where it is no event of its own; whether it is one that it is reached
-    another number of times in a period, ``counted``."""
+    """The codes of the labels where a contact is ``reached`` or ``lost``, None where
+    that is no event. ``counted``: a change of how often it begins in a period is an
+    event too."""
 
     reached: int | None
     lost: int | None
     counted: bool = True
 
 
-def counts(orbit: Orbit) -> tuple[int, int, int]:
-    """How many real multipliers lie above 1 and below -1, and how many others outside
-    the unit circle."""
-    own = orbit.own
-    real = np.abs(own.imag) <= REAL * np.maximum(np.abs(own), 1.0)
-    value = own.real
-    above, below = int(np.sum(real & (value > 1.0))), int(np.sum(real & (value < -1.0)))
-    return above, below, int(np.sum(~real & (np.abs(own) > 1.0)))
+def multiplier_counts(orbit: Orbit) -> tuple[int, int, int]:
+    """The numbers of nontrivial multipliers that are real and above 1, real and below
+    -1, and complex and outside the unit circle."""
+    multipliers = orbit.nontrivial
+    is_real = np.abs(multipliers.imag) <= REAL_TOLERANCE * np.maximum(np.abs(multipliers), 1.0)
+    value = multipliers.real
+    above, below = int(np.sum(is_real & (value > 1.0))), int(np.sum(is_real & (value < -1.0)))
+    return above, below, int(np.sum(~is_real & (np.abs(multipliers) > 1.0)))
 
 
-def _product(at: float) -> Callable[[Point], float]:
-    """The determinant of the monodromy less ``at`` times the identity, without the
-    trivial multipliers."""
+def _signed_distance(shift: float) -> Callable[[Point], float]:
+    """A function of points with the sign of the determinant of the monodromy less
+    ``shift`` times the identity, without the trivial multipliers, and the modulus of
+    the smallest factor."""
 
     def value(point: Point) -> float:
-        own = point.found.own - at
-        size = np.maximum(np.abs(own), 1e-300)
-        return float(np.sign(np.prod(own / size).real) * np.min(size) if len(own) else 1.0)
+        shifted = point.found.nontrivial - shift
+        moduli = np.maximum(np.abs(shifted), 1e-300)
+        return float(
+            np.sign(np.prod(shifted / moduli).real) * np.min(moduli) if len(shifted) else 1.0
+        )
 
     return value
 
 
-def _pair(number: int) -> Callable[[Point], float]:
-    """The modulus less 1 of the complex multiplier that is the ``number``-th
-    largest."""
+def _pair_margin(rank: int) -> Callable[[Point], float]:
+    """A function of points: the modulus less 1 of the complex multiplier of this
+    ``rank``, from 0 for the largest."""
 
     def value(point: Point) -> float:
-        own = point.found.own
-        pairs = own[np.abs(own.imag) > REAL * np.maximum(np.abs(own), 1.0)]
+        multipliers = point.found.nontrivial
+        pairs = multipliers[
+            np.abs(multipliers.imag) > REAL_TOLERANCE * np.maximum(np.abs(multipliers), 1.0)
+        ]
         moduli = np.sort(np.abs(pairs))[::-1]
-        return float(moduli[number] - 1.0) if len(moduli) > number else -1.0
+        return float(moduli[rank] - 1.0) if len(moduli) > rank else -1.0
 
     return value
 
 
-def tests_of(
+def orbit_test_functions(
     grazes: Mapping[int, Graze], *, equilibrium: bool
-) -> Callable[[Point, Point], list[Test]]:
-    """The function that gives the tests for special points between two points of a
-    branch. ``grazes`` says of which contacts, by place, what is an event;
-    ``equilibrium``: a pair that leaves the unit circle is a Hopf bifurcation."""
+) -> Callable[[Point, Point], list[TestFunction]]:
+    """The function that gives the test functions of the special points between two
+    points of a branch. ``grazes`` has the grazing events of the contacts, by place;
+    with ``equilibrium`` a pair that crosses the unit circle is a Hopf bifurcation."""
 
-    def tests(here: Point, there: Point) -> list[Test]:
-        found = []
-        one, two = here.found, there.found
-        folded = (here.tangent[-1] > 0.0) != (there.tangent[-1] > 0.0)
-        if folded:
-            found.append(Test(FOLD, lambda point: float(point.tangent[-1])))
-        (up1, down1, out1), (up2, down2, out2) = counts(one), counts(two)
-        if down1 != down2 and (down1 + down2) % 2:
-            found.append(Test(DOUBLING, _product(-1.0)))
-        if up1 != up2 and (up1 + up2) % 2 and not folded:
-            found.append(Test(BRANCH, _product(1.0)))
-        if out1 != out2 and up1 == up2 and down1 == down2:
-            found.append(Test(HOPF if equilibrium else TORUS, _pair(min(out1, out2))))
+    def test_functions(previous: Point, current: Point) -> list[TestFunction]:
+        functions = []
+        before, after = previous.found, current.found
+        is_fold = (previous.tangent[-1] > 0.0) != (current.tangent[-1] > 0.0)
+        if is_fold:
+            functions.append(TestFunction(FOLD, lambda point: float(point.tangent[-1])))
+        (above1, below1, out1), (above2, below2, out2) = (
+            multiplier_counts(before),
+            multiplier_counts(after),
+        )
+        if below1 != below2 and (below1 + below2) % 2:
+            functions.append(TestFunction(DOUBLING, _signed_distance(-1.0)))
+        if above1 != above2 and (above1 + above2) % 2 and not is_fold:
+            functions.append(TestFunction(BRANCH, _signed_distance(1.0)))
+        if out1 != out2 and above1 == above2 and below1 == below2:
+            functions.append(
+                TestFunction(HOPF if equilibrium else TORUS, _pair_margin(min(out1, out2)))
+            )
         for contact, graze in grazes.items():
-            if (test := _grazing(one, two, contact, graze)) is not None:
-                found.append(test)
-        return found
+            if (function := _grazing(before, after, contact, graze)) is not None:
+                functions.append(function)
+        return functions
 
-    return tests
+    return test_functions
 
 
-def _grazing(one: Orbit, two: Orbit, contact: int, graze: Graze) -> Test | None:
-    (low1, high1, n1), (low2, high2, n2) = one.touches[contact], two.touches[contact]
+def _grazing(before: Orbit, after: Orbit, contact: int, graze: Graze) -> TestFunction | None:
+    """The test function of grazing of one contact between two points; None where they
+    have none between them."""
+    (low1, high1, n1), (low2, high2, n2) = before.touches[contact], after.touches[contact]
     never1, never2, always1, always2 = high1 <= 0.0, high2 <= 0.0, low1 > 0.0, low2 > 0.0
     if never1 != never2 and graze.reached is not None:
-        return Test(graze.reached, lambda point: float(point.found.touches[contact, 1]))
+        return TestFunction(graze.reached, lambda point: float(point.found.touches[contact, 1]))
     if always1 != always2 and graze.lost is not None:
-        return Test(graze.lost, lambda point: float(point.found.touches[contact, 0]))
+        return TestFunction(graze.lost, lambda point: float(point.found.touches[contact, 0]))
     code = graze.reached if graze.reached is not None else graze.lost
     if (
         graze.counted
@@ -114,7 +130,7 @@ def _grazing(one: Orbit, two: Orbit, contact: int, graze: Graze) -> Test | None:
     ):
         level = 0.5 * (n1 + n2)
         words = f"{int(n1)} to {int(n2)} touches a period"
-        return Test(
+        return TestFunction(
             code,
             lambda point: float(np.sign(point.found.touches[contact, 2] - level)),
             words,
@@ -123,29 +139,32 @@ def _grazing(one: Orbit, two: Orbit, contact: int, graze: Graze) -> Test | None:
     return None
 
 
-def kinks_of(contacts: int) -> Callable[[Orbit, Orbit], bool]:
-    """The function that says whether one of the first ``contacts`` is reached, or lost,
-    another number of times a period in one motion than in another."""
+def kink_predicate(contacts: int) -> Callable[[Orbit, Orbit], bool]:
+    """The function that says whether a kink lies between two motions: whether any of
+    the first ``contacts`` begins another number of times in a period, or is closed, or
+    open, at all times in only one of them."""
 
-    def kinked(one: Orbit, two: Orbit) -> bool:
-        first, second = one.touches[:contacts], two.touches[:contacts]
+    def has_kink(before: Orbit, after: Orbit) -> bool:
+        first, second = before.touches[:contacts], after.touches[:contacts]
         return bool(
             np.any(first[:, 2] != second[:, 2])
             or np.any((first[:, :2] > 0.0) != (second[:, :2] > 0.0))
         )
 
-    return kinked
+    return has_kink
 
 
-def margins_of(orbit: Orbit) -> np.ndarray:
-    """By how much each multiplier lies outside the unit circle, as the logarithm of its
-    modulus, the largest first."""
-    moduli = np.sort(np.abs(orbit.own))[::-1]
+def multiplier_margins(orbit: Orbit) -> np.ndarray:
+    """The logarithms of the moduli of the nontrivial multipliers, the largest first:
+    positive outside the unit circle."""
+    moduli = np.sort(np.abs(orbit.nontrivial))[::-1]
     return np.asarray(np.log(np.maximum(moduli, 1e-300)))
 
 
-def critical_vector(orbit: Orbit, at: float) -> np.ndarray:
-    """The unit eigenvector, in natural scales, of the multiplier nearest to ``at``."""
+def critical_vector(orbit: Orbit, multiplier: float) -> np.ndarray:
+    """The unit eigenvector, in natural scales, of a critical ``multiplier`` (1 or -1):
+    the right singular vector of the smallest singular value of the shifted
+    monodromy."""
     assert orbit.monodromy is not None
-    _, _, right = np.linalg.svd(orbit.monodromy - at * np.eye(len(orbit.monodromy)))
+    _, _, right = np.linalg.svd(orbit.monodromy - multiplier * np.eye(len(orbit.monodromy)))
     return np.asarray(right[-1])

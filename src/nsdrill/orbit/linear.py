@@ -1,9 +1,9 @@
-"""Linear systems of shooting, solved with the same bits whatever the processors.
+"""Linear systems of multiple shooting, solved to the same bits on all processors.
 
-OpenBLAS shares a dense factorisation of some hundred unknowns among threads, which
-gives other last bits on other machines and, beside the threads of the flow, takes a
-hundred times as long. Of several segments most of the matrix is zero, so SuperLU, which
-has no threads, is as fast.
+OpenBLAS divides a dense factorisation of a hundred unknowns or more among threads. The
+last bits of the result then depend on the machine, and beside the threads of the flow
+it takes a hundred times as long. With several segments most of the matrix is zero, and
+SuperLU, which has no threads, is as fast as OpenBLAS alone.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 DENSE = 100  # unknowns up to which OpenBLAS uses one thread
 
 
-def solve(matrix: Array, right: Array) -> Array:
-    """The solution of ``matrix`` [n, n] times x = ``right`` [n]. LinAlgError where the
+def solve(matrix: Array, rhs: Array) -> Array:
+    """The solution of ``matrix`` [n, n] times x = ``rhs`` [n]. LinAlgError where the
     matrix is singular."""
     if len(matrix) < DENSE:
-        return np.asarray(np.linalg.solve(matrix, right))
-    return np.asarray(_factors(matrix).solve(right))
+        return np.asarray(np.linalg.solve(matrix, rhs))
+    return np.asarray(_factors(matrix).solve(rhs))
 
 
 def sign_of_determinant(matrix: Array) -> float:
@@ -51,12 +51,12 @@ def _factors(matrix: Array) -> Any:
 
 def _parity(permutation: np.ndarray[Any, np.dtype[Any]]) -> float:
     """1 for an even permutation, -1 for an odd one."""
-    left, cycles = [True] * len(permutation), 0
+    is_unvisited, cycles = [True] * len(permutation), 0
     for start in range(len(permutation)):
-        if left[start]:
+        if is_unvisited[start]:
             cycles += 1
-            at = start
-            while left[at]:
-                left[at] = False
-                at = int(permutation[at])
+            index = start
+            while is_unvisited[index]:
+                is_unvisited[index] = False
+                index = int(permutation[index])
     return -1.0 if (len(permutation) - cycles) % 2 else 1.0

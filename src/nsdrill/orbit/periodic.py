@@ -1,11 +1,11 @@
-"""Periodic orbits as zeros: of the lobe map, in which steady drilling is a fixed point
-and bounces are too.
+"""Periodic orbits as fixed points of the lobe map, by multiple shooting. Steady
+drilling and bounces are such fixed points.
 
-P_m is the flow over m folds of a revolution of the drive, turned back by as much
-(``models.base.Symmetry``). An orbit of period m is a fixed point of P_m, found by
-multiple shooting: ``segments`` pieces that end where the next begins. Where every angle
-is alike, a fixed point of the map over any angle is an equilibrium in the frame of the
-drive.
+The lobe map P_m is the flow over m folds of a revolution of the drive, followed by the
+rotation back by the same angle (``models.base.Symmetry``). An orbit of period m is a
+fixed point of P_m; each of its ``segments`` ends where the next one begins. Where the
+equations are the same at every drive angle, a fixed point of the map over any angle is
+an equilibrium in the frame of the drive.
 """
 
 from __future__ import annotations
@@ -16,23 +16,31 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.orbit.arclength import Problem, Reading, Steps
-from nsdrill.orbit.flow import DEFAULT_DIFFERENCE, Flow, Legs
-from nsdrill.orbit.frame import turn_matrix, turned
+from nsdrill.orbit.arclength import Evaluation, Problem, Task
+from nsdrill.orbit.flow import DIFFERENCE_STEP, Flow, Legs
+from nsdrill.orbit.frame import rotated, rotation_matrix
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-ANGLES = 8  # folds of a revolution over which an equilibrium is mapped, where every angle is alike
+# folds of a revolution in the map of an equilibrium, where every drive angle is alike
+EQUILIBRIUM_FOLDS = 8
 
 
 @dataclass(frozen=True)
 class Orbit:
-    """What is known of a periodic motion: the ``state`` at its start, at the drive
-    angle 0; the ``values`` of what is continued; the ``period`` [s]; its
-    ``multipliers``, complex, of all free states over one period, ``trivial`` of them
-    the number of those that are 1 for every such motion; ``touches`` [contacts, 3]
-    (:class:`.flow.Ends`); ``monodromy`` of the ``free`` states in natural scales; the
-    ``rotation`` number [rad] of a circle over one period; ``pieces`` [pieces, states]:
-    the states at the starts of the segments, or at the points of a circle."""
+    """A motion that repeats: a periodic orbit, an equilibrium, a cycle or a circle.
+
+    - ``state`` [states] at its start, at the drive angle 0;
+    - ``values`` [parameters] of the continuation parameters;
+    - ``period`` [s];
+    - ``multipliers`` [free], the complex Floquet multipliers over one period, of which
+      ``trivial`` are 1 for every such motion;
+    - ``touches`` [contacts and levels, 3], as of :class:`.flow.Ends`;
+    - ``monodromy`` [free, free] in natural scales;
+    - ``rotation`` of a circle over one period [rad];
+    - ``mesh_states`` [mesh points, states] at the starts of the segments; of a circle
+      w at its points (:mod:`.circle`);
+    - ``free``, the places of the free states.
+    """
 
     state: Array
     values: Array
@@ -42,17 +50,12 @@ class Orbit:
     trivial: int = 0
     monodromy: Array | None = None
     rotation: float = math.nan
-    pieces: Array | None = None
+    mesh_states: Array | None = None
     free: tuple[int, ...] = ()
 
     @property
-    def start(self) -> Array:
-        """The free states at the start."""
-        return self.state[list(self.free)]
-
-    @property
-    def own(self) -> np.ndarray[Any, np.dtype[Any]]:
-        """The multipliers that tell of stability."""
+    def nontrivial(self) -> np.ndarray[Any, np.dtype[Any]]:
+        """The multipliers that decide on stability."""
         if not self.trivial:
             return self.multipliers
         return np.delete(
@@ -62,56 +65,57 @@ class Orbit:
     @property
     def unstable(self) -> int:
         """How many multipliers lie outside the unit circle."""
-        return int(np.sum(np.abs(self.own) > 1.0 + 1e-9))
+        return int(np.sum(np.abs(self.nontrivial) > 1.0 + 1e-9))
 
 
-def over_segments(touches: Array) -> Array:
-    """Touches of a whole motion from those of its segments, [segments, contacts, 3]."""
+def combined_touches(touches: Array) -> Array:
+    """The touches of a whole motion [contacts, 3] from those of its segments
+    [segments, contacts, 3]."""
     return np.stack(
         [touches[..., 0].min(axis=0), touches[..., 1].max(axis=0), touches[..., 2].sum(axis=0)],
         axis=-1,
     )
 
 
-def ring(blocks: Array) -> Array:
-    """The derivative of the ends of segments, less the starts of those that follow, by
-    all starts: of ``blocks`` [segments, n, n], how an end follows its start, the matrix
-    [segments n, segments n]."""
+def shooting_jacobian(blocks: Array) -> Array:
+    """The Jacobian of multiple shooting, [segments n, segments n]: the derivative by
+    all starts of the end of each segment less the start of the next. ``blocks``
+    [segments, n, n] are the monodromies of the segments."""
     J, n = len(blocks), blocks.shape[-1]
-    made = np.zeros((J, n, J, n))
+    matrix = np.zeros((J, n, J, n))
     for j, block in enumerate(blocks):
-        made[j, :, j] += block
-        made[j, :, (j + 1) % J] -= np.eye(n)
-    return made.reshape(J * n, J * n)
+        matrix[j, :, j] += block
+        matrix[j, :, (j + 1) % J] -= np.eye(n)
+    return matrix.reshape(J * n, J * n)
 
 
-def product(blocks: Array) -> Array:
+def monodromy_product(blocks: Array) -> Array:
     """The monodromy of a motion, [n, n], from those of its segments in order."""
-    whole = np.eye(blocks.shape[-1])
+    monodromy = np.eye(blocks.shape[-1])
     for block in blocks:
-        whole = block @ whole
-    return whole
+        monodromy = block @ monodromy
+    return monodromy
 
 
 @dataclass(frozen=True)
 class Periodic:
-    """Fixed points of P_m. The unknowns are the free states at the start of each of
-    ``segments`` pieces, over ``size`` [free], then the last of ``values``, over its
-    scale; ``fixed`` [states] are the others."""
+    """Fixed points of P_m. The unknowns are the free states at the start of each of the
+    ``segments``, over ``state_scales`` [free], then the last of ``values``, over its
+    scale. The other states are those of ``fixed`` [states]."""
 
     flow: Flow
     lobes: int
     segments: int
-    size: Array
+    state_scales: Array
     values: Array
     fixed: Array
-    slack = 1.0
+    tolerance_factor = 1.0
 
     @classmethod
     def at(
         cls, flow: Flow, lobes: int, values: Array, state: Array, segments: int | None = None
     ) -> Periodic:
-        """The problem near ``state`` [states] at ``values`` [numbers]."""
+        """The problem near ``state`` [states] at ``values`` [parameters]."""
         free = list(flow.symmetry.free)
         return cls(
             flow,
@@ -124,112 +128,115 @@ class Periodic:
 
     @property
     def folds(self) -> int:
-        return self.flow.symmetry.folds or ANGLES
+        return self.flow.symmetry.folds or EQUILIBRIUM_FOLDS
 
     @property
     def angle(self) -> float:
-        """By how much the drive turns in one period [rad]."""
+        """The angle by which the drive advances in one period [rad]."""
         return 2.0 * math.pi * self.lobes / self.folds
 
-    def unknowns(self, states: Array, number: float) -> Array:
+    def unknowns(self, states: Array, parameter: float) -> Array:
         """``x`` from the states at the starts of the segments [segments, states] and
-        the number continued."""
+        the continuation parameter."""
         free = list(self.flow.symmetry.free)
-        share = math.sqrt(self.segments)
-        scaled = states[:, free] / (self.size * share)
-        return np.concatenate([scaled.ravel(), [number / self.flow.scales[-1]]])
+        weight = math.sqrt(self.segments)
+        scaled = states[:, free] / (self.state_scales * weight)
+        return np.concatenate([scaled.ravel(), [parameter / self.flow.scales[-1]]])
 
     def states(self, x: Array) -> Array:
         """The states at the starts of the segments, shape (segments, states)."""
         free = list(self.flow.symmetry.free)
-        made = np.tile(self.fixed, (self.segments, 1))
-        made[:, free] = x[:-1].reshape(self.segments, -1) * (self.size * math.sqrt(self.segments))
-        return made
+        states = np.tile(self.fixed, (self.segments, 1))
+        states[:, free] = x[:-1].reshape(self.segments, -1) * (
+            self.state_scales * math.sqrt(self.segments)
+        )
+        return states
 
-    def numbers(self, x: Array) -> Array:
-        """The values of what is continued, the last from ``x``."""
+    def values_at(self, x: Array) -> Array:
+        """The values of the continuation parameters, the last from ``x``."""
         return np.concatenate([self.values[:-1], [x[-1] * self.flow.scales[-1]]])
 
     def legs(self, x: Array, *, tangent: bool = True) -> Legs:
-        """The segments at ``x``, then at a slightly greater and a slightly smaller
-        number, without monodromies."""
-        states, values = self.states(x), self.numbers(x)
-        h = DEFAULT_DIFFERENCE * self.flow.scales[-1]
+        """The segments at ``x``; with ``tangent`` also, without monodromies, at a
+        slightly greater and a slightly smaller continuation parameter."""
+        states, values = self.states(x), self.values_at(x)
+        h = DIFFERENCE_STEP * self.flow.scales[-1]
         shift = np.zeros(len(values))
         shift[-1] = h
-        three = np.stack([values, values + shift, values - shift])[: 3 if tangent else 1]
-        J, k = self.segments, len(three)
+        stencil = np.stack([values, values + shift, values - shift])[: 3 if tangent else 1]
+        J, k = self.segments, len(stencil)
         return Legs(
             np.tile(states, (k, 1)),
             np.tile(np.arange(J) * self.angle / J, k),
             np.full(k * J, self.angle / J),
-            np.repeat(three, J, axis=0),
+            np.repeat(stencil, J, axis=0),
             np.arange(k * J) < J if tangent else np.zeros(J, dtype=bool),
             angular=True,
         )
 
-    def read(self, x: Array) -> Steps[Reading | None]:
+    def evaluate(self, x: Array) -> Task[Evaluation | None]:
         ends = yield self.legs(x)
         if not ends.ok.all():
             return None
         flow, J, states = self.flow, self.segments, self.states(x)
         free = list(flow.symmetry.free)
-        share = math.sqrt(J)
-        scale, n = self.size * share, len(free)
+        weight = math.sqrt(J)
+        scale, n = self.state_scales * weight, len(free)
         end = ends.state.reshape(3, J, -1)
-        end[:, -1] = turned(flow.symmetry, end[:, -1], -self.angle)
-        back = turn_matrix(flow.symmetry, flow.states, -self.angle)
-        monodromy = ends.monodromy[:J].copy()
-        monodromy[-1] = back @ monodromy[-1]
+        end[:, -1] = rotated(flow.symmetry, end[:, -1], -self.angle)
+        rotate_back = rotation_matrix(flow.symmetry, flow.states, -self.angle)
+        monodromies = ends.monodromy[:J].copy()
+        monodromies[-1] = rotate_back @ monodromies[-1]
         residual = (end[0] - np.roll(states, -1, axis=0))[:, free] / scale
-        blocks = monodromy[:, free][:, :, free] * (scale / scale[:, None])
+        blocks = monodromies[:, free][:, :, free] * (scale / scale[:, None])
         jacobian = np.zeros((J * n, J * n + 1))
-        jacobian[:, :-1] = ring(blocks)
-        whole = product(blocks)
-        slope = (end[1] - end[2])[:, free] / scale / (2.0 * DEFAULT_DIFFERENCE)
-        jacobian[:, -1] = slope.ravel()
+        jacobian[:, :-1] = shooting_jacobian(blocks)
+        monodromy = monodromy_product(blocks)
+        by_parameter = (end[1] - end[2])[:, free] / scale / (2.0 * DIFFERENCE_STEP)
+        jacobian[:, -1] = by_parameter.ravel()
         if not np.isfinite(jacobian).all():
             return None
-        values = self.numbers(x)
+        values = self.values_at(x)
         period = float(ends.duration[:J].sum())
         orbit = Orbit(
             states[0],
             values,
             period,
-            np.linalg.eigvals(whole),
-            over_segments(ends.touches[:J]),
+            np.linalg.eigvals(monodromy),
+            combined_touches(ends.touches[:J]),
             0,
-            whole,
+            monodromy,
             0.0,
             states,
             tuple(free),
         )
-        return Reading(residual.ravel(), jacobian, lambda: orbit)
+        return Evaluation(residual.ravel(), jacobian, lambda: orbit)
 
-    def moved(self, x: Array) -> Problem:
+    def updated(self, x: Array) -> Problem:
         return self
 
 
-def starts_of(orbit: Orbit, flow: Flow, lobes: int) -> list[Array]:
-    """The states, turned back to the drive angle 0, at which an orbit of so many
-    ``lobes`` may begin, each of its free states."""
-    assert orbit.pieces is not None
-    step = len(orbit.pieces) // lobes
-    fold = 2.0 * math.pi / (flow.symmetry.folds or ANGLES)
-    pieces = orbit.pieces[:: max(step, 1)][:lobes]
+def lobe_starts(orbit: Orbit, flow: Flow, lobes: int) -> list[Array]:
+    """The free states at the start of each of the ``lobes`` of an orbit, rotated back
+    to the drive angle 0: those at which it may begin."""
+    assert orbit.mesh_states is not None
+    step = len(orbit.mesh_states) // lobes
+    fold_angle = 2.0 * math.pi / (flow.symmetry.folds or EQUILIBRIUM_FOLDS)
+    states = orbit.mesh_states[:: max(step, 1)][:lobes]
     return [
-        turned(flow.symmetry, piece, -k * fold)[list(orbit.free)] for k, piece in enumerate(pieces)
+        rotated(flow.symmetry, state, -k * fold_angle)[list(orbit.free)]
+        for k, state in enumerate(states)
     ]
 
 
-def between_segments(problem: Periodic, state: Array, values: Array) -> Steps[Array | None]:
-    """The states at the starts of the segments of ``problem`` on the motion from
-    ``state`` at ``values``."""
-    made, J = [state], problem.segments
+def segment_starts(problem: Periodic, state: Array, values: Array) -> Task[Array | None]:
+    """The states at the starts of the segments of ``problem`` [segments, states] on the
+    motion from ``state`` at ``values``; None where a run fails."""
+    starts, J = [state], problem.segments
     angle = np.array([problem.angle / J])
     for j in range(J - 1):
         ends = yield Legs(
-            made[-1][None],
+            starts[-1][None],
             j * angle,
             angle,
             np.atleast_2d(values),
@@ -238,5 +245,5 @@ def between_segments(problem: Periodic, state: Array, values: Array) -> Steps[Ar
         )
         if not ends.ok[0]:
             return None
-        made.append(ends.state[0])
-    return np.stack(made)
+        starts.append(ends.state[0])
+    return np.stack(starts)
