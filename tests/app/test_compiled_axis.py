@@ -31,7 +31,7 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_each_value_has_the_bits_of_a_study_of_its_own(path: Path) -> None:
     both = nsdrill.open_results(path)
-    assert both.state_scales["bit_lobes"] == 2
+    assert both.sizes["bit_lobes"] == 2
     for lobes in (1, 3):
         alone = nsdrill.run(STUDY, set={"sweep.bit.lobes": lobes})
         for name in alone.data_vars:

@@ -110,7 +110,7 @@ def test_coordinates(data, name: str) -> None:  # type: ignore[no-untyped-def]
         assert data[axis].dims == ((axis,) if axis in GRID[name] else ())
         assert (np.diff(np.atleast_1d(data[axis].values)) > 0).all()
         assert data[axis].attrs["long_name"]
-    assert data.state_scales["peak"] == 4
+    assert data.sizes["peak"] == 4
 
 
 def test_values_of_the_axes(shared: Path) -> None:

@@ -64,7 +64,7 @@ def test_the_file(made: Path) -> None:
 
 def test_the_file_opens_in_xarray(made: Path) -> None:
     with open_results(made) as data:
-        assert data.state_scales["start"] == 7
+        assert data.sizes["start"] == 7
         assert data["attractor"].dims == ("depth", "start")
         assert data["initial_state"].sel(depth=2000.0, start=3, state="bit_speed").size == 1
 

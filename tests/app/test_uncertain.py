@@ -203,7 +203,7 @@ def test_each_sample_is_refined_by_itself() -> None:
     fine = {**SHORT, "sweep": {"rotary_speed": speed, "refine": 2}, "operation": {"wob": "60 kN"}}
     data = nsdrill.run(fine, progress=False)
     assert int(data["status"].max()) == 5  # some were inferred
-    assert data.state_scales["rotary_speed"] == 13
+    assert data.sizes["rotary_speed"] == 13
     for number in (1, 6):
         one = of_one(fine, data, number)
         one["operation"]["wob"] = "60 kN"
@@ -286,7 +286,7 @@ def test_sensitivity_of_lift_off_is_that_of_the_closed_form() -> None:
     )
     study = parse_study(text, "axial.yaml")
     data = nsdrill.run(study, progress=False)
-    assert data.state_scales["sample"] == 4 * 512
+    assert data.sizes["sample"] == 4 * 512
     found = nsdrill.sensitivity(data)
     safe = next(answer for answer in found["answers"] if answer["name"] == "safe")
     # The closed form in place of the runs, over many more samples of the same
