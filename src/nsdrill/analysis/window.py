@@ -3,8 +3,9 @@ best of them.
 
 A *history* is a procedure (and, in an ensemble, a start): one way of having come to an
 operating point. A point is *safe* where every history in the file ended well without a
-critical response, *rim* where only some did, *critical* where none did, and *unknown*
-where a run failed or is missing and the others leave open which of these it is.
+critical response, *history-dependent* (the key ``rim``) where only some did, *critical*
+where none did, and *unknown* where a run failed or is missing and the others leave open
+which of these it is.
 """
 
 from __future__ import annotations
@@ -96,8 +97,9 @@ def axes_of(results: Results) -> tuple[str, str | None, str | None] | None:
 def classes(
     results: Results, severity: int | None = None, confidence: float | None = None
 ) -> Classes:
-    """Safe, rim or critical at every operating point. With ``severity`` a history is
-    safe where none of the three severities exceeds it, whatever the response bits say.
+    """Safe, history-dependent or critical at every operating point. With ``severity`` a
+    history is safe where none of the three severities exceeds it, whatever the response
+    bits say.
     With ``confidence`` (0 to 1), of results with samples, a point is safe where the
     probability of a safe run reaches it, and critical where it does not.
 
