@@ -30,9 +30,9 @@ def both() -> dict:
     return find_window(grid({"up": [UP], "down": [DOWN]}, SPEEDS, WEIGHTS))
 
 
-def test_safe_rim_and_critical_are_counted(both: dict) -> None:
-    """Safe: 4 + 3 + 3. Rim: the fifth speed of the third weight, the fifth and sixth of
-    the fourth."""
+def test_safe_history_dependent_and_critical_are_counted(both: dict) -> None:
+    """Safe: 4 + 3 + 3. History-dependent: the fifth speed of the third weight, the fifth
+    and sixth of the fourth."""
     assert (both["safe"], both["rim"], both["critical"], both["points"]) == (10, 3, 22, 35)
     assert both["share"] == {"safe": 10 / 35, "rim": 3 / 35, "critical": 22 / 35, "unknown": 0.0}
     assert both["safe_in"] == {"up": 13, "down": 10}

@@ -35,7 +35,7 @@ def test_the_note() -> None:
     text = note()
     for said in (
         "every run of the point ended well without a critical response: up and down",
-        "At 5000 m: of 35 points 10 safe (28.6 %), 0 rim (0.0 %), 25 critical (71.4 %).",
+        "At 5000 m: of 35 points 10 safe (28.6 %), 0 history-dependent (0.0 %), 25 critical (71.4 %).",
         "Largest safe region: 10 points (28.6 % of the map) within weight on bit 20 to 40 kN, "
         "speed 2 to 5 rad/s",
         "Recommended: 30 kN, 3 rad/s (28.6 rpm).",
@@ -54,7 +54,7 @@ def test_the_note_in_field_units() -> None:
     assert "kN" not in text
 
 
-def test_the_rim_says_that_it_depends() -> None:
+def test_history_dependent_limits_are_named() -> None:
     text = note(
         up=[LINES[0], *["s....ww"] * 3, LINES[4]], down=[LINES[0], *["s...www"] * 3, LINES[4]]
     )
@@ -65,7 +65,7 @@ def test_the_rim_says_that_it_depends() -> None:
 def test_one_procedure_is_said_plainly() -> None:
     text = note(up=LINES)
     assert "HISTORY WAS NOT EXAMINED: the file holds one procedure only (up)." in text
-    assert "rim" not in text
+    assert "history-dependent" not in text
 
 
 def test_no_room_is_said() -> None:

@@ -17,7 +17,7 @@ from nsdrill import plot
 from nsdrill.data import Trace
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.plot import look_of
-from nsdrill.plot.animation import RATE, animate, film_name
+from nsdrill.plot.animation import FRAME_RATE, animate, film_name
 
 COLLAR = 0.2286  # m, the usual outer diameter
 
@@ -95,14 +95,14 @@ def test_a_gif_has_every_frame_and_the_same_bytes(whirl: Trace, tmp_path: Path) 
     look = look_of(time=(2.0, 4.0), width="2.5in")
     for name in "ab":
         frames, seconds = animate(whirl, tmp_path / f"{name}.gif", look=look)
-    assert (frames, seconds) == (2 * RATE + 1, pytest.approx(2.0))
+    assert (frames, seconds) == (2 * FRAME_RATE + 1, pytest.approx(2.0))
     assert (tmp_path / "a.gif").read_bytes() == (tmp_path / "b.gif").read_bytes()
     with Image.open(tmp_path / "a.gif") as film:
         assert film.n_frames == frames
-        assert film.info["duration"] == 1000 / RATE
+        assert film.info["duration"] == 1000 / FRAME_RATE
         assert film.info["loop"] == 0
         pictures = []
-        for number in (0, RATE):
+        for number in (0, FRAME_RATE):
             film.seek(number)
             pictures.append(np.asarray(film.convert("RGB"), dtype=int))
     moved = np.any(np.abs(pictures[0] - pictures[1]) > 30, axis=-1)
@@ -119,7 +119,7 @@ def test_a_film_may_be_slower_than_nature(whirl: Trace, tmp_path: Path) -> None:
 def test_by_default_the_last_turns_of_the_bit(whirl: Trace, tmp_path: Path) -> None:
     whirl.variables["bit_speed"][:] = 10.0
     _, seconds = animate(whirl, tmp_path / "a.gif", look=look_of(width="2in"))
-    assert seconds == pytest.approx(5 * 2 * np.pi / 10, abs=1 / RATE)
+    assert seconds == pytest.approx(5 * 2 * np.pi / 10, abs=1 / FRAME_RATE)
 
 
 STAND_IN = """#!{python}

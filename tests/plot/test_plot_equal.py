@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from nsdrill import plot
 from nsdrill.data import Results
-from nsdrill.plot import equal
+from nsdrill.plot import isolines
 
 SPEEDS, WEIGHTS = np.linspace(1.0, 6.0, 11), np.linspace(10e3, 60e3, 9)
 
@@ -77,7 +77,7 @@ def test_no_label_covers_a_point_that_is_to_be_clear():
     def labels(clear):
         axes = Figure().add_subplot()
         axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
-        assert equal.draw_lines(axes, x, y, values, "si", clear)
+        assert isolines.draw_lines(axes, x, y, values, "si", clear)
         return {text.get_text(): np.array(text.get_position()) for text in axes.texts}
 
     usual = labels(())

@@ -13,7 +13,7 @@ from made_up import make_results, make_trace
 from nsdrill import plot
 from nsdrill.analysis.equations import other_string
 from nsdrill.plot.look import look_of
-from nsdrill.plot.style import house_style, new_figure, settle
+from nsdrill.plot.style import freeze_layout, house_style, new_figure
 from nsdrill.plot.traces import planes_of
 
 
@@ -28,7 +28,7 @@ def test_the_last_digits_of_a_value_do_not_fill_a_panel(
         axes = figure.add_subplot()
         values = middle + swing * np.sin(np.arange(50.0))
         axes.plot(np.arange(50.0), values)
-        settle(figure)
+        freeze_layout(figure)
     low, high = axes.get_ylim()
     assert low < values.min() < values.max() < high
     assert (np.ptp(values) < 1e-3 * (high - low)) == opened

@@ -12,7 +12,7 @@ from matplotlib.patches import Circle
 from nsdrill import plot
 from nsdrill.data import Trace
 from nsdrill.errors import InputError
-from nsdrill.plot.decimation import STRETCHES, envelope, swings
+from nsdrill.plot.decimation import PARTS, count_upcrossings, envelope
 
 
 def line(figure, gid: str):
@@ -95,10 +95,12 @@ def test_a_long_trace_is_a_band_that_holds_every_sample(name: str, width: float)
 def test_slow_motion_stays_a_line_however_long_it_takes() -> None:
     time = np.linspace(0.0, 600.0, 60_001)
     rippled = np.sin(2 * np.pi * time / 20.0) + 0.01 * np.sin(2 * np.pi * 5 * time)
-    assert swings(rippled) < 60  # of 3000 ripples
+    assert count_upcrossings(rippled) < 60  # of 3000 ripples
     # nor is the level
-    assert swings(np.sin(2 * np.pi * 2 * time) + 0.03 * time) == pytest.approx(1200, abs=STRETCHES)
-    assert swings(np.full(1000, np.nan)) == swings(np.zeros(5000)) == 0
+    assert count_upcrossings(np.sin(2 * np.pi * 2 * time) + 0.03 * time) == pytest.approx(
+        1200, abs=PARTS
+    )
+    assert count_upcrossings(np.full(1000, np.nan)) == count_upcrossings(np.zeros(5000)) == 0
 
 
 def test_reference_lines(trace: Trace) -> None:

@@ -8,7 +8,7 @@ from made_up import make_results
 
 from nsdrill import plot
 from nsdrill.data import Results
-from nsdrill.plot.kinds.trade_off import front
+from nsdrill.plot.kinds.trade_off import pareto_front
 from nsdrill.variables import SAMPLE
 
 SPEEDS, WEIGHTS = np.array([2.0, 4.0, 6.0]), np.array([10e3, 20e3])
@@ -42,7 +42,7 @@ def test_the_front_is_what_nothing_beats():
         for i in range(60)
     ]
     expected = {(rate[i], probability[i]) for i in range(60) if not beaten[i]}
-    found = front(rate, probability)
+    found = pareto_front(rate, probability)
     assert {(rate[i], probability[i]) for i in found} == expected
     assert np.all(np.diff(probability[found]) > 0)
 

@@ -45,7 +45,7 @@ def test_areas_are_those_of_the_note(both: Results) -> None:
     note = find_window(both)
     hatched = next(c for c in axes.collections if c.get_gid() == "rim")
     assert covered(hatched, both["rotary_speed"], both["wob"] / 1e3).sum() == note["rim"] > 0
-    assert f"rim: depends on the history ({100 * note['share']['rim']:.1f} %)" in words(figure)
+    assert f"history-dependent ({100 * note['share']['rim']:.1f} %)" in words(figure)
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_failed_points_and_one_procedure_are_told(both: Results) -> None:
     assert covered(unknown, both["rotary_speed"], both["wob"] / 1e3).sum() == 3
     alone = make_results(wob=(1e4, 2e4, 3e4, 4e4), rotary_speed=np.linspace(1, 8, 15))
     assert any("history not examined" in word for word in words(plot.draw(alone, "window")))
-    assert not any("rim" in word for word in words(plot.draw(alone, "window")))
+    assert not any("history-dependent" in word for word in words(plot.draw(alone, "window")))
 
 
 def test_nothing_safe_is_still_a_picture(both: Results) -> None:
@@ -123,7 +123,7 @@ def test_by_severity(both: Results) -> None:
 
 def test_the_areas_differ_in_grey() -> None:
     """Relative luminance (Rec. 709, linear): each at least a factor 1.5 from the next;
-    the rim is hatched besides."""
+    the history-dependent area is hatched besides."""
 
     def luminance(colour: str) -> float:
         linear = [

@@ -17,6 +17,7 @@ ORDER = ("depth", "wob", "rotary_speed")  # as a driller says an operating point
 SIDES = {"less": "less", "more": "more"}
 SIDES_OF_DEPTH = {"less": "shallower", "more": "deeper"}
 MOST_ROWS = 24
+CLASS_LABELS = {"rim": "history-dependent"}  # of the keys that are not words of the text
 
 
 def _order(axis: str) -> tuple[int, str]:
@@ -169,7 +170,8 @@ def _basis(note: dict[str, Any], w: Writer) -> Iterator[str]:
         if note["histories"] > len(note["procedures"]):
             by += f", {note['histories']} histories in all"
         yield f"  safe      every run of the point ended well {what}: {by}"
-        yield "  rim       safe in some only: it depends on how one came there"
+        yield f"  {CLASS_LABELS['rim']}"
+        yield "            safe in some only: it depends on how one came there"
     else:
         yield f"  safe      the run of the point ended well {what}"
         yield (
@@ -215,7 +217,10 @@ def _shares(note: dict[str, Any]) -> str:
         for word in _columns({**note, "unknown": 0})
         if word != "rim" or note["history_examined"]
     )
-    parts = [f"{note[word]} {word} ({100 * note['share'][word]:.1f} %)" for word in words]
+    parts = [
+        f"{note[word]} {CLASS_LABELS.get(word, word)} ({100 * note['share'][word]:.1f} %)"
+        for word in words
+    ]
     if note["unknown"]:
         parts.append(
             f"{note['unknown']} unknown ({unknown_words(note)}, "
@@ -234,11 +239,18 @@ def _columns(note: dict[str, Any]) -> tuple[str, ...]:
 
 
 def _heads(note: dict[str, Any]) -> str:
-    return "".join(f"{word:>10s}" for word in _columns(note))
+    return "".join(f"{CLASS_LABELS.get(word, word):>{_width(word)}s}" for word in _columns(note))
 
 
 def _row(note: dict[str, Any], counts: dict[str, Any]) -> str:
-    return "".join(f"{100 * counts['share'][word]:8.1f} %" for word in _columns(note))
+    return "".join(
+        f"{100 * counts['share'][word]:{_width(word) - 2}.1f} %" for word in _columns(note)
+    )
+
+
+def _width(word: str) -> int:
+    """The width of the column of a class of points."""
+    return max(10, 2 + len(CLASS_LABELS.get(word, word)))
 
 
 def _no_window(note: dict[str, Any], w: Writer) -> Iterator[str]:

@@ -1,8 +1,8 @@
-"""Pictures of sweeps and traces: data in memory in, a matplotlib figure out; opens no
-file of data.
+"""Pictures of sweeps and traces: from data in memory to a matplotlib figure. No data
+file is opened here.
 
-matplotlib is imported when something is drawn or asked for, and pyplot never: no
-window, no global state.
+matplotlib is imported only when something is drawn, and pyplot never: no window system,
+no global state.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
-from nsdrill.plot.limits import within
+from nsdrill.plot.limits import apply_limits
 from nsdrill.plot.look import Look, look_of
 from nsdrill.plot.registry import all_kinds, check_options, choose_kind, kinds_for, variables_for
 from nsdrill.plot.saving import FORMATS, check_suffix, save
@@ -55,51 +55,56 @@ def draw(
     """Draw ``data`` in one of its :func:`kinds_for`, the first of them if ``kind`` is
     None.
 
-    ``units`` are ``si`` (as engineers write it: kN, mm) or ``field``. ``at`` holds axes
+    ``units`` are ``si`` (as engineers write it: kN, mm) or ``field``. ``at`` fixes axes
     of a sweep at one of their values, in SI: ``{"wob": 22240.0}`` draws the cut of a
     map. ``start`` draws one start of every operating point, where there are several.
     ``look`` is how the user wants it to look. Other ``options`` are those that the kind
-    takes (None is as not given): ``over``, a sweep to draw a ``ramp`` over, or branches
+    takes (None has no effect): ``over``, a sweep to draw a ``ramp`` over, or branches
     whose curves are drawn over a map; ``states``, the two over which an ensemble's
     ``basin`` is drawn; ``severity`` of a ``window`` or ``tornado``, ``confidence`` (0
     to 1) of a ``window`` or of ``probability``, where numbers are uncertain.
     """
     check_units(units)
-    given = {name: value for name, value in options.items() if value is not None}
+    kind_options = {name: value for name, value in options.items() if value is not None}
     look = look or Look()
-    curves = None
-    if isinstance(data, Results) and "over" in given and not isinstance(given["over"], Results):
-        curves = given.pop("over")
+    branches = None
+    if (
+        isinstance(data, Results)
+        and "over" in kind_options
+        and not isinstance(kind_options["over"], Results)
+    ):
+        branches = kind_options.pop("over")
     if isinstance(data, Results):
         data = cut(data, at, start)
-    if kind is None and "over" in given and "ramp" in kinds_for(data):
+    if kind is None and "over" in kind_options and "ramp" in kinds_for(data):
         kind = "ramp"
-    chosen = choose_kind(data, kind)
-    check_options(chosen, given)
-    data, ends = within(data, chosen, look)
+    chosen_kind = choose_kind(data, kind)
+    check_options(chosen_kind, kind_options)
+    data, ends = apply_limits(data, chosen_kind, look)
     from nsdrill.plot.style import (
+        freeze_layout,
         house_style,
-        looking,
-        quiet_glyphs,
-        say_inside,
-        settle,
-        show_between,
+        limit_x_axes,
+        using_look,
+        without_glyph_warnings,
+        write_in_largest_panel,
     )
 
-    with looking(look), house_style(), quiet_glyphs():
-        figure = chosen.draw(data, units, **given)
-        if isinstance(data, Results) and (words := nothing_words(data)):
-            say_inside(figure, words)
+    with using_look(look), house_style(), without_glyph_warnings():
+        figure = chosen_kind.draw(data, units, **kind_options)
+        if isinstance(data, Results) and (message := no_data_message(data)):
+            write_in_largest_panel(figure, message)
         if ends is not None:
-            show_between(figure, str(chosen.across(data)), ends, units)
-        if curves is not None:
-            _draw_borders(figure, data, curves, units)
-        settle(figure)
+            limit_x_axes(figure, str(chosen_kind.across(data)), ends, units)
+        if branches is not None:
+            _draw_branch_curves(figure, data, branches, units)
+        freeze_layout(figure)
     return figure
 
 
-def nothing_words(data: Results) -> str:
-    """What is to be said of results in which no point ended well; empty where one did."""
+def no_data_message(data: Results) -> str:
+    """The message on a picture of results in which no point ended well; empty where one
+    did."""
     status = data.variables["status"]
     if np.any((status == OK) | (status == INFERRED)):
         return ""
@@ -114,8 +119,8 @@ def needed(
     at: Mapping[str, float] | None = None,
     start: int | None = None,
 ) -> tuple[str, ...]:
-    """The variables that :func:`draw` uses of a sweep with these coordinates;
-    ``outline`` has no numbers in it."""
+    """The variables that :func:`draw` uses of a sweep with the coordinates of
+    ``outline``, which has no numbers in it."""
     names = variables_for(choose_kind(cut(outline, at, start), kind).name, model_in(outline.attrs))
     return tuple(name for name in names if name in outline.variables)
 
@@ -123,26 +128,26 @@ def needed(
 def cut(data: Results, at: Mapping[str, float] | None, start: int | None = None) -> Results:
     """A sweep with every axis ascending, cut at the values ``at`` of some (SI), and at
     one of its starts."""
-    from nsdrill.plot.slices import one_sample, one_start, ordered
+    from nsdrill.plot.slices import ordered, select_sample, select_start
     from nsdrill.variables import SAMPLE, dimension_of
 
-    given = at or {}
-    at = {dimension_of(key): value for key, value in given.items()}
+    values_by_key = at or {}
+    at = {dimension_of(key): value for key, value in values_by_key.items()}
     if SAMPLE in at:
-        data = one_sample(data, at.pop(SAMPLE))
+        data = select_sample(data, at.pop(SAMPLE))
     if unknown := set(at) - set(data.axes):
-        keys = {dimension_of(key): key for key in given}
-        found, allowed = (
+        keys = {dimension_of(key): key for key in values_by_key}
+        unknown_keys, allowed = (
             ", ".join(keys.get(name, name) for name in names)
             for names in (sorted(unknown), data.axes)
         )
-        raise InputError(f"--at: found {found}; allowed: {allowed}.")
-    return ordered(data if start is None else one_start(data, start), at)
+        raise InputError(f"--at: found {unknown_keys}; allowed: {allowed}.")
+    return ordered(data if start is None else select_start(data, start), at)
 
 
-class _Room(ModuleType):
-    """Python gives the name ``nsdrill.plot`` to this room once it is imported, and
-    users know it as a function."""
+class _CallablePackage(ModuleType):
+    """Makes ``nsdrill.plot`` callable: once this package is imported, Python binds that
+    name to it, while for users it is a function."""
 
     def __call__(self, data: Any, kind: str | None = None, **options: Any) -> Figure:
         """Draw a file or a Dataset: see :func:`nsdrill.api.plot`."""
@@ -153,18 +158,18 @@ class _Room(ModuleType):
 
     @property
     def __signature__(self) -> Signature:
-        """What editors and notebooks show of the call."""
+        """The signature that editors and notebooks show."""
         import nsdrill
 
         return signature(nsdrill.api.plot)
 
 
-sys.modules[__name__].__class__ = _Room
+sys.modules[__name__].__class__ = _CallablePackage
 
 
-def _draw_borders(figure: Figure, data: Results, over: Any, units: str) -> None:
+def _draw_branch_curves(figure: Figure, data: Results, branches: Any, units: str) -> None:
     """Curves of branches over the map of a sweep over two axes."""
-    from nsdrill.plot.branches import check_same_string, draw_borders
+    from nsdrill.plot.branches import check_same_string, draw_branch_curves
     from nsdrill.plot.maps import Planes
 
     if len(data.swept) != 2:
@@ -172,6 +177,6 @@ def _draw_borders(figure: Figure, data: Results, over: Any, units: str) -> None:
             "--over: found curves with no map over two axes; allowed: the map of a sweep over two."
         )
     planes = Planes.of(data)
-    held = {name: float(over[name].values.ravel()[0]) for name in data.held if name in over}
-    check_same_string(over, data, held)
-    draw_borders(figure, over, planes.x, planes.y, units)
+    held = {name: float(branches[name].values.ravel()[0]) for name in data.held if name in branches}
+    check_same_string(branches, data, held)
+    draw_branch_curves(figure, branches, planes.x, planes.y, units)

@@ -1,4 +1,4 @@
-"""A whirl as a film: the collar in the hole, to scale, turning as it did. MP4 by
+"""Animations of whirl: the collar in the hole, to scale, with its rotation. MP4 by
 ffmpeg, or GIF by Pillow."""
 
 from __future__ import annotations
@@ -25,29 +25,29 @@ from nsdrill.plot.look import Look
 from nsdrill.plot.style import (
     BLUE,
     VERMILLION,
+    freeze_layout,
+    has_title,
     house_style,
-    looking,
     new_figure,
     page_width,
     put_title,
-    quiet_glyphs,
-    settle,
-    titled,
+    using_look,
+    without_glyph_warnings,
 )
 from nsdrill.plot.traces import check_length, title_of
 
 SUFFIXES = (".mp4", ".gif")
-RATE = 25  # frames per second
-DOTS = 120  # per inch
-LAST_TURNS = 5  # that are shown where no time is given
-MOST_FRAMES = 3000
-COLOURS = 96  # of a GIF: the picture is flat
-KEY = ("#FFFFFF", ROCK, MUD, STEEL, EDGE, BIT, BLUE, VERMILLION)
+FRAME_RATE = 25  # frames per second
+DPI = 120
+LAST_REVOLUTIONS = 5  # of the bit, shown where no time is given
+MAX_FRAMES = 3000
+PALETTE_SIZE = 96  # colours of a GIF: enough for a picture without shading
+KEY_COLOURS = ("#FFFFFF", ROCK, MUD, STEEL, EDGE, BIT, BLUE, VERMILLION)
 
 
 def film_name(path: str | os.PathLike[str]) -> str:
-    """The name of the film to be written: ``path``, or with the ending .gif where there
-    is no ffmpeg for an MP4. InputError where it is the name of neither."""
+    """The path of the film to be written: ``path``, with the suffix .gif where ffmpeg is
+    missing for an MP4. InputError where the suffix is neither."""
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(
@@ -68,12 +68,12 @@ def animate(
     speed: float = 1.0,
     overwrite: bool = True,
 ) -> tuple[int, float]:
-    """Write the film of a trace to ``path`` (see :func:`film_name`), in one step; the
-    numbers of frames and of seconds of the trace that it shows.
+    """Write the film of a trace to ``path`` (see :func:`film_name`), in one step;
+    returns the number of frames and the time [s] of the trace that it shows.
 
-    The part of the trace is that of ``look.time``, by default the last turns of the
-    bit; ``speed`` 2 is twice as fast as nature. InputError where the trace has no
-    collar in a hole, or the film would be too long.
+    The part of the trace is that of ``look.time``, by default the last revolutions of
+    the bit; ``speed`` 2 is twice as fast as in reality. InputError where the trace has
+    no lateral motion, or the film would be too long.
     """
     look = look or Look()
     if not isinstance(trace, Trace) or not has_orbit(trace):
@@ -84,9 +84,9 @@ def animate(
     check_length(trace)
     if not 0.01 <= speed <= 100.0:
         raise InputError(f"--speed: found {speed:g}; allowed: 0.01 to 100 times as fast as nature.")
-    times = _times(trace, look, speed)
-    with looking(look), house_style(), quiet_glyphs():
-        frames = _frames(trace, units, times)
+    times = _frame_times(trace, look, speed)
+    with using_look(look), house_style(), without_glyph_warnings():
+        frames = _render_frames(trace, units, times)
         with replacing(Path(path), overwrite=overwrite) as unfinished:
             if Path(path).suffix.lower() == ".gif":
                 _write_gif(frames, unfinished)
@@ -95,60 +95,61 @@ def animate(
     return len(times), float(times[-1] - times[0])
 
 
-def _times(trace: Trace, look: Look, speed: float) -> Any:
-    """The moments of the frames."""
+def _frame_times(trace: Trace, look: Look, speed: float) -> Any:
+    """The times of the frames [s]."""
     if look.time is not None:
-        shown = between(trace, look.time).time
-        first, last = float(shown[0]), float(shown[-1])
+        part = between(trace, look.time).time
+        first, last = float(part[0]), float(part[-1])
     else:
         last = float(trace.time[-1])
-        turn = 2 * pi / max(float(np.nanmean(np.abs(trace["bit_speed"]))), 1e-3)
-        first = max(float(trace.time[0]), last - LAST_TURNS * turn)
-    count = int((last - first) / speed * RATE + 1e-6) + 1
-    if count > MOST_FRAMES:
+        revolution = 2 * pi / max(float(np.nanmean(np.abs(trace["bit_speed"]))), 1e-3)
+        first = max(float(trace.time[0]), last - LAST_REVOLUTIONS * revolution)
+    count = int((last - first) / speed * FRAME_RATE + 1e-6) + 1
+    if count > MAX_FRAMES:
         raise InputError(
             f"--animate: found {last - first:.4g} s of a trace, {count} frames; allowed: "
-            f"{MOST_FRAMES}. Choose a part "
+            f"{MAX_FRAMES}. Choose a part "
             "of the trace with --from and --to, or a higher --speed."
         )
-    return first + np.arange(max(count, 2)) * speed / RATE
+    return first + np.arange(max(count, 2)) * speed / FRAME_RATE
 
 
-def _frames(trace: Trace, units: str, times: Any) -> Iterator[Any]:
-    """The pixels of every frame [rows, columns, RGBA]; what stands still is drawn once."""
-    figure = new_figure(page_width(4.0), page_width(4.0) + (0.6 if titled() else 0.2))
-    figure.set_dpi(DOTS)
+def _render_frames(trace: Trace, units: str, times: Any) -> Iterator[Any]:
+    """The pixels of every frame [rows, columns, RGBA]. Static artists are drawn once."""
+    figure = new_figure(page_width(4.0), page_width(4.0) + (0.6 if has_title() else 0.2))
+    figure.set_dpi(DPI)
     axes = figure.add_subplot()
     scene = Scene(axes, trace, units)
     put_title(figure, title_of(trace, units, width=50))
-    settle(figure)
+    freeze_layout(figure)
     canvas: Any = figure.canvas
     assert isinstance(canvas, FigureCanvasAgg)
-    for artist in scene.moving:
+    for artist in scene.moving_artists:
         artist.set_animated(True)
     canvas.draw()
-    still = canvas.copy_from_bbox(figure.bbox)
+    background = canvas.copy_from_bbox(figure.bbox)
     for time in times:
         scene.show(min(float(time), float(trace.time[-1])))
-        canvas.restore_region(still)
-        for artist in scene.moving:
+        canvas.restore_region(background)
+        for artist in scene.moving_artists:
             axes.draw_artist(artist)
         pixels = np.asarray(canvas.buffer_rgba())
-        # films want even numbers
+        # yuv420p requires even numbers of pixels
         yield pixels[: pixels.shape[0] // 2 * 2, : pixels.shape[1] // 2 * 2].copy()
 
 
 def _write_gif(frames: Iterator[Any], path: str | os.PathLike[str]) -> None:
-    begin = Image.fromarray(next(frames)).convert("RGB")
-    shown = begin.copy()
-    for number, colour in enumerate(KEY):  # those of small things have a place as well
-        shown.paste(colour, (40 * number, 0, 40 * number + 40, 40))
-    palette = shown.quantize(
-        COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE
+    first_image = Image.fromarray(next(frames)).convert("RGB")
+    sample = first_image.copy()
+    # so that the palette has the colours of small artists too
+    for number, colour in enumerate(KEY_COLOURS):
+        sample.paste(colour, (40 * number, 0, 40 * number + 40, 40))
+    palette = sample.quantize(
+        PALETTE_SIZE, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE
     )
-    first = begin.quantize(palette=palette, dither=Image.Dither.NONE)
+    first_frame = first_image.quantize(palette=palette, dither=Image.Dither.NONE)
 
-    def rest() -> Iterator[Image.Image]:
+    def remaining_frames() -> Iterator[Image.Image]:
         for frame in frames:
             yield (
                 Image.fromarray(frame)
@@ -156,12 +157,12 @@ def _write_gif(frames: Iterator[Any], path: str | os.PathLike[str]) -> None:
                 .quantize(palette=palette, dither=Image.Dither.NONE)
             )
 
-    first.save(
+    first_frame.save(
         path,
         format="GIF",
         save_all=True,
-        append_images=rest(),
-        duration=1000 // RATE,
+        append_images=remaining_frames(),
+        duration=1000 // FRAME_RATE,
         loop=0,
         optimize=False,
     )
@@ -181,7 +182,7 @@ def _write_mp4(frames: Iterator[Any], path: str | os.PathLike[str]) -> None:
         "-s",
         f"{first.shape[1]}x{first.shape[0]}",
         "-r",
-        str(RATE),
+        str(FRAME_RATE),
         "-i",
         "-",
         "-an",
@@ -203,11 +204,10 @@ def _write_mp4(frames: Iterator[Any], path: str | os.PathLike[str]) -> None:
             for frame in frames:
                 process.stdin.write(frame.tobytes())
             process.stdin.close()
-        except BrokenPipeError:  # it has said why on its standard error
+        except BrokenPipeError:  # the reason stands on its standard error, read below
             pass
-        said = process.stderr.read().decode(errors="replace").strip().splitlines()
+        error_lines = process.stderr.read().decode(errors="replace").strip().splitlines()
         code = process.wait()
     if code:
-        raise NsdrillError(
-            f"ffmpeg could not write the film: {said[-1] if said else f'exit code {code}'}."
-        )
+        reason = error_lines[-1] if error_lines else f"exit code {code}"
+        raise NsdrillError(f"ffmpeg could not write the film: {reason}.")

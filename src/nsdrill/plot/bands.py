@@ -12,8 +12,8 @@ from nsdrill.data import resolved_study
 from nsdrill.observe.thresholds import Thresholds
 
 # variable -> section of the thresholds, its four bounds in ascending order, and the
-# words for the five bands
-_BANDS: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
+# names of the five bands
+_GRADED: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
     "stick_slip_index": (
         "stick_slip",
         ("oscillation_index", "medium_index", "stall_index", "severe_index"),
@@ -37,25 +37,25 @@ _BANDS: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
 }
 
 
-def bounds(attrs: Mapping[str, Any], name: str) -> tuple[float, ...]:
+def severity_bounds(attrs: Mapping[str, Any], name: str) -> tuple[float, ...]:
     """The four bounds of severity of variable ``name`` in its own units, none where it
     is not graded.
 
-    ``attrs`` are the root attributes of a results file. A new classification has the
-    last word, then the study, then the defaults.
+    ``attrs`` are the root attributes of a results file. The thresholds of a new
+    classification come before those of the study, and these before the defaults.
     """
-    if name not in _BANDS:
+    if name not in _GRADED:
         return ()
-    section, keys, _ = _BANDS[name]
+    section, keys, _ = _GRADED[name]
     classify: dict[str, Any] = asdict(Thresholds())
     if "classification_resolved" in attrs:
         classify = json.loads(attrs["classification_resolved"])
     else:
         classify = resolved_study(attrs).get("classify", classify)
-    found = {**asdict(Thresholds())[section], **classify.get(section, {})}
-    return tuple(float(found[key]) for key in keys)
+    thresholds = {**asdict(Thresholds())[section], **classify.get(section, {})}
+    return tuple(float(thresholds[key]) for key in keys)
 
 
-def words(name: str) -> tuple[str, ...]:
-    """The words for the five bands of a graded variable, the mildest first."""
-    return _BANDS[name][2]
+def band_names(name: str) -> tuple[str, ...]:
+    """The names of the five bands of a graded variable, the mildest first."""
+    return _GRADED[name][2]

@@ -1,4 +1,4 @@
-"""What the charts of a study have in common: for these nothing is integrated."""
+"""What the charts of a study have in common. Charts are computed without a run."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from nsdrill.models.numbers import BucklingLoads, CriticalSpeeds, DriveCard, Dri
 from nsdrill.plot.labels import Shown, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
 from nsdrill.plot.registry import STUDY, Kind
-from nsdrill.plot.style import REFERENCE, new_figure, page_width, put_title, target, type_size
+from nsdrill.plot.style import REFERENCE, font_size, new_figure, page_width, put_title, target
 from nsdrill.quantity import SHOWN, SYSTEMS, shown_scale, sign
 
 Numbers = CriticalSpeeds | BucklingLoads | DriveCard | DriveTuning
 
-SLOPE = "N m s/rad"
+SLOPE_UNIT = "N m s/rad"
 TO_HERTZ = 1.0 / (2.0 * math.pi)
-LONG = 10.0  # m
-OPERATING = "#E4E4E4"  # the rotary speeds of the study
+LONG_SPAN = 10.0  # m: from here on lengths are shown in m or ft
+OPERATING_COLOUR = "#E4E4E4"  # the rotary speeds of the study
 
 
 @dataclass(frozen=True)
 class Chart:
-    """The numbers of a chart with what its title says: ``attrs`` are the title and the
-    study, ``point`` the operating values that the chart holds; ``speeds`` are the least
-    and the greatest rotary speed [rad/s] of the study."""
+    """The numbers of a chart and the contents of its title: ``attrs`` are the title and
+    the study, ``point`` the operating values that the chart holds fixed; ``speeds`` are
+    the least and the greatest rotary speed [rad/s] of the study."""
 
     numbers: Numbers
     attrs: Mapping[str, Any]
@@ -43,7 +43,7 @@ class Chart:
 def chart_kind(
     name: str, words: str, numbers: type, panel: Callable[[Figure, Axes, Chart, str], list[Artist]]
 ) -> Kind:
-    """The kind of chart that shows ``numbers``; ``panel`` draws them and gives the
+    """The kind of chart that shows ``numbers``; ``panel`` draws them and returns the
     entries of the legend."""
 
     def draw(chart: Chart, units: str = "si") -> Figure:
@@ -60,31 +60,32 @@ def chart_kind(
     return Kind(name, words, of=STUDY, place=place, draw=draw)
 
 
-def shown(words: str, units: str, system: str) -> Shown:
-    """How a quantity without a name of its own is shown."""
-    unit = SHOWN[units][SYSTEMS.index(system)]
-    return Shown(words, sign(unit), shown_scale(unit, units))
+def shown_quantity(words: str, unit_name: str, system: str) -> Shown:
+    """How a quantity that is not a variable is shown: ``unit_name`` is its unit in the
+    tables of :mod:`nsdrill.quantity`, ``system`` the system of units."""
+    shown_unit = SHOWN[unit_name][SYSTEMS.index(system)]
+    return Shown(words, sign(shown_unit), shown_scale(shown_unit, unit_name))
 
 
-def logarithmic(axis: Any, subs: tuple[float, ...] = (1.0, 2.0, 5.0)) -> None:
+def set_log_ticks(axis: Any, subs: tuple[float, ...] = (1.0, 2.0, 5.0)) -> None:
     axis.set_major_locator(LogLocator(subs=subs))
     axis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axis.set_minor_formatter(NullFormatter())
 
 
-def along(axis: str, x: np.ndarray, system: str) -> Shown:
-    """How the axis of a chart is shown: long spans in m or ft, rather than mm or in."""
+def axis_quantity(axis: str, x: np.ndarray, system: str) -> Shown:
+    """How the axis of a chart is shown: long spans in m or ft instead of mm or in."""
     if axis == "inclination":
         return Shown("Inclination of the hole", "°", math.pi / 180)
-    found = quantity(axis, system)
-    if found.unit not in SHOWN["m"] or np.max(x) < LONG:
-        return found
+    shown = quantity(axis, system)
+    if shown.unit not in SHOWN["m"] or np.max(x) < LONG_SPAN:
+        return shown
     unit = "m" if system == "si" else "ft"
-    return Shown(found.words, unit, shown_scale(unit, "m"))
+    return Shown(shown.words, unit, shown_scale(unit, "m"))
 
 
-def remark(axes: Axes, text: str) -> None:
-    """A line above the panel; axes of somebody else have a title of their own there."""
+def write_note(axes: Axes, text: str) -> None:
+    """Write a note above the panel. Axes of the caller keep their own title there."""
     if target.get() is not None:
         return
-    axes.set_title(text, fontsize=type_size(7), loc="left", color=REFERENCE)
+    axes.set_title(text, fontsize=font_size(7), loc="left", color=REFERENCE)

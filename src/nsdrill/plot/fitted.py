@@ -1,5 +1,5 @@
-"""A fit as a picture: what was known of the unknowns before and after, and measured
-beside predicted values."""
+"""The picture of a fit: the distributions of the unknowns before and after, and
+measured beside predicted values."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from nsdrill.plot.style import (
     BLUE,
     GREY,
     SKY,
+    font_size,
+    freeze_layout,
     house_style,
     new_figure,
     page_width,
     put_title,
-    settle,
-    type_size,
 )
 
 COLUMNS = 3
-MOST_NAMED = 6  # points whose operating values are written out
-TALL = 1.5  # inches of a panel
+MAX_NAMED = 6  # points up to which their operating values are written out
+PANEL_HEIGHT = 1.5  # inches
 BINS = 30
 
 
@@ -43,16 +43,17 @@ def draw(
     predicted: Mapping[str, Array],
     units: str = "si",
 ) -> Figure:
-    """``prior`` and ``samples`` of each unknown by key, in SI; ``predicted`` values
-    [samples, points] by name."""
+    """Draw a fit: the ``prior`` and the posterior ``samples`` of each unknown by key, in
+    SI, and the ``predicted`` values [samples, points] by name beside those
+    ``measured``."""
     check_units(units)
     with house_style():
-        figure = _draw(title, measured, prior, samples, predicted, units)
-        settle(figure)
+        figure = _draw_figure(title, measured, prior, samples, predicted, units)
+        freeze_layout(figure)
     return figure
 
 
-def _draw(
+def _draw_figure(
     title: str,
     measured: Measured,
     prior: Mapping[str, Array],
@@ -60,28 +61,33 @@ def _draw(
     predicted: Mapping[str, Array],
     units: str,
 ) -> Figure:
-    above, below = -(-len(samples) // COLUMNS), len(measured.values)
-    named = measured.points <= MOST_NAMED
-    figure = new_figure(page_width(), 1.2 + TALL * (above + below) + (0.25 if named else 0.0))
-    grid = figure.add_gridspec(above + below, 1, height_ratios=[1.0] * (above + below))
+    unknown_rows, feature_rows = -(-len(samples) // COLUMNS), len(measured.values)
+    with_names = measured.points <= MAX_NAMED
+    figure = new_figure(
+        page_width(),
+        1.2 + PANEL_HEIGHT * (unknown_rows + feature_rows) + (0.25 if with_names else 0.0),
+    )
+    grid = figure.add_gridspec(
+        unknown_rows + feature_rows, 1, height_ratios=[1.0] * (unknown_rows + feature_rows)
+    )
     keys = list(samples)
-    for row in range(above):
+    for row in range(unknown_rows):
         cells = grid[row].subgridspec(1, COLUMNS)
         for column, key in enumerate(keys[row * COLUMNS : (row + 1) * COLUMNS]):
-            _unknown(
+            _draw_unknown(
                 figure.add_subplot(cells[column]), quantity(key, units), prior[key], samples[key]
             )
-    panels = [figure.add_subplot(grid[above + row]) for row in range(below)]
+    panels = [figure.add_subplot(grid[unknown_rows + row]) for row in range(feature_rows)]
     for axes, name in zip(panels, measured.values, strict=True):
-        _feature(axes, quantity(name, units), measured, name, predicted[name])
+        _draw_feature(axes, quantity(name, units), measured, name, predicted[name])
         axes.tick_params(labelbottom=axes is panels[-1])
-    _points(panels[-1], measured, units, named)
+    _label_points(panels[-1], measured, units, with_names)
     put_title(figure, title)
     legend_below(figure, _handles(), 3)
     return figure
 
 
-def _unknown(axes: Axes, shown: Shown, prior: Array, samples: Array) -> None:
+def _draw_unknown(axes: Axes, shown: Shown, prior: Array, samples: Array) -> None:
     before, after = prior / shown.scale, samples / shown.scale
     low, high = np.percentile(before, [0.5, 99.5])
     low, high = min(low, after.min()), max(high, after.max())
@@ -92,34 +98,47 @@ def _unknown(axes: Axes, shown: Shown, prior: Array, samples: Array) -> None:
     )
     axes.set_yticks([])
     axes.ticklabel_format(axis="x", style="plain")
-    ends = max(abs(low), abs(high))
-    if ends >= 1e4:  # a power of ten beside the axis is overlooked
-        power = int(np.floor(np.log10(ends)))
+    greatest = max(abs(low), abs(high))
+    if greatest >= 1e4:  # a power of ten at the end of the axis is easily overlooked
+        power = int(np.floor(np.log10(greatest)))
         axes.xaxis.set_major_formatter(lambda value, place: f"{value / 10.0**power:g}")
         axes.set_xlabel(f"{shown.words} [$10^{power}$ {shown.unit}]")
     else:
         axes.set_xlabel(shown.label)
 
 
-def _feature(axes: Axes, shown: Shown, measured: Measured, name: str, predicted: Array) -> None:
-    at = np.arange(1, measured.points + 1)
-    there = np.isfinite(measured.values[name])
-    low, middle, high = np.percentile(predicted[:, there], [5, 50, 95], axis=0) / shown.scale
-    axes.bar(at[there], high - low, 0.5, low, color=SKY, alpha=0.6, gid="predicted", zorder=2)
-    axes.hlines(middle, at[there] - 0.25, at[there] + 0.25, color=BLUE, linewidth=1.0, zorder=2.5)
+def _draw_feature(
+    axes: Axes, shown: Shown, measured: Measured, name: str, predicted: Array
+) -> None:
+    numbers = np.arange(1, measured.points + 1)
+    is_measured = np.isfinite(measured.values[name])
+    low, middle, high = np.percentile(predicted[:, is_measured], [5, 50, 95], axis=0) / shown.scale
+    axes.bar(
+        numbers[is_measured], high - low, 0.5, low, color=SKY, alpha=0.6, gid="predicted", zorder=2
+    )
+    axes.hlines(
+        middle,
+        numbers[is_measured] - 0.25,
+        numbers[is_measured] + 0.25,
+        color=BLUE,
+        linewidth=1.0,
+        zorder=2.5,
+    )
     values, errors = (
-        found[name][there] / shown.scale for found in (measured.values, measured.errors)
+        by_name[name][is_measured] / shown.scale for by_name in (measured.values, measured.errors)
     )
     style: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 3, "color": BLACK}
-    axes.errorbar(at[there], values, errors, capsize=2, elinewidth=0.7, zorder=3, **style)
-    axes.set_ylabel(shown.label.replace(" [", "\n["), fontsize=type_size(7))
+    axes.errorbar(
+        numbers[is_measured], values, errors, capsize=2, elinewidth=0.7, zorder=3, **style
+    )
+    axes.set_ylabel(shown.label.replace(" [", "\n["), fontsize=font_size(7))
     axes.set_xlim(0.4, measured.points + 0.6)
     axes.use_sticky_edges = False
     axes.margins(y=0.1)
 
 
-def _points(axes: Axes, measured: Measured, units: str, named: bool) -> None:
-    if not named:
+def _label_points(axes: Axes, measured: Measured, units: str, with_names: bool) -> None:
+    if not with_names:
         axes.set_xlabel("Operating point, in the order of the file")
         return
     axes.set_xticks(range(1, measured.points + 1))

@@ -1,4 +1,4 @@
-"""Patterns over chosen cells of a map."""
+"""Patterns over selected cells of a map."""
 
 from __future__ import annotations
 
@@ -13,39 +13,40 @@ from nsdrill.data import Array
 def hatch(
     axes: Axes,
     cells: tuple[Array, Array],
-    chosen: Array,
+    selected: Array,
     pattern: str,
     face: str,
     edge: str,
     gid: str,
 ) -> None:
-    """Cover the chosen cells [y, x] with a pattern."""
-    if not np.any(chosen):
+    """Cover the ``selected`` cells [y, x], whose edges are ``cells`` (x, y), with a
+    pattern."""
+    if not np.any(selected):
         return
-    area = [covered(cells, chosen)]
+    paths = [covering_path(cells, selected)]
     if face != "none":
         axes.add_collection(
             PathCollection(
-                area, facecolors=face, edgecolors=face, linewidths=0.6, gid=f"{gid}:ground"
+                paths, facecolors=face, edgecolors=face, linewidths=0.6, gid=f"{gid}:ground"
             ),
             autolim=False,
         )
     if pattern:
         axes.add_collection(
             PathCollection(
-                area, facecolors="none", edgecolors=edge, linewidths=0, hatch=pattern, gid=gid
+                paths, facecolors="none", edgecolors=edge, linewidths=0, hatch=pattern, gid=gid
             ),
             autolim=False,
         )
 
 
-def covered(cells: tuple[Array, Array], chosen: Array) -> Path:
-    """The chosen cells [y, x] as one path, a rectangle for each run of them in a row: a
-    pattern is drawn once."""
+def covering_path(cells: tuple[Array, Array], selected: Array) -> Path:
+    """The ``selected`` cells [y, x] as one path, a rectangle for each run of them in a
+    row, so that the pattern is drawn once."""
     x, y = cells
-    change = np.diff(np.pad(np.asarray(chosen, dtype=np.int8), ((0, 0), (1, 1))), axis=1)
-    rows, left = np.nonzero(change == 1)
-    right = np.nonzero(change == -1)[1]
+    steps = np.diff(np.pad(np.asarray(selected, dtype=np.int8), ((0, 0), (1, 1))), axis=1)
+    rows, left = np.nonzero(steps == 1)
+    right = np.nonzero(steps == -1)[1]
     corners = np.stack(
         [
             np.column_stack((x[left], y[rows])),

@@ -1,4 +1,4 @@
-"""A picture of one axes drawn into axes that somebody else has made."""
+"""A picture of a single panel, drawn into axes that the caller has made."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ LEGEND_BELOW = 32.0  # points: room for the ticks and the label of the x axis
 
 
 def into_axes(picture: Callable[[], Figure], axes: Any, kind: str | None) -> Figure:
-    """Draw ``picture`` into ``axes`` and give the figure that they are in. InputError
-    where they are no axes, or where the picture has more than one; then nothing is
-    drawn."""
+    """Draw ``picture`` into ``axes`` and return the figure that contains them. Where
+    ``axes`` are not axes of matplotlib, or the picture has more than one panel, the
+    error is an InputError and nothing is drawn."""
     if not isinstance(axes, Axes):
         raise InputError(
             f"ax: found a value of the type {type(axes).__name__}; allowed: axes of matplotlib."
@@ -34,34 +34,34 @@ def into_axes(picture: Callable[[], Figure], axes: Any, kind: str | None) -> Fig
             "figure of its own."
         )
     title = axes.get_title()
-    with _target(axes):
+    with _drawing_into(axes):
         picture()
     axes.set_title(title)
     figure: Any = axes.figure
-    while not isinstance(figure, Figure):  # a part of one
+    while not isinstance(figure, Figure):  # a SubFigure
         figure = figure.figure
     return figure
 
 
 @contextmanager
-def _target(axes: Axes) -> Iterator[None]:
-    token = style.target.set(cast("Figure", _Within(axes)))
+def _drawing_into(axes: Axes) -> Iterator[None]:
+    token = style.target.set(cast("Figure", _FigureProxy(axes)))
     try:
         yield
     finally:
         style.target.reset(token)
 
 
-class _Cells:
-    """A grid of which every cell is the axes."""
+class _SingleCellGrid:
+    """A grid whose every cell is the axes of the caller."""
 
     def __getitem__(self, place: Any) -> None:
         return None
 
 
-class _Within:
-    """What stands for the figure while its one panel is drawn. Titles and layout belong
-    to whoever made the axes."""
+class _FigureProxy:
+    """Stands in for the figure while its one panel is drawn. Titles and layout are left
+    to the caller who made the axes."""
 
     axes = ()
 
@@ -72,10 +72,10 @@ class _Within:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._axes.figure, name)
 
-    def add_gridspec(self, *args: Any, **more: Any) -> _Cells:
-        return _Cells()
+    def add_gridspec(self, *args: Any, **kwargs: Any) -> _SingleCellGrid:
+        return _SingleCellGrid()
 
-    def add_subplot(self, *args: Any, **more: Any) -> Axes:
+    def add_subplot(self, *args: Any, **kwargs: Any) -> Axes:
         return self._axes
 
     def legend(self, *, handles: list[Any], ncols: int, loc: str) -> Any:
@@ -89,10 +89,10 @@ class _Within:
             bbox_transform=self._axes.transAxes + below,
         )
 
-    def colorbar(self, mesh: Any, *, ax: Any, **more: Any) -> Any:
-        return self._axes.figure.colorbar(mesh, ax=self._axes, **more)
+    def colorbar(self, mesh: Any, *, ax: Any, **kwargs: Any) -> Any:
+        return self._axes.figure.colorbar(mesh, ax=self._axes, **kwargs)
 
-    def _nothing(self, *args: Any, **more: Any) -> None:
-        """For what lays out or names a whole figure."""
+    def _ignore(self, *args: Any, **kwargs: Any) -> None:
+        """Replaces the methods that lay out or name a whole figure."""
 
-    suptitle = align_ylabels = draw_without_rendering = set_layout_engine = _nothing
+    suptitle = align_ylabels = draw_without_rendering = set_layout_engine = _ignore

@@ -17,7 +17,7 @@ from nsdrill.quantity import SYSTEMS
 from nsdrill.variables import AXES
 
 UNIT_SYSTEMS = SYSTEMS
-LONGEST = 28  # letters of a line beside a panel of 1.7 inches
+LABEL_WIDTH = 28  # characters of a line beside a panel 1.7 inches high
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,12 @@ class Shown:
         return f"{self.words} [{self.unit}]" if self.unit else self.words
 
     @property
-    def upright(self) -> str:
-        """The label beside a low panel, in lines of at most :data:`LONGEST` letters."""
-        return textwrap.fill(self.label, LONGEST, break_long_words=False, break_on_hyphens=False)
+    def wrapped(self) -> str:
+        """The label beside a low panel, in lines of :data:`LABEL_WIDTH` characters at
+        most."""
+        return textwrap.fill(
+            self.label, LABEL_WIDTH, break_long_words=False, break_on_hyphens=False
+        )
 
     def value(self, si: float) -> str:
         """A number with its unit for titles: ``22.24 kN``; or a word."""
@@ -59,25 +62,24 @@ def quantity(name: str, units: str = "si") -> Shown:
     """How a variable or coordinate of a results or trace file is shown in the ``units``
     "si" or "field"."""
     check_units(units)
-    found = quantities.quantity(name)
+    record = quantities.quantity(name)
     if name.endswith("_fraction"):
-        return Shown(found.label, "%", 0.01)
-    unit = found.unit(units)
-    scale = 1.0 if unit in ("", "percent") else quantities.shown_scale(unit, found.units)
-    return Shown(found.label, quantities.sign(unit), scale, found.choices)
+        return Shown(record.label, "%", 0.01)
+    unit = record.unit(units)
+    scale = 1.0 if unit in ("", "percent") else quantities.shown_scale(unit, record.units)
+    return Shown(record.label, quantities.sign(unit), scale, record.choices)
 
 
 def operating_point(values: Mapping[str, Any], units: str) -> str:
-    """The operating values that are there, in the order in which a driller says them:
-    ``5000 m, 22.24 kN, 3 rad/s``; then other values that were chosen, each with its
-    name."""
+    """The operating values among ``values``, in the order usual among drillers:
+    ``5000 m, 22.24 kN, 3 rad/s``; then other values, each with its name."""
     names = [name for name in AXES if values.get(name) is not None]
-    found = [quantity(name, units).value(float(values[name])) for name in names]
+    texts = [quantity(name, units).value(float(values[name])) for name in names]
     for name in values:
         if name not in AXES:
-            one = quantity(name, units)
-            found.append(f"{one.words.lower()} {one.value(as_value(name, values[name]))}")
-    return ", ".join(found)
+            shown = quantity(name, units)
+            texts.append(f"{shown.words.lower()} {shown.value(as_value(name, values[name]))}")
+    return ", ".join(texts)
 
 
 def fixed_values(results: Results) -> dict[str, float]:
@@ -86,67 +88,70 @@ def fixed_values(results: Results) -> dict[str, float]:
 
 
 def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
-    """The title of the study, with the operating values in the units of ``point``, and,
-    on lines of their own, what ``--set`` changed, in ``width`` characters, and the
+    """The title of the study, with its operating values in the units of ``point``; on
+    lines of their own what ``--set`` changed, in ``width`` characters, and the
     operating values."""
     title = retold(" ".join(str(attrs.get("title") or "").split()), point)
-    last = "; ".join(part for part in (_unsaid(point, title), *_kind(attrs)) if part)
-    return "\n".join(line for line in (title, changed(attrs, width), last) if line)
+    point_line = "; ".join(
+        part for part in (_values_not_in_title(point, title), *_unusual_features(attrs)) if part
+    )
+    return "\n".join(line for line in (title, describe_overrides(attrs, width), point_line) if line)
 
 
 def retold(title: str, point: str) -> str:
-    """A title in which the values of the operating ``point`` stand as they stand there:
-    of 5000 m beside 16404 ft one would not see that they are the same."""
-    told = list(map(_read, _VALUE.finditer(point)))
+    """The ``title`` with the values of the operating ``point`` in the units of
+    ``point``: 5000 m beside 16404 ft would not be recognised as the same."""
+    point_values = list(map(_parse_value, _VALUE.finditer(point)))
 
-    def instead(found: re.Match[str]) -> str:
-        own = _read(found)
-        same = [
-            text for text, of, si in told if of == own[1] and math.isclose(si, own[2], rel_tol=SAME)
+    def replacement(match: re.Match[str]) -> str:
+        value = _parse_value(match)
+        candidates = [
+            text
+            for text, axis, si_value in point_values
+            if axis == value[1] and math.isclose(si_value, value[2], rel_tol=SAME_VALUE)
         ]
-        return same[0] if same else found[0]
+        return candidates[0] if candidates else match[0]
 
-    return _VALUE.sub(instead, title)
+    return _VALUE.sub(replacement, title)
 
 
-SAME = 5e-4  # relative: values are written with four digits
+SAME_VALUE = 5e-4  # relative: values are written with four digits
 _SCALES = {
-    quantities.sign(unit): (name, quantities.shown_scale(unit, one.units))
+    quantities.sign(unit): (name, quantities.shown_scale(unit, record.units))
     for name in AXES
-    for one in [quantities.quantity(name)]
-    for unit in map(one.unit, SYSTEMS)
+    for record in [quantities.quantity(name)]
+    for unit in map(record.unit, SYSTEMS)
 }
 _VALUE = re.compile(rf"(?<![\w.])(\d+(?:\.\d+)?)\s?({'|'.join(map(re.escape, _SCALES))})(?![\w/])")
 
 
-def _read(found: re.Match[str]) -> tuple[str, str, float]:
-    """The text of a value, of which axis it is, and its SI value."""
-    axis, scale = _SCALES[found[2]]
-    return found[0], axis, float(found[1]) * scale
+def _parse_value(match: re.Match[str]) -> tuple[str, str, float]:
+    """The text of a matched value, its axis, and its SI value."""
+    axis, scale = _SCALES[match[2]]
+    return match[0], axis, float(match[1]) * scale
 
 
-def _unsaid(point: str, title: str) -> str:
-    """The operating values that the title does not say already."""
+def _values_not_in_title(point: str, title: str) -> str:
+    """The operating values that do not stand in the title already."""
     head, semicolon, rest = point.partition(";")
-    told = [
-        one
-        for one in head.split(", ")
-        if not re.search(rf"(?<![\w.]){re.escape(one)}(?![\w/])", title)
+    missing = [
+        value
+        for value in head.split(", ")
+        if not re.search(rf"(?<![\w.]){re.escape(value)}(?![\w/])", title)
     ]
-    return ", ".join(told) + semicolon + rest if told else rest.strip()
+    return ", ".join(missing) + semicolon + rest if missing else rest.strip()
 
 
-# digits that nobody reads
-_LONG = re.compile(r"(?<![\w.])-?\d+\.\d{6,}(?:e[-+]?\d+)?", re.IGNORECASE)
+# numbers with more digits than a title needs
+_LONG_NUMBER = re.compile(r"(?<![\w.])-?\d+\.\d{6,}(?:e[-+]?\d+)?", re.IGNORECASE)
 
 
-def _rounded(found: re.Match[str]) -> str:
-    return f"{float(found[0]):.6g}"
+def _rounded(match: re.Match[str]) -> str:
+    return f"{float(match[0]):.6g}"
 
 
-def _kind(attrs: Mapping[str, Any]) -> list[str]:
-    """What is not as usual about the string: its drive, and the motions that it does
-    without."""
+def _unusual_features(attrs: Mapping[str, Any]) -> list[str]:
+    """What sets the string apart: a drive that is not ideal, and frozen motions."""
     drive, frozen = drive_kind(attrs), frozen_modes(attrs)
     return [
         *([f"{drive.replace('_', ' ')} drive"] if drive != "ideal" else []),
@@ -154,21 +159,24 @@ def _kind(attrs: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def changed(attrs: Mapping[str, Any], width: int) -> str:
-    """What ``--set`` of run and classify changed, but for the title and the operating
-    point, which are told anyway, in one line: ``bit.lobes = 1, and 3 more``."""
-    found = overrides(attrs, thresholds=True)
-    told = ("title", *AXES, *(f"operation.{name}" for name in AXES))
+def describe_overrides(attrs: Mapping[str, Any], width: int) -> str:
+    """What ``--set`` of run and classify changed, in one line:
+    ``bit.lobes = 1 and 3 more``. The title and the operating point, which stand in the
+    heading anyway, are left out."""
+    changes = overrides(attrs, thresholds=True)
+    in_title = ("title", *AXES, *(f"operation.{name}" for name in AXES))
     texts = [
-        f"{key} = {_LONG.sub(_rounded, value)}" for key, value in found.items() if key not in told
+        f"{key} = {_LONG_NUMBER.sub(_rounded, value)}"
+        for key, value in changes.items()
+        if key not in in_title
     ]
     line = ""
-    for left, text in zip(reversed(range(len(texts))), texts, strict=True):
-        room = width - (len(f" and {left} more") if left else 0)
+    for remaining, text in zip(reversed(range(len(texts))), texts, strict=True):
+        available = width - (len(f" and {remaining} more") if remaining else 0)
         if not line:
-            line = text if len(text) <= room else f"{text[: room - 4].rstrip()} ..."
-        elif len(line) + 2 + len(text) <= room:
+            line = text if len(text) <= available else f"{text[: available - 4].rstrip()} ..."
+        elif len(line) + 2 + len(text) <= available:
             line += f", {text}"
         else:
-            return f"{line} and {left + 1} more"
+            return f"{line} and {remaining + 1} more"
     return line

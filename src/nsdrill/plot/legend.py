@@ -1,4 +1,4 @@
-"""Legends: the entries that several pictures share, and where they stand."""
+"""Legends: the entries that several pictures share, and their placement."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def marker_entry(
     *,
     size: float = 4.5,
     edge: float = 0.0,
-    opened: bool = False,
+    hollow: bool = False,
 ) -> Line2D:
     """An entry with a marker, filled or open."""
     style: dict[str, Any] = {
@@ -29,13 +29,13 @@ def marker_entry(
         "markersize": size,
         "markeredgewidth": edge,
     }
-    if opened:
+    if hollow:
         style |= {"markerfacecolor": "none", "markeredgewidth": edge or 0.7}
     return Line2D([], [], linestyle="none", label=label, **style)
 
 
 def response_entries(codes: Iterable[int]) -> list[Artist]:
-    """The responses by colour and marker."""
+    """An entry for each response, by colour and marker."""
     return [
         marker_entry(style.name, style.marker, style.colour)
         for style in (RESPONSES[code] for code in codes)
@@ -43,7 +43,7 @@ def response_entries(codes: Iterable[int]) -> list[Artist]:
 
 
 def motion_entries(codes: Iterable[int]) -> list[Artist]:
-    """The kinds of motion by colour."""
+    """An entry for each kind of motion, by colour."""
     return [
         marker_entry(style.name, "o", style.colour, size=4)
         for style in (MOTIONS[code] for code in sorted(codes))
@@ -51,19 +51,19 @@ def motion_entries(codes: Iterable[int]) -> list[Artist]:
 
 
 def direction_entries(procedures: Sequence[str]) -> list[Artist]:
-    """What filled and open markers mean; nothing where the state was not carried both
-    ways."""
+    """What filled and open markers mean; no entries where the state was not carried
+    both up and down."""
     if not {"up", "down"} <= set(procedures):
         return []
     return [
         marker_entry("up: filled", size=4, edge=0.7),
-        marker_entry("down: open", size=4, opened=True),
+        marker_entry("down: open", size=4, hollow=True),
     ]
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
-    """A legend below all, in so many columns or in as many as the width of the figure
-    has room for; its words broken where one column is too wide."""
+    """A legend below the panels, in ``columns`` columns or as many as fit the width of
+    the figure; its texts are broken where a single column is too wide."""
     for count in range(min(columns, len(handles)), 0, -1):
         legend = figure.legend(handles=list(handles), loc="outside lower center", ncols=count)
         width = legend.get_window_extent().width
@@ -71,8 +71,8 @@ def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> Non
             return
         if count == 1:
             for text in legend.get_texts():
-                room = int(len(text.get_text()) * 0.95 * figure.bbox.width / width)
-                if len(text.get_text()) > room:
-                    text.set_text(textwrap.fill(text.get_text(), max(room, SHORTEST_LINE)))
+                characters = int(len(text.get_text()) * 0.95 * figure.bbox.width / width)
+                if len(text.get_text()) > characters:
+                    text.set_text(textwrap.fill(text.get_text(), max(characters, SHORTEST_LINE)))
             return
         legend.remove()

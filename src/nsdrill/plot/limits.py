@@ -13,15 +13,16 @@ from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import Ends, Look, value_of
 from nsdrill.plot.registry import Kind
 from nsdrill.plot.slices import edges
-from nsdrill.quantity import quantity as known
+from nsdrill.quantity import quantity as base_quantity
 
-# what says something of the whole sweep keeps all points, and is limited in sight only
-WHOLE = ("window",)
+# Kinds that say something of the whole sweep keep all its points; only their axes are
+# limited.
+UNCUT_KINDS = ("window",)
 
 
-def within(data: Any, kind: Kind, look: Look) -> tuple[Any, tuple[float, float] | None]:
+def apply_limits(data: Any, kind: Kind, look: Look) -> tuple[Any, tuple[float, float] | None]:
     """``data`` without what lies outside the limits, so that the other axes fit what is
-    seen, and the ends of the x axis in SI, None where the picture chooses them."""
+    shown, and the ends of the x axis in SI, None where the picture chooses them."""
     if look.time is not None:
         if not isinstance(data, Trace):
             raise InputError(
@@ -40,23 +41,23 @@ def within(data: Any, kind: Kind, look: Look) -> tuple[Any, tuple[float, float] 
     if across == "time":
         data = between(data, look.xlim, "xlim")
         return data, None
-    low, high = ends_of("xlim", look.xlim, known(across).units)
-    if isinstance(data, Results) and kind.name not in WHOLE:
+    low, high = resolve_ends("xlim", look.xlim, base_quantity(across).units)
+    if isinstance(data, Results) and kind.name not in UNCUT_KINDS:
         data = _cells_between(data, across, low, high)
     return data, (low, high)
 
 
-def ends_of(
-    name: str, given: Ends, units: str, least: float = -np.inf, greatest: float = np.inf
+def resolve_ends(
+    name: str, ends: Ends, units: str, least: float = -np.inf, greatest: float = np.inf
 ) -> tuple[float, float]:
-    """The two ``given`` ends in SI ``units``, an open one as ``least`` or ``greatest``.
-    InputError where they are none or do not ascend."""
+    """The two ``ends`` as numbers in SI ``units``, an open one as ``least`` or
+    ``greatest``. InputError where an end is not a number, or they do not ascend."""
     words = ("from", "to") if name == "time" else (name, name)
     low, high = (
-        open_end if end is None else value_of(word, end, units)
-        for word, end, open_end in zip(words, given, (least, greatest), strict=True)
+        open_end if value is None else value_of(word, value, units)
+        for word, value, open_end in zip(words, ends, (least, greatest), strict=True)
     )
-    if None not in given and not low < high:
+    if None not in ends and not low < high:
         option = "--from and --to" if name == "time" else f"--{name}"
         raise InputError(
             f"{option}: found {low:g} to {high:g} {units}; allowed: the lower end first."
@@ -69,7 +70,7 @@ def between(trace: Trace, ends: Ends, name: str = "time") -> Trace:
     if not len(trace.time):
         return trace
     first, last = float(trace.time[0]), float(trace.time[-1])
-    low, high = ends_of(name, ends, "s", first, last)
+    low, high = resolve_ends(name, ends, "s", first, last)
     chosen = (trace.time >= low - 1e-9) & (trace.time <= high + 1e-9)
     if np.count_nonzero(chosen) < 2:
         option = "--from and --to" if name == "time" else f"--{name}"

@@ -1,7 +1,7 @@
-"""What can be drawn of which data, and the words for saying so.
+"""The kinds of pictures, and which of them can be drawn of which data.
 
-Each file of :mod:`nsdrill.plot.kinds` declares its pictures as ``KINDS``; nothing else
-knows their names. They bring matplotlib, so they are loaded when somebody asks.
+Each file of :mod:`nsdrill.plot.kinds` declares its pictures as ``KINDS``; their names
+stand nowhere else. They import matplotlib, so they are loaded only when needed.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from nsdrill.variables import SAMPLE, TRUST
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FEW = 3  # so many values of a second axis stand side by side as columns of one figure
+MAX_COLUMNS = 3  # values of a second axis that stand side by side as columns of one figure
 MAX_PANELS = 12
 
 # What a picture is drawn of, as the documentation groups them.
@@ -44,15 +44,26 @@ GROUPS = (LINE, RETURNS, STARTS, SAMPLES, PLANE, TRACE, RAMP, STUDY, VALUE)
 class Kind:
     """One kind of picture.
 
-    ``words`` say what it shows and ``of`` what it is drawn of. ``place`` takes data and
-    tells whether it can be drawn of them: None if not, else a number; of all kinds that
-    fit, the one with the least is the default. Cheap: the data may be an outline
-    without numbers. ``draw(data, units, **options)`` gives the figure; ``takes`` are
-    the options that this kind knows beside the units, by name. ``uses`` gives the
-    variables of a sweep of a model that it is drawn from, ``status``, ``response`` and
-    those of checks always among them: nothing else is read. ``across`` is the variable
-    along the x axis of the panels, None where they have none in common. ``advice`` says
-    why it does not fit.
+    ``words``
+        what it shows.
+    ``of``
+        what it is drawn of: one of ``GROUPS``.
+    ``place(data)``
+        None where it cannot be drawn of the data, else a number; of all kinds that fit,
+        the one with the least number is the default. The data may be an outline without
+        numbers.
+    ``draw(data, units, **options)``
+        the figure.
+    ``uses(model)``
+        the variables of a sweep of a model that it is drawn from, beside ``status``,
+        ``response`` and those of checks. Nothing else is read.
+    ``takes``
+        the names of its options beside the units.
+    ``across(data)``
+        the variable along the x axis of the panels, None where they have none in
+        common.
+    ``advice(data)``
+        why it does not fit the data.
     """
 
     name: str
@@ -69,24 +80,26 @@ class Kind:
 @cache
 def all_kinds() -> dict[str, Kind]:
     """All kinds by their names."""
-    found: dict[str, Kind] = {}
-    room = "nsdrill.plot.kinds"
-    for module in sorted(one.name for one in pkgutil.iter_modules(import_module(room).__path__)):
+    kinds: dict[str, Kind] = {}
+    package = "nsdrill.plot.kinds"
+    for module in sorted(
+        module_info.name for module_info in pkgutil.iter_modules(import_module(package).__path__)
+    ):
         try:
-            kinds = import_module(f"{room}.{module}").KINDS
-        except Exception as error:  # of a kind under work
+            declared = import_module(f"{package}.{module}").KINDS
+        except Exception as error:  # of a kind in development
             raise NsdrillError(
                 f"plot/kinds/{module}.py: {type(error).__name__}: {error}."
             ) from error
-        for kind in kinds:
-            assert kind.name not in found, f"two kinds of picture with the name {kind.name}"
-            found[kind.name] = kind
-    return found
+        for kind in declared:
+            assert kind.name not in kinds, f"two kinds of picture with the name {kind.name}"
+            kinds[kind.name] = kind
+    return kinds
 
 
-def kinds_of(what: str) -> dict[str, Kind]:
-    """The kinds that are drawn of ``what``: LINE, STUDY and so on."""
-    return {name: kind for name, kind in all_kinds().items() if kind.of == what}
+def kinds_of(group: str) -> dict[str, Kind]:
+    """The kinds that are drawn of one of the ``GROUPS``: LINE, STUDY and so on."""
+    return {name: kind for name, kind in all_kinds().items() if kind.of == group}
 
 
 def kinds_for(data: Any) -> tuple[str, ...]:
@@ -103,8 +116,8 @@ def variables_for(kind: str, model: Description) -> tuple[str, ...]:
 
 
 def choose_kind(data: Any, kind: str | None) -> Kind:
-    """The kind to draw: the one asked for, the default if none was; an error that lists
-    the choices otherwise."""
+    """The kind to draw: ``kind``, or the default if it is None. The InputError for a
+    kind that does not fit lists those that do."""
     allowed, known = kinds_for(data), all_kinds()
     if kind is None:
         return known[allowed[0]]
@@ -112,43 +125,42 @@ def choose_kind(data: Any, kind: str | None) -> Kind:
         return known[kind]
     if kind in kinds_of(STUDY):
         raise InputError(
-            f"plot kind: found {kind!r} with {_what(data)}; allowed: with a study, a YAML file."
+            f"plot kind: found {kind!r} with {_describe(data)}; allowed: with a study, a YAML file."
         )
     listing = "\n".join(f"  {name:<24} {known[name].words}" for name in allowed)
     if kind in known:
         if (
             isinstance(data, Results)
             and "start" in data.coords
-            and known[kind].place(_one(data, "start")) is not None
+            and known[kind].place(_without(data, "start")) is not None
         ):
             raise InputError(
                 f"plot kind: found {kind!r}, which draws one start of every operating point, with "
-                f"{_what(data)}; "
-                f"allowed here:\n{listing}\nor {kind!r} with --start, 0 to "
+                f"{_describe(data)}; allowed here:\n{listing}\nor {kind!r} with --start, 0 to "
                 f"{len(data.coords['start']) - 1}."
             )
         if (
             isinstance(data, Results)
             and SAMPLE in data.coords
-            and known[kind].place(_one(data, SAMPLE)) is not None
+            and known[kind].place(_without(data, SAMPLE)) is not None
         ):
             raise InputError(
                 f"plot kind: found {kind!r}, which draws one sample of the uncertain numbers, "
-                f"with {_what(data)}; "
-                f"allowed here:\n{listing}\nor {kind!r} with --at {SAMPLE}=..., 0 to "
+                f"with {_describe(data)}; allowed here:\n{listing}\nor {kind!r} with "
+                f"--at {SAMPLE}=..., 0 to "
                 f"{len(data.coords[SAMPLE]) - 1}."
             )
         advice = known[kind].advice(data)
         raise InputError(
             f"plot kind: found {kind!r}, which does not fit "
-            f"{_what(data)}{f' ({advice})' if advice else ''}; "
+            f"{_describe(data)}{f' ({advice})' if advice else ''}; "
             f"allowed here:\n{listing}"
         )
-    near = difflib.get_close_matches(kind, allowed, n=1)
-    hint = f" Did you mean {near[0]!r}?" if near else ""
+    close_matches = difflib.get_close_matches(kind, allowed, n=1)
+    hint = f" Did you mean {close_matches[0]!r}?" if close_matches else ""
     raise InputError(
         f"plot kind: found {kind!r}, which is not known.{hint} Allowed for "
-        f"{_what(data)}:\n{listing}"
+        f"{_describe(data)}:\n{listing}"
     )
 
 
@@ -156,15 +168,17 @@ def check_options(kind: Kind, options: dict[str, Any]) -> None:
     """InputError where an option was given that this kind does not take."""
     for name in options:
         if name not in kind.takes:
-            takers = ", ".join(other.name for other in all_kinds().values() if name in other.takes)
+            kinds_that_take = ", ".join(
+                other.name for other in all_kinds().values() if name in other.takes
+            )
             raise InputError(
-                f"--{name}: found with --kind {kind.name}; allowed: with --kind {takers}."
+                f"--{name}: found with --kind {kind.name}; allowed: with --kind {kinds_that_take}."
             )
 
 
 def is_study(path: object) -> bool:
-    """Whether this is the name of a study file, of which charts are drawn, rather than
-    one of results."""
+    """Whether ``path`` is the name of a study, of which charts are drawn, and not that
+    of a results file."""
     return isinstance(path, str | os.PathLike) and str(os.fspath(path)).lower().endswith(
         (".yaml", ".yml")
     )
@@ -181,7 +195,7 @@ def has_samples(data: Any) -> bool:
 
 
 def needs_samples(data: Any) -> str:
-    """The advice of pictures of samples."""
+    """Why pictures of samples do not fit the data."""
     if isinstance(data, Results) and SAMPLE not in data.coords:
         return "it needs samples of uncertain numbers: the section uncertain of a study"
     return ""
@@ -193,7 +207,7 @@ def fits_columns(data: Any) -> bool:
     if not is_sweep(data):
         return False
     others = [len(data.coords[axis]) for axis in data.swept if axis != longest(data)]
-    return not others or (len(others) == 1 and others[0] <= FEW)
+    return not others or (len(others) == 1 and others[0] <= MAX_COLUMNS)
 
 
 def is_plane(data: Any) -> bool:
@@ -203,8 +217,8 @@ def is_plane(data: Any) -> bool:
 
 
 def longest(data: Any) -> str:
-    """The axis across in pictures over one axis, of numbers rather than words; of a
-    single point the speed."""
+    """The axis along x in pictures over one axis: the longest one, of numbers rather
+    than words; of a single point the speed."""
     return str(
         max(
             data.swept,
@@ -215,24 +229,24 @@ def longest(data: Any) -> str:
 
 
 def needs_one_axis(data: Any) -> str:
-    """The advice of pictures over one axis."""
+    """Why pictures over one axis do not fit the data."""
     if not is_sweep(data) or fits_columns(data):
         return ""
     return (
-        f"it shows one axis, or two of which one has at most {FEW} values: select one value of "
-        f"the others"
+        f"it shows one axis, or two of which one has at most {MAX_COLUMNS} values: select one "
+        "value of the others"
     )
 
 
 def needs_returns(data: Any) -> str:
-    """The advice of pictures of the returns to the section."""
+    """Why pictures of the returns to the section do not fit the data."""
     if isinstance(data, Results) and "motion" not in data.variables:
         return "no returns to the Poincare section were recorded: run with record.poincare"
     return ""
 
 
 def needs_starts(data: Any) -> str:
-    """The advice of pictures of several starts."""
+    """Why pictures of several starts do not fit the data."""
     if not isinstance(data, Results):
         return ""
     if "start" not in data.coords:
@@ -242,20 +256,22 @@ def needs_starts(data: Any) -> str:
     )
 
 
-def _one(data: Results, dimension: str) -> Results:
+def _without(data: Results, dimension: str) -> Results:
     coords = {name: values for name, values in data.coords.items() if name != dimension}
     return Results(coords, data.variables, data.attrs, data.more)
 
 
-def _what(data: Any) -> str:
+def _describe(data: Any) -> str:
     if isinstance(data, Trace):
         return "a trace"
     if not isinstance(data, Results):
         return "this file"
     axes = [f"{axis} ({len(data.coords[axis])} values)" for axis in data.swept]
-    what = f"a sweep over {' and '.join(axes)}" if axes else "a single point"
+    description = f"a sweep over {' and '.join(axes)}" if axes else "a single point"
     if SAMPLE in data.coords:
-        return f"{what} with {len(data.coords[SAMPLE])} samples each"
+        return f"{description} with {len(data.coords[SAMPLE])} samples each"
     return (
-        f"{what} with {len(data.coords['start'])} starts each" if "start" in data.coords else what
+        f"{description} with {len(data.coords['start'])} starts each"
+        if "start" in data.coords
+        else description
     )

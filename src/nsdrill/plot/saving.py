@@ -1,4 +1,5 @@
-"""A figure to a file: the same bytes every time, all of it or nothing."""
+"""Writes a figure to a file: equal figures give equal bytes, and a file is complete or
+not written at all."""
 
 from __future__ import annotations
 
@@ -21,8 +22,8 @@ FORMATS: dict[str, dict[str, Any]] = {
 
 
 def check_suffix(path: str | os.PathLike[str]) -> str:
-    """The format of ``path`` by its name; so that a wrong name is told before anything
-    is drawn."""
+    """The suffix of ``path``, in lower case. InputError where it is that of no format of
+    pictures; called before anything is drawn."""
     suffix = Path(path).suffix.lower()
     if suffix not in FORMATS:
         raise InputError(
@@ -37,10 +38,10 @@ def save(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = True
     the suffix of ``path``, in one step.
 
     InputError where ``path`` cannot be that of a picture, FileError where another
-    process is writing it or, without ``overwrite``, it is there already; NsdrillError
-    if the disk refuses.
+    process is writing it or, without ``overwrite``, it exists already; NsdrillError
+    where it cannot be written.
     """
-    from nsdrill.plot.style import house_style, quiet_glyphs
+    from nsdrill.plot.style import house_style, without_glyph_warnings
 
     suffix, target = check_suffix(path), Path(path)
     if not target.parent.is_dir():
@@ -51,6 +52,10 @@ def save(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = True
         raise InputError(
             f"{target}: cannot be written, as it is a folder; allowed: the name of a file."
         )
-    chosen = getattr(figure, "settings", None)
-    with replacing(target, overwrite=overwrite) as unfinished, house_style(chosen), quiet_glyphs():
+    settings = getattr(figure, "settings", None)
+    with (
+        replacing(target, overwrite=overwrite) as unfinished,
+        house_style(settings),
+        without_glyph_warnings(),
+    ):
         figure.savefig(unfinished, format=suffix[1:], metadata=FORMATS[suffix])

@@ -26,18 +26,18 @@ def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
     keys = {axis.name: axis.key for axis in results.more}
     for place, axis in enumerate(results.axes, start=1):
         values = np.asarray(coords[axis], dtype=float)
-        chosen = np.argsort(values, kind="stable")
+        order = np.argsort(values, kind="stable")
         if at and axis in at:
-            chosen = np.array([_index_of(axis, keys.get(axis, axis), values, at[axis])])
-        if np.array_equal(chosen, np.arange(len(values))):
+            order = np.array([_index_of(axis, keys.get(axis, axis), values, at[axis])])
+        if np.array_equal(order, np.arange(len(values))):
             continue
-        coords[axis] = values[chosen]
-        variables = {name: np.take(array, chosen, axis=place) for name, array in variables.items()}
+        coords[axis] = values[order]
+        variables = {name: np.take(array, order, axis=place) for name, array in variables.items()}
     return Results(coords, variables, results.attrs, results.more, results.drawn)
 
 
-def one_sample(results: Results, number: float) -> Results:
-    """The results of one sample of the uncertain numbers, as of a sweep without others."""
+def select_sample(results: Results, number: float) -> Results:
+    """The results of one sample of the uncertain numbers, as a sweep without samples."""
     if SAMPLE not in results.coords:
         raise InputError(
             f"--at {SAMPLE}: found {number:g}; allowed: nothing, as no number is uncertain."
@@ -47,12 +47,14 @@ def one_sample(results: Results, number: float) -> Results:
         raise InputError(f"--at {SAMPLE}: found {number:g}; allowed: 0 to {count - 1}.")
     coords = {name: values for name, values in results.coords.items() if name != SAMPLE}
     place = results.grid.index(SAMPLE)
-    variables = {name: v.take(int(number), axis=place) for name, v in results.variables.items()}
+    variables = {
+        name: array.take(int(number), axis=place) for name, array in results.variables.items()
+    }
     return Results(coords, variables, results.attrs, results.more)
 
 
-def one_start(results: Results, start: int) -> Results:
-    """The results of one start of every operating point, as of a sweep without others."""
+def select_start(results: Results, start: int) -> Results:
+    """The results of one start of every operating point, as a sweep without starts."""
     if "start" not in results.coords:
         raise InputError(
             f"--start: found {start}; allowed: nothing, as every operating point has one start."
@@ -63,42 +65,42 @@ def one_start(results: Results, start: int) -> Results:
     coords = {name: values for name, values in results.coords.items() if name != "start"}
     place = results.grid.index("start")
     variables = {
-        name: v.take(start, axis=place)
-        for name, v in results.variables.items()
+        name: array.take(start, axis=place)
+        for name, array in results.variables.items()
         if name != "attractor"
     }
     return Results(coords, variables, results.attrs, results.more)
 
 
-def _index_of(axis: str, key: str, values: Array, wanted: float) -> int:
-    """The nearest value, at most half a step beyond the ends of the axis; of a single
-    value at most one percent off."""
+def _index_of(axis: str, key: str, values: Array, target: float) -> int:
+    """The index of the value nearest to ``target``, which lies at most half a step
+    beyond the ends of the axis, or within one per cent of a single value."""
     if words_along(axis):
-        if wanted not in values:
-            there = ", ".join(str(as_told(key, value)) for value in values)
+        if target not in values:
+            allowed = ", ".join(str(as_told(key, value)) for value in values)
             raise InputError(
-                f"--at {key}: found {as_told(key, wanted)}; allowed: {there}, as the sweep."
+                f"--at {key}: found {as_told(key, target)}; allowed: {allowed}, as the sweep."
             )
-        return int(np.flatnonzero(values == wanted)[0])
+        return int(np.flatnonzero(values == target)[0])
     ascending = np.sort(values)
     steps = np.diff(ascending)
     below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else 2 * (0.01 * abs(ascending[0]),)
-    if not ascending[0] - below <= wanted <= ascending[-1] + above:
+    if not ascending[0] - below <= target <= ascending[-1] + above:
 
-        def told(value: float) -> str:
+        def shown(value: float) -> str:
             return (
-                amount(value, wanted.unit, 4)
-                if isinstance(wanted, Asked)
+                amount(value, target.unit, 4)
+                if isinstance(target, Asked)
                 else quantity(axis).value(value)
             )
 
         option = axis if axis in AXES else f"--at {key}"
         raise InputError(
-            f"{option}: found {told(wanted)}; allowed: {told(ascending[0])} to "
-            f"{told(ascending[-1])}, as the sweep, of "
+            f"{option}: found {shown(target)}; allowed: {shown(ascending[0])} to "
+            f"{shown(ascending[-1])}, as the sweep, of "
             "which the nearest value is drawn."
         )
-    return int(np.argmin(np.abs(values - wanted)))
+    return int(np.argmin(np.abs(values - target)))
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,7 @@ class Line:
 
     @property
     def verdicts(self) -> Array | None:
-        """What the checks say of each point; None where there were none."""
+        """The verdict of the checks on each point; None where there were no checks."""
         return verdict(self) if "trusted" in self.results.variables else None
 
 
@@ -137,12 +139,16 @@ def line(results: Results, axis: str, **held: int) -> Line:
     return Line(
         results,
         axis,
-        (slice(None), *(slice(None) if a == axis else held.get(a, 0) for a in results.axes)),
+        (
+            slice(None),
+            *(slice(None) if name == axis else held.get(name, 0) for name in results.axes),
+        ),
     )
 
 
 def positions(results: Results, axis: str) -> Array:
-    """Where the values of an axis lie along a picture [n]: words stand side by side."""
+    """The positions of the values of an axis along a picture [n]: 1, 2, 3, ... for
+    words."""
     values = np.asarray(results.coords[axis], dtype=float)
     return np.arange(1.0, len(values) + 1.0) if words_along(axis) else values
 
@@ -150,13 +156,12 @@ def positions(results: Results, axis: str) -> Array:
 def name_words(
     axes: Any, results: Results, x: str | None = None, y: str | None = None, units: str = "si"
 ) -> None:
-    """Write the words of the axes ``x`` and ``y`` at their positions, where these are
-    such."""
+    """Label the axes ``x`` and ``y`` whose values are words with these words."""
     for name, axis in ((x, axes.xaxis), (y, axes.yaxis)):
         if name is None or not words_along(name):
             continue
-        one = quantity(name, units)
-        texts = [one.value(value) for value in results.coords[name]]
+        shown = quantity(name, units)
+        texts = [shown.value(value) for value in results.coords[name]]
         axis.set_ticks(positions(results, name), texts)
         axis.set_tick_params(length=0)
         if axis is axes.xaxis and sum(map(len, texts)) > 60:
@@ -164,7 +169,7 @@ def name_words(
 
 
 def is_logarithmic(values: Array) -> bool:
-    """Whether the values of an axis have equal ratios, three ratios at least."""
+    """Whether the values of an axis have equal ratios, at least three of them."""
     values = np.asarray(values, dtype=float)
     if len(values) < 4 or values[0] <= 0.0 or not np.all(np.diff(values) > 0.0):
         return False
@@ -202,10 +207,11 @@ def edges(centres: Array) -> Array:
 
 
 def robust_limits(values: Array, spread: float = 3.0) -> tuple[float, float]:
-    """Limits that a few wild values do not own: the 2nd and 98th percentile, opened to
-    the extremes if these are near.
+    """Limits insensitive to a few outliers: the 2nd and 98th percentile, or the
+    extremes where these are near: within ``spread`` times the distance of the
+    percentile from the median.
 
-    Ratios over a mean bit speed explode where the bit hardly turns; one such point must
+    Ratios over a mean bit speed diverge where the bit hardly turns; one such point must
     not flatten all the others.
     """
     finite = np.asarray(values, dtype=float)

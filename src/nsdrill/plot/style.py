@@ -1,8 +1,8 @@
-"""How the pictures look: palette, type, sizes. Nothing here reads data or draws a
+"""How the pictures look: palette, fonts, sizes. Nothing here reads data or draws a
 curve.
 
-Colours are Okabe and Ito's, which stay apart for colour-blind readers; each response
-also has a marker of its own, so that a picture survives a grey printer.
+Colours are Okabe and Ito's, which colour-blind readers can distinguish; each response
+also has a marker of its own, so that a picture can be read in grey.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ from nsdrill.variables import BIT_BOUNCE, STICK_SLIP, WHIRL
 FULL_WIDTH = 7.0  # inches: two columns of a journal page
 NOTEBOOK_DPI = 110
 SHORTEST_LINE = 20  # characters of a title
-UNTITLED = 0.3  # inches that a page without a title is lower
-BESIDE = 0.7  # inches beside a panel: the axis at its left, and what stands over its right end
+TITLE_HEIGHT = 0.3  # inches by which a page without a title is lower
+PANEL_MARGINS = 0.7  # inches beside a panel: the axis at its left, and overhang at its right
 RASTER_DPI = 300  # for PNG, and for the markers that are rasterised inside PDF and SVG
-# above this a vector file is slow to open, so its markers become an image; the text
-# stays text
+# Above this number a vector file is slow to open, so its markers become an image; the
+# text stays text.
 MANY_MARKERS = 20_000
 
 BLUE, SKY, GREEN, ORANGE, VERMILLION = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00"
 WINE, GREY, BLACK = "#882255", "#ABABAB", "#000000"
-SHADE, SHADE_EDGE = "#FFF3B8", "#C8B560"  # hysteresis: pale enough to carry every marker colour
+SHADE, SHADE_EDGE = "#FFF3B8", "#C8B560"  # hysteresis: pale behind every marker colour
 REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the set speed
 # colours belong to the responses
 DIRECTION_COLOURS = {"same": BLACK, "up": BLACK, "down": "#808080"}
 
-FONT_SIZE = 8.0  # points, of which the sizes of TYPE are parts
-TYPE = {
+FONT_SIZE = 8.0  # points
+RELATIVE_FONT_SIZES = {  # in units of font.size
     "axes.titlesize": 1.0,
     "axes.labelsize": 1.0,
     "figure.titlesize": 1.125,
@@ -58,7 +58,7 @@ TYPE = {
 }
 RC: dict[str, Any] = {
     "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],  # comes with matplotlib: the same picture on every machine
+    "font.sans-serif": ["DejaVu Sans"],  # part of matplotlib: the same picture on every machine
     "font.size": FONT_SIZE,
     "axes.linewidth": 0.6,
     "axes.formatter.useoffset": False,
@@ -132,16 +132,16 @@ assert RESPONSES[BIT_BOUNCE | STICK_SLIP | WHIRL].name.count("+") == 2
 
 
 @cache
-def further_fonts() -> list[str]:
-    """Fonts of this machine with characters that the usual one lacks: Chinese,
-    Japanese, Korean."""
+def fallback_fonts() -> list[str]:
+    """Fonts installed here that have the Chinese, Japanese and Korean characters that
+    the standard one lacks."""
     from matplotlib.font_manager import fontManager
 
-    there = sorted({font.name for font in fontManager.ttflist})
-    return [name for name in there if name.startswith(_FURTHER)]
+    installed = sorted({font.name for font in fontManager.ttflist})
+    return [name for name in installed if name.startswith(_FALLBACK_FONTS)]
 
 
-_FURTHER = (
+_FALLBACK_FONTS = (
     "Noto Sans CJK",
     "Noto Sans SC",
     "Noto Sans JP",
@@ -164,23 +164,31 @@ _FURTHER = (
 )
 
 
-def settings(wanted: Look) -> dict[str, Any]:
-    """The settings of matplotlib for a picture: the house's, then those that the user
-    has changed from matplotlib's defaults, then those of a style file, then the
+def settings(picture_look: Look) -> dict[str, Any]:
+    """The settings of matplotlib for a picture, later ones before earlier ones: the
+    house style, what the user has changed from matplotlib's defaults, a style file, the
     options."""
-    rc, usual = (cast("dict[str, Any]", one) for one in (mpl.rcParams, mpl.rcParamsDefault))
-    users = {
-        name: rc[name] for name in rc if not name.startswith(_NOT_TAKEN) and rc[name] != usual[name]
+    rc, defaults = (
+        cast("dict[str, Any]", mapping) for mapping in (mpl.rcParams, mpl.rcParamsDefault)
+    )
+    users_settings = {
+        name: rc[name]
+        for name in rc
+        if not name.startswith(_IGNORED_SETTINGS) and rc[name] != defaults[name]
     }
-    own = {**users, **(wanted.style or {})}
-    house = {**RC, "font.sans-serif": [*RC["font.sans-serif"], *further_fonts()]}
-    size = float(wanted.font_size or own.get("font.size", FONT_SIZE))
-    sizes = {"font.size": size, **{name: part * size for name, part in TYPE.items()}}
-    return {**house, **own, **sizes} if wanted.font_size else {**house, **sizes, **own}
+    chosen = {**users_settings, **(picture_look.style or {})}
+    house_settings = {**RC, "font.sans-serif": [*RC["font.sans-serif"], *fallback_fonts()]}
+    size = float(picture_look.font_size or chosen.get("font.size", FONT_SIZE))
+    sizes = {"font.size": size, **{name: part * size for name, part in RELATIVE_FONT_SIZES.items()}}
+    return (
+        {**house_settings, **chosen, **sizes}
+        if picture_look.font_size
+        else {**house_settings, **sizes, **chosen}
+    )
 
 
-# What has no part in a picture.
-_NOT_TAKEN = (
+# Settings that do not affect a picture.
+_IGNORED_SETTINGS = (
     "backend",
     "interactive",
     "toolbar",
@@ -194,65 +202,67 @@ _NOT_TAKEN = (
 
 
 @contextmanager
-def house_style(of: Mapping[str, Any] | None = None) -> Iterator[None]:
-    """:func:`settings` for the picture that is drawn, or those ``of`` one that is
-    there; the caller's after."""
-    chosen = settings(look.get()) if of is None else of
+def house_style(rc: Mapping[str, Any] | None = None) -> Iterator[None]:
+    """:func:`settings` of the current look, or the settings ``rc`` of an existing
+    picture, while the block runs; those of the caller afterwards."""
+    settings_in_force = settings(look.get()) if rc is None else rc
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(cast("Any", chosen))
+        mpl.rcParams.update(cast("Any", settings_in_force))
         yield
 
 
-def type_size(size: float) -> float:
-    """A size of type for 8 point pictures, in the type of this one."""
-    return float(size / FONT_SIZE * mpl.rcParams["font.size"])
+def font_size(points: float) -> float:
+    """The size [points] that corresponds, in this picture, to ``points`` in a picture
+    of :data:`FONT_SIZE`."""
+    return float(points / FONT_SIZE * mpl.rcParams["font.size"])
 
 
-def page_width(usual: float = FULL_WIDTH) -> float:
-    """Inches across: as the user wants it, else the ``usual`` ones."""
-    if (given := target.get()) is not None:
-        return float(given.bbox.width / given.dpi)
-    wanted = look.get().width
+def page_width(default: float = FULL_WIDTH) -> float:
+    """The width of the page [inches]: the user's, else ``default``."""
+    if (drawing_target := target.get()) is not None:
+        return float(drawing_target.bbox.width / drawing_target.dpi)
+    width = look.get().width
     if (
-        wanted is None
-        and (size := mpl.rcParams["figure.figsize"]) != mpl.rcParamsDefault["figure.figsize"]
+        width is None
+        and (figsize := mpl.rcParams["figure.figsize"]) != mpl.rcParamsDefault["figure.figsize"]
     ):
-        wanted = float(size[0])
-    return usual if wanted is None else wanted
+        width = float(figsize[0])
+    return default if width is None else width
 
 
-def seamless(cells: int) -> dict[str, Any]:
-    """How so many cells are drawn. They reach a hair over their borders: else viewers
-    of PDF and SVG show the page between neighbours. Many become an image, in which
-    there is nothing between them."""
+def cell_style(cells: int) -> dict[str, Any]:
+    """The properties of a mesh of ``cells`` cells without seams. Few cells overlap
+    their borders slightly, as viewers of PDF and SVG otherwise show the page between
+    neighbours; many become an image, which has no seams."""
     if cells > MANY_MARKERS:
         return {"edgecolors": "none", "linewidth": 0.0, "rasterized": True}
     return {"edgecolors": "face", "linewidth": 0.6}
 
 
-def side_by_side(count: int, least: float) -> int:
-    """How many of ``count`` panels stand in a row where each needs ``least`` inches."""
-    return max(1, min(count, int(page_width() / least)))
+def panels_per_row(count: int, min_width: float) -> int:
+    """How many of ``count`` panels fit in a row, each ``min_width`` inches wide or
+    more."""
+    return max(1, min(count, int(page_width() / min_width)))
 
 
 class Picture(Figure):
-    """A figure that a notebook shows by itself, without pyplot. It keeps the settings
-    with which it was drawn, and the characters of its title that no font has."""
+    """A figure that a notebook shows without pyplot. It keeps the settings with which
+    it was drawn, and the characters of its title that no font has."""
 
     settings: Mapping[str, Any] | None = None
     missing: str = ""
 
     def _repr_png_(self) -> bytes:
         image = io.BytesIO()
-        with house_style(self.settings), quiet_glyphs():
+        with house_style(self.settings), without_glyph_warnings():
             self.savefig(image, format="png", dpi=NOTEBOOK_DPI)
         return image.getvalue()
 
 
 @contextmanager
-def quiet_glyphs() -> Iterator[None]:
-    """Without matplotlib's warnings of every missing character, which are told once
+def without_glyph_warnings() -> Iterator[None]:
+    """Suppress matplotlib's warning for every missing character; they are reported once
     (:func:`missing_characters`)."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph .* missing from")
@@ -266,33 +276,34 @@ def missing_characters(text: str) -> str:
     rc = cast("dict[str, Any]", mpl.rcParams)
     families = list(rc["font.family"])
     names = [name for family in families for name in rc.get(f"font.{family}", [family])]
-    found = []
+    fonts = []
     for name in names:
         with suppress(ValueError):
-            found.append(get_font(findfont(FontProperties(family=name), fallback_to_default=False)))
+            fonts.append(get_font(findfont(FontProperties(family=name), fallback_to_default=False)))
     return "".join(
         dict.fromkeys(
-            one
-            for one in text
-            if not one.isspace() and not any(f.get_char_index(ord(one)) for f in found)
+            character
+            for character in text
+            if not character.isspace()
+            and not any(font.get_char_index(ord(character)) for font in fonts)
         )
     )
 
 
 target: ContextVar[Figure | None] = ContextVar("target", default=None)
-"""What is drawn into, where that is not a figure of its own: see
+"""The stand-in for a figure while a picture is drawn into axes of the caller: see
 :mod:`nsdrill.plot.into`."""
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """A figure in inches that no window system and no pyplot knows of; higher where
-    type is larger than ours, so that the labels of panels above each other have
-    room."""
-    if (given := target.get()) is not None:
-        return given
-    labels = FontProperties(size=mpl.rcParams["axes.labelsize"]).get_size_in_points()
-    room = height * max(1.0, labels / FONT_SIZE)
-    figure = Picture(figsize=(width, look.get().height or room), layout="constrained")
+    """A figure in inches, unknown to pyplot and to any window system. It is higher
+    where the font is larger than :data:`FONT_SIZE`, as room for the labels of panels
+    above each other."""
+    if (drawing_target := target.get()) is not None:
+        return drawing_target
+    label_size = FontProperties(size=mpl.rcParams["axes.labelsize"]).get_size_in_points()
+    scaled_height = height * max(1.0, label_size / FONT_SIZE)
+    figure = Picture(figsize=(width, look.get().height or scaled_height), layout="constrained")
     figure.settings = settings(look.get())
     FigureCanvasAgg(figure)
     engine = figure.get_layout_engine()
@@ -301,67 +312,70 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
-def titled() -> bool:
-    """Whether the user leaves pictures their titles and the words over panels."""
+def has_title() -> bool:
+    """Whether pictures have titles, of the figure and of panels; not where the user
+    wants none."""
     return look.get().title is not False
 
 
 def put_title(figure: Figure, text: str) -> None:
-    """Give the figure a title, its lines broken where they are wider than the figure;
-    or that of the user."""
-    wanted = look.get().title
-    if wanted is False:
-        # no empty strip where it would stand
+    """Give the figure the title of the user, else ``text``; its lines are broken where
+    they are wider than the figure."""
+    title_of_user = look.get().title
+    if title_of_user is False:
+        # no empty strip in place of the title
         if isinstance(figure, Picture) and look.get().height is None:
             figure.set_figheight(
-                max(0.5 * figure.get_figheight(), figure.get_figheight() - UNTITLED)
+                max(0.5 * figure.get_figheight(), figure.get_figheight() - TITLE_HEIGHT)
             )
         return
-    text = wanted if isinstance(wanted, str) else text
+    text = title_of_user if isinstance(title_of_user, str) else text
     title = figure.suptitle(text, parse_math=False)
-    if title is None:  # drawn into the axes of others, whose title it is
+    if title is None:  # drawn into axes of the caller, who gives the title
         return
     if isinstance(figure, Picture):
         figure.missing = missing_characters(text)
-    room, lines = figure.bbox.width - 6.0 * figure.dpi / 72, []
+    available, lines = figure.bbox.width - 6.0 * figure.dpi / 72, []
     for line in text.split("\n"):
         count = len(line)
         title.set_text(line)
-        while (width := title.get_window_extent().width) > room and count > SHORTEST_LINE:
-            count = max(SHORTEST_LINE, min(count - 1, int(count * room / width) + 2))
+        while (width := title.get_window_extent().width) > available and count > SHORTEST_LINE:
+            count = max(SHORTEST_LINE, min(count - 1, int(count * available / width) + 2))
             title.set_text(textwrap.fill(line, count))
         lines.append(title.get_text())
     title.set_text("\n".join(lines))
 
 
-def say_over(axes: Axes, text: str, loc: Literal["left", "center"] = "center") -> None:
-    """A title of a panel that is as wide as its figure, or the part of one that it
-    stands in; where it is wider, broken after its semicolons and commas. None where the
-    user wants no title."""
-    part: Any = axes.figure
-    if not titled():  # a caption says it
+def set_panel_title(axes: Axes, text: str, loc: Literal["left", "center"] = "center") -> None:
+    """Give a panel a title, broken after semicolons and commas where it is wider than
+    its figure or subfigure; no title where the user wants none."""
+    parent: Any = axes.figure
+    if not has_title():  # the user wants no titles
         return
     title = axes.set_title(text, loc=loc)
-    width, room = title.get_window_extent().width, part.bbox.width - BESIDE * part.dpi
-    if width > room:
-        whole = re.sub(r"(?<![;,]) ", "\u00a0", text)
+    width, available = (
+        title.get_window_extent().width,
+        parent.bbox.width - PANEL_MARGINS * parent.dpi,
+    )
+    if width > available:
+        unbroken = re.sub(r"(?<![;,]) ", "\u00a0", text)
         lines = textwrap.fill(
-            whole, max(SHORTEST_LINE, int(len(text) * room / width)), break_long_words=False
+            unbroken, max(SHORTEST_LINE, int(len(text) * available / width)), break_long_words=False
         )
         title.set_text(lines.replace("\u00a0", " "))
 
 
 @contextmanager
-def looking(wanted: Look) -> Iterator[None]:
-    """While pictures are drawn that shall look like this."""
-    token = look.set(wanted)
+def using_look(picture_look: Look) -> Iterator[None]:
+    """Make this the current look while the block runs."""
+    token = look.set(picture_look)
     try:
         yield
     finally:
         look.reset(token)
 
 
-def show_between(figure: Figure, across: str, ends: tuple[float, float], units: str) -> None:
+def limit_x_axes(figure: Figure, across: str, ends: tuple[float, float], units: str) -> None:
     """Limit the x axes that show the variable ``across`` to these values, in SI."""
     x = quantity(across, units)
     low, high = (end / x.scale for end in ends)
@@ -374,8 +388,8 @@ def show_between(figure: Figure, across: str, ends: tuple[float, float], units: 
             axes.set_xlim(low, high)
 
 
-def say_inside(figure: Figure, words: str) -> None:
-    """Words in the largest panel."""
+def write_in_largest_panel(figure: Figure, text: str) -> None:
+    """Write ``text`` in the middle of the largest panel."""
     if not (panels := panels_of(figure) or [figure.add_subplot()]):
         return
     figure.draw_without_rendering()  # so that the panels have their sizes
@@ -383,7 +397,7 @@ def say_inside(figure: Figure, words: str) -> None:
     largest.text(
         0.5,
         0.5,
-        words,
+        text,
         transform=largest.transAxes,
         ha="center",
         va="center",
@@ -393,49 +407,49 @@ def say_inside(figure: Figure, words: str) -> None:
 
 
 def panels_of(figure: Any) -> list[Axes]:
-    """All axes of a figure and its parts."""
-    own = figure.axes or [
-        axes for part in getattr(figure, "subfigs", ()) for axes in panels_of(part)
+    """All axes of a figure and of its subfigures."""
+    panels = figure.axes or [
+        axes for subfigure in getattr(figure, "subfigs", ()) for axes in panels_of(subfigure)
     ]
-    return list(dict.fromkeys(own))
+    return list(dict.fromkeys(panels))
 
 
-LEVEL = 1e-6  # part of its size by which what is shown as one value varies
+CONSTANT_TOLERANCE = 1e-6  # relative range below which values are shown as constant
 
 
-def _open_level(figure: Figure) -> None:
-    """Give the axes whose values are one value and its last digits a range in which
-    they are a line, with plain ticks: else rounding fills the panel, and every tick has
-    ten digits."""
+def _widen_constant_axes(figure: Figure) -> None:
+    """Widen the limits of axes whose values are constant but for rounding, so that they
+    appear as a line with plain ticks: otherwise rounding fills the panel, and every
+    tick has ten digits."""
     for axes in panels_of(figure):
         if axes.get_label() == "<colorbar>":
             continue
-        for one in (axes.xaxis, axes.yaxis):
-            name = one.axis_name
-            if one.get_scale() != "linear" or not getattr(axes, f"get_autoscale{name}_on")():
+        for axis in (axes.xaxis, axes.yaxis):
+            name = axis.axis_name
+            if axis.get_scale() != "linear" or not getattr(axes, f"get_autoscale{name}_on")():
                 continue
             ends = getattr(axes, f"get_{name}lim")()
             low, high = min(ends), max(ends)
             size = max(abs(low), abs(high))
-            if high - low < max(LEVEL * size, 1e-9):
+            if high - low < max(CONSTANT_TOLERANCE * size, 1e-9):
                 middle, half = 0.5 * (low + high), 0.05 * size if size > 1e-6 else 0.05
                 limits = (middle - half, middle + half)
                 getattr(axes, f"set_{name}lim")(*(limits if ends[0] <= ends[1] else limits[::-1]))
 
 
-def settle(figure: Figure) -> None:
-    """Lay the figure out and keep it so: the same geometry in every format and at every
-    saving.
+def freeze_layout(figure: Figure) -> None:
+    """Lay out the figure and fix its layout: the same geometry in every format, each
+    time it is saved.
 
-    More than one pass, because the space for aligned labels is known only after the
-    axes have found their places.
+    The layout is computed twice, as the space for aligned labels is known only once the
+    axes have their positions.
     """
-    _open_level(figure)
+    _widen_constant_axes(figure)
     for _ in range(2):
         figure.draw_without_rendering()
     figure.set_layout_engine("none")
-    # The layout's solver orders its variables by their addresses, and its places differ
-    # in the last bits from one call to the next: enough for a pixel. Rounded, they are
+    # The layout solver orders its variables by memory address, so positions differ in
+    # the last bits from one call to the next: enough for a pixel. Rounding makes them
     # the same every time.
     for axes in figure.axes:
         left, bottom, width, height = (

@@ -1,4 +1,4 @@
-"""What the checks of a sweep say of its points, on the cells of a map or of a strip of
+"""The verdicts of the checks of a sweep, drawn on the cells of a map or of a strip of
 responses."""
 
 from __future__ import annotations
@@ -12,32 +12,32 @@ from matplotlib.patches import Patch
 
 from nsdrill.data import Array
 from nsdrill.observe.trust import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
-from nsdrill.plot.hatching import covered
+from nsdrill.plot.hatching import covering_path
 from nsdrill.plot.style import GREY
 
-_PATTERN = "//////"
-_LARGEST, _SMALLEST = 4.5, 1.6  # points of diameter of a dot
+_HATCH = "//////"
+_LARGEST_DOT, _SMALLEST_DOT = 4.5, 1.6  # points of diameter of a dot
 
 
 def overlay_verdicts(axes: Axes, x: Array, y: Array, verdicts: Array, cell_size: float) -> None:
-    """Hatch the cells [y, x] between the edges ``x`` and ``y`` whose features do not
-    hold, and put a dot where the response does not or a check failed; ``cell_size`` in
+    """Hatch the cells [y, x] between the edges ``x`` and ``y`` where a check found other
+    features, and put a dot where it found another response, or failed; ``cell_size`` in
     points."""
     if np.any(doubtful := verdicts == FEATURES_DIFFER):
         axes.add_collection(
             PathCollection(
-                [covered((x, y), doubtful)],
+                [covering_path((x, y), doubtful)],
                 facecolors="none",
                 edgecolors="white",
                 linewidths=0,
-                hatch=_PATTERN,
+                hatch=_HATCH,
                 gid="features_differ",
             ),
             autolim=False,
         )
     rows, columns = np.nonzero((verdicts == RESPONSE_DIFFERS) | (verdicts == CHECK_FAILED))
     if rows.size:
-        size = float(np.clip(0.6 * cell_size, _SMALLEST, _LARGEST))
+        size = float(np.clip(0.6 * cell_size, _SMALLEST_DOT, _LARGEST_DOT))
         axes.plot(
             0.5 * (x[columns] + x[columns + 1]),
             0.5 * (y[rows] + y[rows + 1]),
@@ -54,7 +54,7 @@ def overlay_verdicts(axes: Axes, x: Array, y: Array, verdicts: Array, cell_size:
 
 
 def verdict_handles(verdicts: Array) -> list[Artist]:
-    """Legend entries with how many points are in doubt."""
+    """Legend entries with the numbers of doubtful points."""
     handles: list[Artist] = []
     checked = int(np.count_nonzero(verdicts != UNCHECKED))
     if features := int(np.count_nonzero(verdicts == FEATURES_DIFFER)):
@@ -63,7 +63,7 @@ def verdict_handles(verdicts: Array) -> list[Artist]:
                 facecolor=GREY,
                 edgecolor="white",
                 linewidth=0,
-                hatch=_PATTERN,
+                hatch=_HATCH,
                 label=f"checked: numbers differ ({features} of {checked})",
             )
         )

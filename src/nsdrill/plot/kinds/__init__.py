@@ -1,2 +1,2 @@
-"""The pictures, one file a kind: each declares its ``KINDS`` and draws them. The
-registry finds whatever is in here."""
+"""The pictures, a file for each kind or a few: it declares them as ``KINDS`` and draws
+them. The registry loads every file of this package."""

@@ -1,7 +1,7 @@
-"""What each attractor is like, along one axis: a marker for each, its size by share,
-its colour and shape by response, open where most of its members are unsettled. A line
-joins what is one attractor along the axis, dotted where an operating point between has
-none of its starts."""
+"""The attractors along one axis: a marker for each, its size by share, its colour and
+shape by response, open where most of its members are unsettled. A line joins the
+markers of the same attractor, dotted where no start reaches it at an operating point in
+between."""
 
 from __future__ import annotations
 
@@ -22,47 +22,50 @@ from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, q
 from nsdrill.plot.legend import legend_below, marker_entry, response_entries
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges, name_words, positions, robust_limits, spaced
-from nsdrill.plot.starts import USED, along, has_starts, matched
-from nsdrill.plot.style import REFERENCE, RESPONSES, new_figure, page_width, put_title, type_size
+from nsdrill.plot.starts import ATTRACTOR_VARIABLES, attractors_along, has_starts, is_matched
+from nsdrill.plot.style import REFERENCE, RESPONSES, font_size, new_figure, page_width, put_title
 
 HEIGHT = 6.0
-LARGEST, SMALLEST = 8.0, 2.6  # points of diameter, of the share 1 and of a single start among many
-LEAST = 0.05
+# diameters in points, of the share 1 and of a single start among many
+LARGEST_MARKER, SMALLEST_MARKER = 8.0, 2.6
+MIN_SHARE = 0.05  # of attractors with a number in the picture
 
 
 def draw(results: Results, units: str = "si") -> Figure:
-    axis, found = along(results)
+    axis, by_point = attractors_along(results)
     x = quantity(axis, units)
     centres = positions(results, axis) / x.scale
     figure = new_figure(page_width(), HEIGHT)
-    shown = drawn_in(results.attrs).attractors
-    grid = figure.add_gridspec(len(shown), 1)
+    panels_shown = drawn_in(results.attrs).attractors
+    grid = figure.add_gridspec(len(panels_shown), 1)
     panels: list[Axes] = []
-    joined = matched(results)
-    for row, (least, name, word) in enumerate(shown):
+    joins_attractors = is_matched(results)
+    for row, (lower_name, name, label) in enumerate(panels_shown):
         axes = figure.add_subplot(grid[row, 0], sharex=panels[0] if panels else None)
         y = quantity(name, units)
         points = [
-            (centre, value(one, least, name) / y.scale, one)
-            for (some, _), centre in zip(found, centres, strict=True)
-            for one in some
+            (centre, value(attractor, lower_name, name) / y.scale, attractor)
+            for (attractors, _), centre in zip(by_point, centres, strict=True)
+            for attractor in attractors
         ]
-        for centre, height, one in sorted(points, key=lambda p: -p[2].share):
+        for centre, height, attractor in sorted(points, key=lambda point: -point[2].share):
             axes.plot(
                 [centre],
                 [height],
                 linestyle="none",
-                **style(one),
+                **style(attractor),
                 zorder=3,
-                gid=f"{name}:{one.response}",
+                gid=f"{name}:{attractor.response}",
             )
-        if joined:
-            draw_branches(axes, points, centres, numbered=row == min(1, len(shown) - 1))
+        if joins_attractors:
+            join_attractors(
+                axes, points, centres, with_numbers=row == min(1, len(panels_shown) - 1)
+            )
         low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
         low = min(low, 0.0)
         axes.set_ylim(low - 0.03 * (high - low), high + 0.06 * (high - low))
-        axes.set_ylabel(Shown(word, y.unit, y.scale).label)
-        axes.tick_params(labelbottom=row == len(shown) - 1)
+        axes.set_ylabel(Shown(label, y.unit, y.scale).label)
+        axes.tick_params(labelbottom=row == len(panels_shown) - 1)
         panels.append(axes)
     spaced(panels[0], centres)
     name_words(panels[0], results, axis, units=units)
@@ -70,74 +73,87 @@ def draw(results: Results, units: str = "si") -> Figure:
     panels[-1].set_xlabel(x.label)
     figure.align_ylabels(panels)
     starts = len(results.coords["start"])
-    point = operating_point(fixed_values(results), units)
-    put_title(figure, heading(results.attrs, f"{point}; {starts} starts each"))
-    legend_below(figure, _handles([one for some, _ in found for one in some], joined=joined), 4)
+    point_text = operating_point(fixed_values(results), units)
+    put_title(figure, heading(results.attrs, f"{point_text}; {starts} starts each"))
+    legend_below(
+        figure,
+        _handles(
+            [attractor for attractors, _ in by_point for attractor in attractors],
+            joins_attractors=joins_attractors,
+        ),
+        4,
+    )
     return figure
 
 
-def draw_branches(
-    axes: Axes, points: list[tuple[float, float, Attractor]], centres: Array, *, numbered: bool
+def join_attractors(
+    axes: Axes, points: list[tuple[float, float, Attractor]], centres: Array, *, with_numbers: bool
 ) -> None:
-    """A line along each attractor, under the markers, and the numbers of those with a
-    share of ``LEAST`` or more."""
-    branches: dict[int, list[tuple[float, float, Attractor]]] = {}
+    """Draw a line along each attractor, under the markers, and the numbers of those
+    with a share of ``MIN_SHARE`` or more."""
+    lines: dict[int, list[tuple[float, float, Attractor]]] = {}
     for point in points:
-        branches.setdefault(point[2].number, []).append(point)
-    for number, branch in branches.items():
-        for (x, y, _), (to_x, to_y, _) in pairwise(branch):
-            between = np.count_nonzero((centres > min(x, to_x)) & (centres < max(x, to_x)))
+        lines.setdefault(point[2].number, []).append(point)
+    for number, members in lines.items():
+        for (x, y, _), (next_x, next_y, _) in pairwise(members):
+            points_between = np.count_nonzero(
+                (centres > min(x, next_x)) & (centres < max(x, next_x))
+            )
             axes.plot(
-                [x, to_x],
-                [y, to_y],
+                [x, next_x],
+                [y, next_y],
                 color=REFERENCE,
                 linewidth=0.5,
-                linestyle=":" if between else "-",
+                linestyle=":" if points_between else "-",
                 zorder=2,
                 gid=f"branch:{number}",
             )
-        if numbered and len(branch) > 1 and max(one.share for _, _, one in branch) >= LEAST:
+        if (
+            with_numbers
+            and len(members) > 1
+            and max(attractor.share for _, _, attractor in members) >= MIN_SHARE
+        ):
             axes.annotate(
                 str(number),
-                branch[0][:2],
+                members[0][:2],
                 (0, 4),
                 textcoords="offset points",
-                fontsize=type_size(6),
+                fontsize=font_size(6),
                 ha="center",
                 va="bottom",
                 gid=f"number:{number}",
             )
 
 
-def value(one: Attractor, least: str | None, name: str) -> float:
-    """The median feature of a panel, SI; the range from ``least`` on is between the
-    medians of the extremes."""
-    return one.features[name] - (one.features[least] if least else 0.0)
+def value(attractor: Attractor, lower_name: str | None, name: str) -> float:
+    """The median of the feature of a panel [SI], less that of ``lower_name`` if given:
+    a range is taken between the medians of the extremes."""
+    return attractor.features[name] - (attractor.features[lower_name] if lower_name else 0.0)
 
 
 def size(share: float) -> float:
-    """Diameter in points, by the root of the share; the least that is seen and told
-    from others for none."""
-    return SMALLEST + (LARGEST - SMALLEST) * math.sqrt(share)
+    """The diameter of a marker [points]: it grows with the root of the share, from the
+    smallest that can be distinguished."""
+    return SMALLEST_MARKER + (LARGEST_MARKER - SMALLEST_MARKER) * math.sqrt(share)
 
 
-def style(one: Attractor) -> dict[str, Any]:
-    response = RESPONSES[one.response]
-    loose = one.unsettled > one.members / 2
+def style(attractor: Attractor) -> dict[str, Any]:
+    response = RESPONSES[attractor.response]
+    hollow = attractor.unsettled > attractor.members / 2
     return {
         "marker": response.marker,
         "color": response.colour,
-        "markersize": size(one.share),
-        "markerfacecolor": "none" if loose else response.colour,
-        "markeredgewidth": 0.7 if loose else 0.0,
+        "markersize": size(attractor.share),
+        "markerfacecolor": "none" if hollow else response.colour,
+        "markeredgewidth": 0.7 if hollow else 0.0,
     }
 
 
-def _handles(every: list[Attractor], *, joined: bool) -> list[Artist]:
-    handles = response_entries(sorted({one.response for one in every}))
-    if any(one.unsettled > one.members / 2 for one in every):
-        handles.append(marker_entry("open: most of its starts unsettled", opened=True))
-    if joined:
+def _handles(attractors: list[Attractor], *, joins_attractors: bool) -> list[Artist]:
+    handles = response_entries(sorted({attractor.response for attractor in attractors}))
+    if any(attractor.unsettled > attractor.members / 2 for attractor in attractors):
+        handles.append(marker_entry("open: most of its starts unsettled", hollow=True))
+    if joins_attractors:
         handles.append(
             Line2D([], [], color=REFERENCE, linewidth=0.5, label="one attractor; its number")
         )
@@ -154,8 +170,8 @@ KINDS = (
         place=lambda data: 11 if has_starts(data) and len(data.swept) == 1 else None,
         draw=draw,
         uses=lambda model: (
-            *USED,
-            *(name for one in model.drawn.attractors for name in one[:2] if name),
+            *ATTRACTOR_VARIABLES,
+            *(name for panel in model.drawn.attractors for name in panel[:2] if name),
         ),
         across=lambda data: str(data.swept[0]),
         advice=needs_starts,

@@ -1,8 +1,9 @@
-"""Basins: which start goes to which attractor, over two states of the start, at one
-operating point.
+"""Basins of attraction: which start leads to which attractor, over two states of the
+start, at one operating point.
 
 A slice fills a plane with cells. The starts of an ensemble differ in all states; over
-two of them they are dots, and basins that lie apart in the whole may overlap there.
+two of them they are dots, and basins that are disjoint in the whole state space may
+overlap.
 """
 
 from __future__ import annotations
@@ -27,16 +28,17 @@ from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below, marker_entry
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges
-from nsdrill.plot.starts import USED, flat, has_starts, words
-from nsdrill.plot.style import RESPONSES, new_figure, page_width, put_title, seamless
+from nsdrill.plot.starts import ATTRACTOR_VARIABLES, attractor_label, by_operating_point, has_starts
+from nsdrill.plot.style import RESPONSES, cell_style, new_figure, page_width, put_title
 from nsdrill.variables import OK, has_failed
 
 HEIGHT = 4.4
-# so many attractors have an entry of their own in the legend, with such a share or more
-NAMED, LEAST = 8, 0.005
-OTHERS, FAILED, WAITING = "#F2F2F2", "#FFFFFF", "#FFFFFF"
-# Attractors of one response: its own colour, then towards white and towards black by
-# turns.
+# attractors with an entry of their own in the legend: their greatest number, and their
+# least share
+MAX_NAMED, MIN_SHARE = 8, 0.005
+OTHERS_COLOUR, FAILED_COLOUR = "#F2F2F2", "#FFFFFF"
+# Tints of attractors with the same response: the colour of the response, then towards
+# white and towards black alternately.
 TINTS = (0.0, 0.55, -0.45, 0.3, -0.25, 0.75, -0.65, 0.45)
 MARKERS = ("o", "^", "s", "D", "v", "P", "X", "p")
 
@@ -44,131 +46,148 @@ MARKERS = ("o", "^", "s", "D", "v", "P", "X", "p")
 def draw(results: Results, units: str = "si", states: Sequence[str] | None = None) -> Figure:
     if results.swept:
         options = " and ".join(f"--{name.replace('_', '-')}" for name in results.swept)
-        many = ", ".join(f"{len(results.coords[name])} values of {name}" for name in results.swept)
+        found_values = ", ".join(
+            f"{len(results.coords[name])} values of {name}" for name in results.swept
+        )
         raise InputError(
-            f"plot kind 'basin': found {many}; allowed: one operating point. Select "
+            f"plot kind 'basin': found {found_values}; allowed: one operating point. Select "
             f"it with {options}."
         )
-    variables = flat(results)
-    ((found, counts),) = describe(variables, model_in(results.attrs).told)
+    variables = by_operating_point(results)
+    ((attractors, counts),) = describe(variables, model_in(results.attrs).told)
     if counts["ungrouped"]:
         raise InputError(
             "The starts are not grouped into attractors yet: this is done when all points are "
             "there. Finish the run."
         )
     names = _states(results, states)
-    colours = tinted(found)
+    colours = tinted_colours(attractors)
     figure = new_figure(page_width(), HEIGHT)
     axes = figure.add_subplot()
     shown = (quantity(names[0], units), quantity(names[1], units))
     status, number = variables["status"][0], variables["attractor"][0].astype(int)
-    came = _Came(number, status, found, colours)
+    starts = _Starts(number, status, attractors, colours)
     if results.slice:
         plane = slice_values(Starts(slice=results.slice), tuple(results["state"].tolist()))
-        x, y = (plane[name] / one.scale for name, one in zip(names, shown, strict=True))
-        _draw_cells(axes, x, y, came, turned=tuple(plane) == names)
+        x, y = (
+            plane[name] / shown_state.scale for name, shown_state in zip(names, shown, strict=True)
+        )
+        _draw_cells(axes, x, y, starts, transposed=tuple(plane) == names)
     else:
         initial = np.asarray(results["initial_state"]).reshape(len(status), len(results["state"]))
         by_name = dict(zip(results["state"].tolist(), initial.T, strict=True))
-        x, y = (by_name[name] / one.scale for name, one in zip(names, shown, strict=True))
-        _draw_dots(axes, x, y, came)
+        x, y = (
+            by_name[name] / shown_state.scale
+            for name, shown_state in zip(names, shown, strict=True)
+        )
+        _draw_dots(axes, x, y, starts)
     axes.set_xlabel(shown[0].label)
     axes.set_ylabel(shown[1].label)
     point = operating_point(fixed_values(results), units)
     put_title(figure, heading(results.attrs, f"{point}; {counts['starts']} starts"))
-    legend_below(figure, _handles(found, counts, colours, cells=bool(results.slice)), 2)
+    legend_below(figure, _handles(attractors, counts, colours, as_cells=bool(results.slice)), 2)
     return figure
 
 
-def _states(results: Results, asked: Sequence[str] | None) -> tuple[str, str]:
-    """The states across and up."""
+def _states(results: Results, states: Sequence[str] | None) -> tuple[str, str]:
+    """The states along x and y."""
     plane = tuple(name for name in results["state"].tolist() if name in results.slice)
     if plane:
-        if asked and set(asked) != set(plane):
+        if states and set(states) != set(plane):
             raise InputError(
-                f"--states: found {','.join(asked)}; allowed: those of the slice, "
+                f"--states: found {','.join(states)}; allowed: those of the slice, "
                 f"{','.join(plane)}."
             )
-        across, up = tuple(asked) if asked else plane
+        across, up = tuple(states) if states else plane
         return across, up
-    names, usual = results["state"].tolist(), drawn_in(results.attrs).planes[0]
-    chosen = tuple(asked or usual)
-    if len(chosen) != 2 or len(set(chosen)) != 2 or not set(chosen) <= set(names):
-        found, example = ",".join(chosen), ",".join(usual)
+    names, default = results["state"].tolist(), drawn_in(results.attrs).planes[0]
+    pair = tuple(states or default)
+    if len(pair) != 2 or len(set(pair)) != 2 or not set(pair) <= set(names):
+        pair_text, example = ",".join(pair), ",".join(default)
         raise InputError(
-            f"--states: found {found}; allowed: two of {', '.join(names)}, as in {example}."
+            f"--states: found {pair_text}; allowed: two of {', '.join(names)}, as in {example}."
         )
-    return chosen[0], chosen[1]
+    return pair[0], pair[1]
 
 
-def tinted(found: list[Attractor]) -> list[str]:
-    """The colours of the attractors that are named: that of the response, in another
-    tint for each."""
-    used: dict[int, int] = {}
+def tinted_colours(attractors: list[Attractor]) -> list[str]:
+    """The colours of the attractors with an entry of their own: that of the response,
+    in a different tint for each."""
+    counts: dict[int, int] = {}
     colours = []
-    for one in [one for one in found[:NAMED] if one.share >= LEAST]:
-        turn = used.get(one.response, 0)
-        used[one.response] = turn + 1
-        base, tint = np.array(to_rgb(RESPONSES[one.response].colour)), TINTS[turn % len(TINTS)]
+    for attractor in [
+        attractor for attractor in attractors[:MAX_NAMED] if attractor.share >= MIN_SHARE
+    ]:
+        repeats = counts.get(attractor.response, 0)
+        counts[attractor.response] = repeats + 1
+        base, tint = (
+            np.array(to_rgb(RESPONSES[attractor.response].colour)),
+            TINTS[repeats % len(TINTS)],
+        )
         red, green, blue = base + (1 - base) * tint if tint >= 0 else base * (1 + tint)
         colours.append(to_hex((red, green, blue)))
     return colours
 
 
 @dataclass(frozen=True)
-class _Came:
-    """What became of the starts: of each the ``number`` of its attractor and its
-    ``status`` [start]; the attractors ``found``, the largest first, of which the first
-    have ``colours``."""
+class _Starts:
+    """The starts and their attractors: of each start the ``number`` of its attractor
+    and its ``status`` [start]; the ``attractors``, the largest first, and the
+    ``colours`` of the first of them."""
 
     number: Array
     status: Array
-    found: list[Attractor]
+    attractors: list[Attractor]
     colours: list[str]
 
 
-def _draw_cells(axes: Axes, x: Array, y: Array, came: _Came, *, turned: bool) -> None:
-    """A cell for each start, at the values ``x`` across and ``y`` up. The second state
-    of the slice runs faster over the starts: ``turned`` where that lies up."""
-    colours = came.colours
-    # 0 others, 1 ... the named ones, then failed and waiting.
-    named = enumerate(came.found[: len(colours)], 1)
-    kind = sum((place * (came.number == one.number) for place, one in named), 0 * came.number)
-    kind = np.where(came.status == OK, kind, len(colours) + 1)
-    kind = kind.reshape(len(x), len(y)).T if turned else kind.reshape(len(y), len(x))
+def _draw_cells(axes: Axes, x: Array, y: Array, starts: _Starts, *, transposed: bool) -> None:
+    """Draw a cell for each start, at the values ``x`` and ``y``. The second state of the
+    slice varies faster over the starts: ``transposed`` where that lies along y."""
+    colours = starts.colours
+    # 0: others; 1 ...: those with colours; then: failed, and not run yet.
+    named_attractors = enumerate(starts.attractors[: len(colours)], 1)
+    cell_codes = sum(
+        (code * (starts.number == attractor.number) for code, attractor in named_attractors),
+        0 * starts.number,
+    )
+    cell_codes = np.where(starts.status == OK, cell_codes, len(colours) + 1)
+    cell_codes = (
+        cell_codes.reshape(len(x), len(y)).T if transposed else cell_codes.reshape(len(y), len(x))
+    )
     x, y = edges(x), edges(y)
-    cells = ListedColormap([OTHERS, *colours, FAILED], name="basins")
+    cells = ListedColormap([OTHERS_COLOUR, *colours, FAILED_COLOUR], name="basins")
     axes.pcolormesh(
         x,
         y,
-        kind,
+        cell_codes,
         cmap=cells,
         norm=BoundaryNorm(np.arange(-0.5, len(colours) + 2), len(colours) + 2),
         gid="basins",
-        **seamless(kind.size),
+        **cell_style(cell_codes.size),
     )
     axes.set_xlim(x[0], x[-1])
     axes.set_ylim(y[0], y[-1])
 
 
-def _draw_dots(axes: Axes, x: Array, y: Array, came: _Came) -> None:
-    """A dot for each start, at ``x`` and ``y`` [start]."""
-    number, found, colours = came.number, came.found, came.colours
+def _draw_dots(axes: Axes, x: Array, y: Array, starts: _Starts) -> None:
+    """Draw a dot for each start, at ``x`` and ``y`` [start]."""
+    number, attractors, colours = starts.number, starts.attractors, starts.colours
     size = float(np.clip(140 / np.sqrt(len(x)), 1.5, 5.0))
-    for one, colour, marker in zip(found, colours, MARKERS, strict=False):
-        chosen = number == one.number
+    for attractor, colour, marker in zip(attractors, colours, MARKERS, strict=False):
+        members = number == attractor.number
         axes.plot(
-            x[chosen],
-            y[chosen],
+            x[members],
+            y[members],
             linestyle="none",
             marker=marker,
             color=colour,
             markersize=size,
             markeredgecolor="black",
             markeredgewidth=0.2,
-            gid=f"attractor:{one.number}",
+            gid=f"attractor:{attractor.number}",
         )
-    rest = np.isin(number, [one.number for one in found[len(colours) :]])
+    rest = np.isin(number, [attractor.number for attractor in attractors[len(colours) :]])
     axes.plot(
         x[rest],
         y[rest],
@@ -179,7 +198,7 @@ def _draw_dots(axes: Axes, x: Array, y: Array, came: _Came) -> None:
         markeredgewidth=0,
         gid="others",
     )
-    failed = has_failed(came.status)
+    failed = has_failed(starts.status)
     axes.plot(
         x[failed],
         y[failed],
@@ -192,27 +211,32 @@ def _draw_dots(axes: Axes, x: Array, y: Array, came: _Came) -> None:
 
 
 def _handles(
-    found: list[Attractor], counts: dict[str, int], colours: list[str], *, cells: bool
+    attractors: list[Attractor], counts: dict[str, int], colours: list[str], *, as_cells: bool
 ) -> list[Artist]:
     handles: list[Artist] = []
-    for one, colour, marker in zip(found, colours, MARKERS, strict=False):
-        label = f"{one.number}: {words(one)}, {100 * one.share:.3g} %"
-        if not cells:
-            label += f" ({100 * one.low:.0f} to {100 * one.high:.0f})"
-        handles.append(_handle(label, colour, marker, cells))
-    if rest := found[len(colours) :]:
-        members = sum(one.members for one in rest)
+    for attractor, colour, marker in zip(attractors, colours, MARKERS, strict=False):
+        label = f"{attractor.number}: {attractor_label(attractor)}, {100 * attractor.share:.3g} %"
+        if not as_cells:
+            label += f" ({100 * attractor.low:.0f} to {100 * attractor.high:.0f})"
+        handles.append(_handle(label, colour, marker, as_cells))
+    if rest := attractors[len(colours) :]:
+        members = sum(attractor.members for attractor in rest)
         label = f"{len(rest)} smaller group{'s' * (len(rest) > 1)}, {members} starts"
-        handles.append(_handle(label, OTHERS if cells else "#808080", "o", cells))
+        handles.append(_handle(label, OTHERS_COLOUR if as_cells else "#808080", "o", as_cells))
     if counts["failed"]:
         handles.append(
-            _handle(f"failed ({counts['failed']})", FAILED if cells else "black", "x", cells)
+            _handle(
+                f"failed ({counts['failed']})",
+                FAILED_COLOUR if as_cells else "black",
+                "x",
+                as_cells,
+            )
         )
     return handles
 
 
-def _handle(label: str, colour: str, marker: str, cell: bool) -> Artist:
-    if cell:
+def _handle(label: str, colour: str, marker: str, as_cell: bool) -> Artist:
+    if as_cell:
         return Patch(facecolor=colour, edgecolor="#808080", linewidth=0.3, label=label)
     return marker_entry(label, marker, colour, edge=0.2)
 
@@ -222,7 +246,7 @@ def _place(data: Any) -> float | None:
         return None
     if len(data.swept) > 1:
         return 52
-    return 5 if data.slice else 12  # a slice was made for this
+    return 5 if data.slice else 12  # the default of a slice
 
 
 KINDS = (
@@ -232,7 +256,7 @@ KINDS = (
         of=STARTS,
         place=_place,
         draw=draw,
-        uses=lambda model: (*USED, "initial_state"),
+        uses=lambda model: (*ATTRACTOR_VARIABLES, "initial_state"),
         takes=("states",),
         advice=needs_starts,
     ),

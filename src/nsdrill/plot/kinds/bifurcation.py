@@ -2,7 +2,7 @@
 motion along one axis.
 
 Colour and shape of a marker say which critical responses its point shows, filled or
-open whether the state was carried up or down. A point without peaks stands still and is
+open whether the state was carried up or down. A point without peaks is at rest and is
 drawn as a dash at its constant value.
 """
 
@@ -17,8 +17,14 @@ from matplotlib.patches import Patch
 
 from nsdrill.data import Results
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.columns import WORDS, frame, is_open, outcome_handles, shade_hysteresis
-from nsdrill.plot.decimation import apart
+from nsdrill.plot.columns import (
+    TEXT_HEIGHT,
+    is_open,
+    new_columns,
+    outcome_handles,
+    shade_hysteresis,
+)
+from nsdrill.plot.decimation import one_per_pixel
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.legend import direction_entries, legend_below, marker_entry
 from nsdrill.plot.references import draw_set_speed, draw_wall, marker_size
@@ -26,27 +32,27 @@ from nsdrill.plot.registry import LINE, Kind, fits_columns, longest, needs_one_a
 from nsdrill.plot.slices import Line
 from nsdrill.plot.style import MANY_MARKERS, RESPONSES, SHADE, SHADE_EDGE
 
-PIXELS = (1050, 300)  # of a panel: half those of print, as a marker covers several
+PIXELS = (1050, 300)  # of a panel: half those in print, as a marker covers several
 HEIGHT = 6.3  # inches, of three panels and the words
 
 
 def draw(results: Results, units: str = "si") -> Figure:
     panels = drawn_in(results.attrs).panels
-    figure, lines, columns = frame(
-        results, units, len(panels), WORDS + (HEIGHT - WORDS) * len(panels) / 3
+    figure, lines, columns = new_columns(
+        results, units, len(panels), TEXT_HEIGHT + (HEIGHT - TEXT_HEIGHT) * len(panels) / 3
     )
     handles = outcome_handles(lines, markers=True)
-    spans = steady = 0
+    shaded_spans = steady_points = 0
     markers = sum(
         int(np.isfinite(results[peaks]).sum()) for peaks in (panel.peaks for panel in panels)
     )
-    for one, column in zip(lines, columns, strict=True):
-        x = quantity(one.axis, units)
+    for line, column in zip(lines, columns, strict=True):
+        x = quantity(line.axis, units)
         for axes, panel in zip(column[1:], panels, strict=True):
-            spans += shade_hysteresis(axes, one, x.scale)
+            shaded_spans += shade_hysteresis(axes, line, x.scale)
             y = quantity(panel.peaks, units)
-            steady += draw_peaks(
-                axes, one, panel.peaks, panel.greatest, x, y, markers > MANY_MARKERS
+            steady_points += draw_peaks(
+                axes, line, panel.peaks, panel.greatest, x, y, markers > MANY_MARKERS
             )
     rows = {panel.mode: [column[1 + row] for column in columns] for row, panel in enumerate(panels)}
     speed = draw_set_speed(lines, rows["torsional"], units) if "torsional" in rows else []
@@ -54,56 +60,56 @@ def draw(results: Results, units: str = "si") -> Figure:
     for axes, panel in zip(columns[0][1:], panels, strict=True):
         axes.set_ylabel(quantity(panel.peaks, units).label)
     handles += direction_entries(lines[0].procedures)
-    if spans:
+    if shaded_spans:
         handles.append(
             Patch(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label="up and down differ")
         )
-    if steady:
+    if steady_points:
         handles.append(marker_entry("no peaks: constant value", "_", size=5, edge=1.0))
     legend_below(figure, [*handles, *speed, *wall], 4)
     return figure
 
 
 def draw_peaks(
-    axes: Axes, one: Line, peaks: str, constant: str, x: Shown, y: Shown, rasterise: bool
+    axes: Axes, line: Line, peaks: str, constant: str, x: Shown, y: Shown, rasterise: bool
 ) -> int:
-    """Draw one panel, an artist for each response and procedure; the number of points
-    drawn as a constant value."""
-    outcomes, values, still = one.outcome, one[peaks] / y.scale, one[constant] / y.scale
-    at = one.x / x.scale
-    size = marker_size(len(at), axes)
-    steady = 0
+    """Draw one panel, an artist for each response and procedure; returns the number of
+    points drawn as a constant value."""
+    outcomes, values, constants = line.outcome, line[peaks] / y.scale, line[constant] / y.scale
+    x_values = line.x / x.scale
+    size = marker_size(len(x_values), axes)
+    steady_points = 0
     # By response first, so that grey lies below and the rarer combinations on top; the
     # open markers after the filled.
     for code, style in enumerate(RESPONSES):
-        for row, procedure in enumerate(one.procedures):
-            points = outcomes[row] == code
-            if not points.any():
+        for row, procedure in enumerate(line.procedures):
+            selected = outcomes[row] == code
+            if not selected.any():
                 continue
-            opened = is_open(procedure, one.procedures)
-            heights = values[row, points]
-            finite = np.isfinite(heights)
-            where = np.broadcast_to(at[points][:, None], heights.shape)[finite]
-            if where.size:
-                shown = apart(where, heights[finite], PIXELS)
+            hollow = is_open(procedure, line.procedures)
+            peak_y = values[row, selected]
+            finite = np.isfinite(peak_y)
+            peak_x = np.broadcast_to(x_values[selected][:, None], peak_y.shape)[finite]
+            if peak_x.size:
+                kept = one_per_pixel(peak_x, peak_y[finite], PIXELS)
                 axes.plot(
-                    where[shown],
-                    heights[finite][shown],
+                    peak_x[kept],
+                    peak_y[finite][kept],
                     linestyle="none",
                     marker=style.marker,
                     color=style.colour,
-                    markersize=size * _SIZE.get(style.marker, 1.0),
-                    markerfacecolor="none" if opened else style.colour,
-                    markeredgewidth=0.4 if opened else 0.0,
+                    markersize=size * RELATIVE_SIZE.get(style.marker, 1.0),
+                    markerfacecolor="none" if hollow else style.colour,
+                    markeredgewidth=0.4 if hollow else 0.0,
                     rasterized=rasterise,
                     zorder=2 + 0.01 * code,
                     gid=f"{peaks}:{procedure}:{code}",
                 )
-            none = ~finite.any(axis=1) & np.isfinite(still[row, points])
-            if none.any():
+            is_steady = ~finite.any(axis=1) & np.isfinite(constants[row, selected])
+            if is_steady.any():
                 axes.plot(
-                    at[points][none],
-                    still[row, points][none],
+                    x_values[selected][is_steady],
+                    constants[row, selected][is_steady],
                     linestyle="none",
                     marker="_",
                     color=style.colour,
@@ -112,12 +118,21 @@ def draw_peaks(
                     zorder=2 + 0.01 * code,
                     gid=f"{constant}:{procedure}:{code}",
                 )
-                steady += int(none.sum())
-    return steady
+                steady_points += int(is_steady.sum())
+    return steady_points
 
 
-# Shapes of equal nominal size differ in area: make them look alike.
-_SIZE = {"o": 1.0, "^": 1.15, "s": 0.9, "p": 1.15, "D": 0.85, "P": 1.15, "X": 1.15, "*": 1.5}
+# Factors that make markers of different shapes look equally large.
+RELATIVE_SIZE = {
+    "o": 1.0,
+    "^": 1.15,
+    "s": 0.9,
+    "p": 1.15,
+    "D": 0.85,
+    "P": 1.15,
+    "X": 1.15,
+    "*": 1.5,
+}
 
 
 def _place(data: Any) -> float | None:

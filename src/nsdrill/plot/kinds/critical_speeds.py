@@ -1,5 +1,4 @@
-"""Critical speeds of a string along an axis, as the standing waves of its parts have
-them."""
+"""Critical speeds of a string along an axis, from the standing waves of its parts."""
 
 from __future__ import annotations
 
@@ -13,26 +12,33 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nsdrill.models.numbers import CriticalSpeeds
-from nsdrill.plot.charts import OPERATING, Chart, along, chart_kind, logarithmic, remark
+from nsdrill.plot.charts import (
+    OPERATING_COLOUR,
+    Chart,
+    axis_quantity,
+    chart_kind,
+    set_log_ticks,
+    write_note,
+)
 from nsdrill.plot.labels import quantity
-from nsdrill.plot.style import BLACK, BLUE, GREEN, REFERENCE, VERMILLION, type_size
+from nsdrill.plot.style import BLACK, BLUE, GREEN, REFERENCE, VERMILLION, font_size
 
 
-def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
-    chart: Any = drawn.numbers
-    across, up = along(chart.axis, chart.x, units), quantity("rotary_speed", units)
-    x = chart.x / across.scale
-    over = f"axial waves, {chart.lobes} lobe{'s' * (chart.lobes > 1)} a turn, bit"
+def _draw(figure: Figure, axes: Axes, chart: Chart, units: str) -> list[Artist]:
+    numbers: Any = chart.numbers
+    across, up = axis_quantity(numbers.axis, numbers.x, units), quantity("rotary_speed", units)
+    x = numbers.x / across.scale
+    axial_label = f"axial waves, {numbers.lobes} lobe{'s' * (numbers.lobes > 1)} a turn, bit"
     families: tuple[tuple[str, np.ndarray, str, Any, float], ...] = (
-        ("lateral, of 1, 2, 3 half waves of the span", chart.lateral, VERMILLION, "-", 0.95),
-        ("torsional waves, once a turn", chart.torsional, BLUE, (0, (5, 2)), 0.85),
-        (f"{over} off the rock", chart.axial, GREEN, (0, (5, 1.5, 1, 1.5)), 0.65),
-        (f"{over} on the rock", chart.axial_on_rock, BLACK, (0, (1, 1.4)), 0.45),
+        ("lateral, of 1, 2, 3 half waves of the span", numbers.lateral, VERMILLION, "-", 0.95),
+        ("torsional waves, once a turn", numbers.torsional, BLUE, (0, (5, 2)), 0.85),
+        (f"{axial_label} off the rock", numbers.axial, GREEN, (0, (5, 1.5, 1, 1.5)), 0.65),
+        (f"{axial_label} on the rock", numbers.axial_on_rock, BLACK, (0, (1, 1.4)), 0.45),
     )
     handles: list[Artist] = []
-    low, high = (speed / up.scale for speed in drawn.speeds)
-    # the string turns with the speed that lies across: on the diagonal
-    if chart.axis == "rotary_speed":
+    low, high = (speed / up.scale for speed in chart.speeds)
+    # the rotary speed lies along both axes: the string is on the diagonal
+    if numbers.axis == "rotary_speed":
         axes.plot(x, x, color=REFERENCE, linewidth=2.5, alpha=0.5, zorder=0, gid="operating")
         handles.append(
             Line2D(
@@ -45,8 +51,8 @@ def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
             )
         )
     elif high > low:
-        axes.axhspan(low, high, color=OPERATING, linewidth=0, zorder=0, gid="operating")
-        handles.append(Patch(color=OPERATING, label="rotary speeds of the study"))
+        axes.axhspan(low, high, color=OPERATING_COLOUR, linewidth=0, zorder=0, gid="operating")
+        handles.append(Patch(color=OPERATING_COLOUR, label="rotary speeds of the study"))
     else:
         axes.axhline(low, color=REFERENCE, linewidth=2.5, alpha=0.5, zorder=0, gid="operating")
         handles.append(
@@ -54,36 +60,44 @@ def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
                 [], [], color=REFERENCE, linewidth=2.5, alpha=0.5, label="rotary speed of the study"
             )
         )
-    for words, modes, colour, dashes, place in families:
-        if not len(modes):
+    for label, speeds_of_modes, colour, dashes, part_along in families:
+        if not len(speeds_of_modes):
             continue
-        for number, values in enumerate(modes / up.scale, start=1):
-            axes.plot(x, values, color=colour, linestyle=dashes, linewidth=1.1, gid=words)
-            there = np.flatnonzero(np.isfinite(values))
-            if there.size:
-                # each kind at another place, as its modes cross others
-                at = there[round(place * (there.size - 1))]
+        for number, values in enumerate(speeds_of_modes / up.scale, start=1):
+            axes.plot(x, values, color=colour, linestyle=dashes, linewidth=1.1, gid=label)
+            finite = np.flatnonzero(np.isfinite(values))
+            if finite.size:
+                # each family at a different place, as its curves cross those of others
+                position = finite[round(part_along * (finite.size - 1))]
                 axes.annotate(
                     str(number),
-                    (x[at], values[at]),
+                    (x[position], values[position]),
                     color=colour,
-                    fontsize=type_size(6.5),
+                    fontsize=font_size(6.5),
                     ha="center",
                     va="center",
                     bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none"},
                     zorder=4,
                 )
-        handles.append(Line2D([], [], color=colour, linestyle=dashes, linewidth=1.1, label=words))
+        handles.append(Line2D([], [], color=colour, linestyle=dashes, linewidth=1.1, label=label))
     axes.set_yscale("log")
-    logarithmic(axes.yaxis)
-    waves = [modes for modes in (chart.torsional, chart.axial) if len(modes)]
-    if waves:  # a span that is about to buckle has a speed of zero
-        axes.set_ylim(bottom=0.6 * min(float(modes.min()) for modes in waves) / up.scale)
+    set_log_ticks(axes.yaxis)
+    wave_speeds = [
+        speeds_of_modes
+        for speeds_of_modes in (numbers.torsional, numbers.axial)
+        if len(speeds_of_modes)
+    ]
+    if wave_speeds:  # a span that is about to buckle has a speed of zero
+        axes.set_ylim(
+            bottom=0.6
+            * min(float(speeds_of_modes.min()) for speeds_of_modes in wave_speeds)
+            / up.scale
+        )
     axes.set_xlim(x[0], x[-1])
-    axes.grid(True, axis="y", color=OPERATING, linewidth=0.4, zorder=0)
+    axes.grid(True, axis="y", color=OPERATING_COLOUR, linewidth=0.4, zorder=0)
     axes.set_xlabel(across.label)
     axes.set_ylabel(up.label)
-    remark(
+    write_note(
         axes,
         "The equations of motion have one mode of each kind, near the first (axial: off the "
         "rock), and no others.",

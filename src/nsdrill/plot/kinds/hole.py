@@ -1,5 +1,5 @@
-"""The collar in the hole, to scale, and the path of its centre: one moment of a whirl.
-An animation is many of them."""
+"""The collar in the hole, to scale, and the path of its centre, at one time of a trace.
+An animation is a sequence of such pictures."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ from nsdrill.plot.style import (
     BLUE,
     REFERENCE,
     VERMILLION,
+    font_size,
+    has_title,
     new_figure,
     page_width,
     put_title,
-    say_over,
-    titled,
-    type_size,
+    set_panel_title,
 )
 from nsdrill.plot.traces import check_length, shown_part, title_of
 
 ROCK, MUD, STEEL, EDGE = "#CDBFA9", "#F5F2EA", "#C3CCD4", "#5A6570"
-BIT, BLADES = "#8A7F6C", 3  # a sign for the bit below: its ring, and marks that turn with it
-TAIL = 1.0  # turns of the bit that the path is drawn back from the moment
+BIT, BLADES = "#8A7F6C", 3  # the bit below is a ring, with blades that rotate with it
+PATH_REVOLUTIONS = 1.0  # of the bit: the length of the path up to the present time
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Hole:
 
     @classmethod
     def of(cls, trace: Trace) -> Hole:
-        """InputError where the trace does not say how wide they are."""
+        """The radii of a trace; InputError where its attributes and study lack them."""
         gap, diameter = trace.attrs.get("gap"), _diameter(trace)
         if gap is None or diameter is None:
             raise InputError(
@@ -59,27 +59,27 @@ class Hole:
 
 
 def _diameter(trace: Trace) -> float | None:
-    """The outer diameter of the collar [m]: that of the point where it was an axis,
-    else of the study."""
+    """The outer diameter of the collar [m]: the value of the axis where it was swept,
+    else that of the study."""
     key = drawn_in(trace.attrs).collar
     if key is None:
         return None
-    at = json.loads(str(trace.attrs.get("at") or "{}"))
-    found: Any = resolved_study(trace.attrs)
+    axis_values = json.loads(str(trace.attrs.get("at") or "{}"))
+    value: Any = resolved_study(trace.attrs)
     for part in key.split("."):
-        found = found.get(part) if isinstance(found, dict) else None
-    found = at.get(key, found)
-    return float(found) if isinstance(found, int | float) else None
+        value = value.get(part) if isinstance(value, dict) else None
+    value = axis_values.get(key, value)
+    return float(value) if isinstance(value, int | float) else None
 
 
 def bit_angle(trace: Trace) -> Array:
-    """The angle that the bit has turned [rad]; the collar above it turns with it."""
+    """The rotation angle of the bit [rad], which is also that of the collar above it."""
     return np.asarray(trace["drive_angle"] + trace["twist"])
 
 
 class Scene:
-    """Hole, bit and collar in one axes: what stands still is drawn once, :meth:`show`
-    moves the rest."""
+    """Hole, bit and collar in one axes. The static artists are drawn once;
+    :meth:`show` moves the others."""
 
     def __init__(self, axes: Axes, trace: Trace, units: str) -> None:
         self.size = Hole.of(trace)
@@ -89,13 +89,13 @@ class Scene:
         self._x, self._y = trace["x"], trace["y"]
         self._force, self._speed = trace["wall_force"], trace["bit_speed"]
         self._shown_speed = quantity("bit_speed", units)
-        self._turn = 2 * pi / max(float(np.nanmean(np.abs(self._speed))), 1e-3)
+        self._revolution = 2 * pi / max(float(np.nanmean(np.abs(self._speed))), 1e-3)
         hole, collar = self.size.hole / self._scale, self.size.collar / self._scale
-        half = 1.1 * hole
+        half_width = 1.1 * hole
         axes.set_facecolor(ROCK)
         axes.set(
-            xlim=(-half, half),
-            ylim=(-half, half),
+            xlim=(-half_width, half_width),
+            ylim=(-half_width, half_width),
             xlabel=across.label,
             ylabel=up.label,
             aspect="equal",
@@ -124,7 +124,7 @@ class Scene:
             linestyle="none",
             zorder=4,
         )
-        line: dict[str, Any] = {"solid_capstyle": "round", "zorder": 3}
+        line_style: dict[str, Any] = {"solid_capstyle": "round", "zorder": 3}
         self._blades = [
             axes.plot([], [], color=BIT, linewidth=3.0, gid="blade")[0] for _ in range(BLADES)
         ]
@@ -133,41 +133,44 @@ class Scene:
         )
         axes.add_patch(self._collar)
         self._collar.set_gid("collar")
-        (self._spoke,) = axes.plot([], [], color=EDGE, linewidth=1.2, gid="spoke", **line)
-        (self._path,) = axes.plot([], [], color=BLUE, linewidth=0.7, alpha=0.8, gid="path", **line)
+        (self._spoke,) = axes.plot([], [], color=EDGE, linewidth=1.2, gid="spoke", **line_style)
+        (self._path,) = axes.plot(
+            [], [], color=BLUE, linewidth=0.7, alpha=0.8, gid="path", **line_style
+        )
         (self._centre,) = axes.plot(
             [], [], marker="o", color=BLUE, markersize=3.5, linestyle="none", zorder=4
         )
-        (self._touch,) = axes.plot(
+        (self._contact,) = axes.plot(
             [], [], marker="o", color=VERMILLION, markersize=6, linestyle="none", zorder=5
         )
-        self._touch.set_gid("touch")
-        self._words = axes.text(
+        self._contact.set_gid("touch")
+        self._text = axes.text(
             0.02,
             0.98,
             "",
             transform=axes.transAxes,
             va="top",
-            fontsize=type_size(7),
+            fontsize=font_size(7),
             gid="clock",
             zorder=6,
         )
 
     @property
-    def moving(self) -> list[Artist]:
-        """What :meth:`show` changes, in the order in which it is drawn."""
+    def moving_artists(self) -> list[Artist]:
+        """The artists that :meth:`show` moves, in the order in which they are drawn."""
         return [
             *self._blades,
             self._collar,
             self._path,
             self._spoke,
             self._centre,
-            self._touch,
-            self._words,
+            self._contact,
+            self._text,
         ]
 
     def show(self, time: float, since: float | None = None) -> None:
-        """The moment ``time`` [s], with the path ``since`` then, or of the last turn."""
+        """Move the artists to the ``time`` [s], with the path from ``since`` [s] on, or
+        that of the last revolution."""
         x, y, angle, force, speed = (
             float(np.interp(time, self._time, values))
             for values in (self._x, self._y, self._angle, self._force, self._speed)
@@ -185,30 +188,30 @@ class Scene:
             blade.set_data(*np.outer(direction, [0.9 * hole, 0.985 * hole]))
         self._collar.set_center((x, y))
         self._spoke.set_data([x, x + collar * np.cos(angle)], [y, y + collar * np.sin(angle)])
-        begin = time - TAIL * self._turn if since is None else since
-        past = (self._time >= begin) & (self._time < time)
+        begin = time - PATH_REVOLUTIONS * self._revolution if since is None else since
+        in_path = (self._time >= begin) & (self._time < time)
         self._path.set_data(
-            np.append(self._x[past] / scale, x), np.append(self._y[past] / scale, y)
+            np.append(self._x[in_path] / scale, x), np.append(self._y[in_path] / scale, y)
         )
         self._centre.set_data([x], [y])
         radius = np.hypot(x, y)
         touching = force > 0.0 and radius > 0.0
-        self._touch.set_data(
+        self._contact.set_data(
             *(([x / radius * hole], [y / radius * hole]) if touching else ([], []))
         )
-        shown = speed / self._shown_speed.scale
-        self._words.set_text(f"{time:.2f} s\nbit {shown:.2f} {self._shown_speed.unit}")
+        speed_shown = speed / self._shown_speed.scale
+        self._text.set_text(f"{time:.2f} s\nbit {speed_shown:.2f} {self._shown_speed.unit}")
 
 
 def draw(trace: Trace, units: str = "si") -> Figure:
-    """The end of a trace."""
+    """Draw the end of a trace."""
     check_length(trace)
-    figure = new_figure(page_width(4.0), page_width(4.0) + (0.6 if titled() else 0.2))
+    figure = new_figure(page_width(4.0), page_width(4.0) + (0.6 if has_title() else 0.2))
     axes = figure.add_subplot()
     scene = Scene(axes, trace, units)
     part, words = shown_part(trace)
     scene.show(float(trace.time[-1]), float(trace.time[part][0]))
-    say_over(axes, f"{words or 'path'}; collar and bit at the end")
+    set_panel_title(axes, f"{words or 'path'}; collar and bit at the end")
     put_title(figure, title_of(trace, units, width=50))
     return figure
 

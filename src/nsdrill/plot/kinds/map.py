@@ -5,7 +5,7 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from nsdrill.data import Results
-from nsdrill.plot.equal import drawn_of
+from nsdrill.plot.isolines import line_variables
 from nsdrill.plot.maps import draw_categories_map, lies_across
 from nsdrill.plot.registry import PLANE, Kind, is_plane
 
@@ -21,7 +21,7 @@ KINDS = (
         of=PLANE,
         place=lambda data: 40 if is_plane(data) else None,
         draw=draw,
-        uses=drawn_of,
+        uses=line_variables,
         across=lies_across,
     ),
 )

@@ -1,5 +1,5 @@
-"""What kind of motion there is along one axis: a strip of kinds, and below it the
-Lyapunov exponent, the 0-1 test and the period, those of which there are values.
+"""The kind of motion along one axis: a strip of kinds, and below it the Lyapunov
+exponent, the 0-1 test and the period, as far as the file has values of them.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from nsdrill.data import Array, Results
-from nsdrill.plot.columns import frame, is_open, lines_of, outcome_handles
+from nsdrill.plot.columns import is_open, lines_of, new_columns, outcome_handles
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.legend import direction_entries, legend_below
 from nsdrill.plot.maps import draw_categories_map, lies_across
 from nsdrill.plot.registry import RETURNS, Kind, fits_columns, is_sweep, longest, needs_returns
 from nsdrill.plot.slices import Line, edges, robust_limits
-from nsdrill.plot.style import DIRECTION_COLOURS, MOTIONS, REFERENCE, seamless
+from nsdrill.plot.style import DIRECTION_COLOURS, MOTIONS, REFERENCE, cell_style
 from nsdrill.variables import OK, PERIODIC
 
 COLOURS = ListedColormap([style.colour for style in MOTIONS], name="motions")
@@ -43,86 +43,89 @@ def _draw_lines(results: Results, units: str) -> Figure:
     names = [
         name
         for name in LABELS
-        if any(np.isfinite(_shown(one, name)).any() for one in lines_of(results))
+        if any(np.isfinite(_values_to_draw(line, name)).any() for line in lines_of(results))
     ]
-    figure, lines, columns = frame(results, units, 1 + len(names), 2.0 + 1.3 * len(names))
+    figure, lines, columns = new_columns(results, units, 1 + len(names), 2.0 + 1.3 * len(names))
     present: set[int] = set()
-    for one, column in zip(lines, columns, strict=True):
-        x = quantity(one.axis, units)
-        present |= _draw_kinds(column[1], one, x, named=column is columns[0])
+    for line, column in zip(lines, columns, strict=True):
+        x = quantity(line.axis, units)
+        present |= _draw_kinds(column[1], line, x, with_names=column is columns[0])
         for axes, name in zip(column[2:], names, strict=True):
-            _draw_values(axes, one, name, x)
+            _draw_values(axes, line, name, x)
     for axes, name in zip(columns[0][2:], names, strict=True):
         axes.set_ylabel(LABELS[name])
     if "lyapunov_exponent" in names:
-        ends = [
-            _shown(one, "lyapunov_exponent") + sign * _errors(one)
-            for one in lines
+        bar_ends = [
+            _values_to_draw(line, "lyapunov_exponent") + sign * _errors(line)
+            for line in lines
             for sign in (-1, 0, 1)
         ]
-        low, high = robust_limits(np.concatenate([values.ravel() for values in ends]))
-        room = 0.08 * (high - low)
-        columns[0][2].set_ylim(min(low, 0.0) - room, max(high, 0.0) + room)
+        low, high = robust_limits(np.concatenate([values.ravel() for values in bar_ends]))
+        margin = 0.08 * (high - low)
+        columns[0][2].set_ylim(min(low, 0.0) - margin, max(high, 0.0) + margin)
     kinds = [
         Patch(facecolor=style.colour, label=style.name)
         for code, style in enumerate(MOTIONS)
         if code in present
     ]
-    carried = direction_entries(lines[0].procedures) if names else []
-    legend_below(figure, [*kinds, *carried, *outcome_handles(lines, markers=False)], 4)
+    directions = direction_entries(lines[0].procedures) if names else []
+    legend_below(figure, [*kinds, *directions, *outcome_handles(lines, markers=False)], 4)
     return figure
 
 
-def _draw_kinds(axes: Axes, one: Line, x: Shown, *, named: bool) -> set[int]:
-    """The kinds as coloured cells, a row for each procedure."""
-    kinds = np.ma.masked_where(one["status"] != OK, one["motion"].astype(int))
-    rows = np.arange(len(one.procedures))
+def _draw_kinds(axes: Axes, line: Line, x: Shown, *, with_names: bool) -> set[int]:
+    """Draw the kinds as coloured cells, a row for each procedure; returns the kinds that
+    occur."""
+    kinds = np.ma.masked_where(line["status"] != OK, line["motion"].astype(int))
+    rows = np.arange(len(line.procedures))
     axes.pcolormesh(
-        edges(one.x) / x.scale,
+        edges(line.x) / x.scale,
         np.arange(len(rows) + 1) - 0.5,
         kinds,
         cmap=COLOURS,
         norm=NORM,
         gid="motions",
-        **seamless(kinds.size),
+        **cell_style(kinds.size),
     )
     axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.set_yticks(rows, one.procedures if named else [""] * len(rows))
-    if named:
+    axes.set_yticks(rows, line.procedures if with_names else [""] * len(rows))
+    if with_names:
         axes.set_ylabel("Motion")
     return set(kinds.compressed().tolist())
 
 
-def _shown(one: Line, name: str) -> Array:
+def _values_to_draw(line: Line, name: str) -> Array:
     """The values to draw [procedure, point], NaN where there are none: periods of
     periodic motions only."""
-    if name not in one.results.variables:
+    if name not in line.results.variables:
         return np.empty(0)
-    shown = one["status"] == OK
+    shown = line["status"] == OK
     if name == "period":
-        shown = shown & (one["motion"] == PERIODIC)
-    return np.where(shown, one[name], np.nan)
+        shown = shown & (line["motion"] == PERIODIC)
+    return np.where(shown, line[name], np.nan)
 
 
-def _errors(one: Line) -> Array:
+def _errors(line: Line) -> Array:
     """Half the length of the error bars [procedure, point]: two standard errors."""
-    return 2 * one["lyapunov_error"]
+    return 2 * line["lyapunov_error"]
 
 
-def _draw_values(axes: Axes, one: Line, name: str, x: Shown) -> None:
-    for row, (procedure, values) in enumerate(zip(one.procedures, _shown(one, name), strict=True)):
-        opened = is_open(procedure, one.procedures)
+def _draw_values(axes: Axes, line: Line, name: str, x: Shown) -> None:
+    for row, (procedure, values) in enumerate(
+        zip(line.procedures, _values_to_draw(line, name), strict=True)
+    ):
+        hollow = is_open(procedure, line.procedures)
         colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
-        errors = _errors(one)[row] if name == "lyapunov_exponent" else None
+        errors = _errors(line)[row] if name == "lyapunov_exponent" else None
         axes.errorbar(
-            one.x / x.scale,
+            line.x / x.scale,
             values,
             yerr=errors,
             linestyle="none",
             marker="o",
             color=colour,
             markersize=2.4,
-            markerfacecolor="white" if opened else colour,
+            markerfacecolor="white" if hollow else colour,
             markeredgewidth=0.5,
             elinewidth=0.4,
         )

@@ -21,48 +21,48 @@ from nsdrill.plot.style import (
     MANY_MARKERS,
     REFERENCE,
     VERMILLION,
+    has_title,
     new_figure,
     page_width,
     put_title,
-    say_over,
-    titled,
+    set_panel_title,
 )
-from nsdrill.plot.traces import LAST_SAMPLES, STILL, check_length, shown_part, title_of
+from nsdrill.plot.traces import CONSTANT_TOLERANCE, LAST_SAMPLES, check_length, shown_part, title_of
 
 STEP = 2  # samples between which the direction is taken
-IN_SIGHT = 0.4  # the wall is in sight where the path comes this near to it, as a part of its radius
-FINE = 0.1  # of the gap: samples that are farther apart have a curve between them
-BETWEEN = 8  # points of such a curve
-# pointing up
+WALL_VISIBLE_FROM = 0.4  # part of the gap that the path reaches where the wall is in view
+MAX_STEP = 0.1  # of the gap: samples farther apart are joined by a curve
+SUBDIVISIONS = 8  # of such a curve between two samples
+# an arrowhead pointing up
 ARROW = Path([(-0.4, -0.6), (0.0, 1.0), (0.4, -0.6), (0.0, -0.25), (-0.4, -0.6)], closed=True)
-MARKED = 300  # samples before the end in which it is marked
+ARROW_SAMPLES = 300  # samples before the end over which arrowheads show the direction
 
 
 def draw(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
-    figure = new_figure(page_width(4.0), page_width(4.0) + (0.5 if titled() else 0.2))
+    figure = new_figure(page_width(4.0), page_width(4.0) + (0.5 if has_title() else 0.2))
     draw_orbit(figure.add_subplot(), trace, units)
     put_title(figure, title_of(trace, units, width=50))
     return figure
 
 
 def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
-    """The path of the collar centre seen along the hole; in another colour where the
-    collar is on the wall."""
-    part, words = shown_part(trace)
+    """Draw the path of the collar centre in the cross-section of the hole, in a
+    different colour where the collar is on the wall."""
+    part, part_text = shown_part(trace)
     across, up = quantity("x", units), quantity("y", units)
     gap = trace.attrs.get("gap")
-    x, y, force = smooth(trace, part, None if gap is None else float(gap))
+    x, y, force = smoothed_path(trace, part, None if gap is None else float(gap))
     x, y, on_wall = x / across.scale, y / up.scale, force > 0
-    heavy = len(x) > MANY_MARKERS
-    axes.plot(x, y, color=BLUE, linewidth=0.4, rasterized=heavy, gid="orbit")
+    rasterised = len(x) > MANY_MARKERS
+    axes.plot(x, y, color=BLUE, linewidth=0.4, rasterized=rasterised, gid="orbit")
     if on_wall.any():
         axes.plot(
             np.where(on_wall, x, np.nan),
             np.where(on_wall, y, np.nan),
             color=VERMILLION,
             linewidth=0.7,
-            rasterized=heavy,
+            rasterized=rasterised,
             gid="orbit:wall",
         )
     axes.plot(
@@ -75,28 +75,38 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
         linestyle="none",
         gid="axis",
     )
-    reach, far = float(np.nanmax(np.hypot(x, y), initial=0.0)), ""
+    extent, wall_text = float(np.nanmax(np.hypot(x, y), initial=0.0)), ""
     if gap is not None:
         wall = float(gap) / across.scale
         axes.add_patch(
             Circle((0, 0), wall, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall")
         )
-        if IN_SIGHT * wall <= reach or reach <= STILL * wall:
-            reach = max(reach, wall)
+        if WALL_VISIBLE_FROM * wall <= extent or extent <= CONSTANT_TOLERANCE * wall:
+            extent = max(extent, wall)
         else:
-            far = f"wall at {wall:.4g} {across.unit}"
-    draw_direction(axes, np.asarray(x), np.asarray(y), 0.15 * reach)
+            wall_text = f"wall at {wall:.4g} {across.unit}"
+    draw_direction(axes, np.asarray(x), np.asarray(y), 0.15 * extent)
     axes.set_aspect("equal")
-    half = (1.2 if far else 1.06) * (reach or 1.0)
-    axes.set(xlim=(-half, half), ylim=(-half, half), xlabel=across.label, ylabel=up.label)
-    names = [words or "orbit", "red: on the wall" if on_wall.any() else "", far, "dot: the end"]
-    say_over(axes, "; ".join(name for name in names if name))
+    half_width = (1.2 if wall_text else 1.06) * (extent or 1.0)
+    axes.set(
+        xlim=(-half_width, half_width),
+        ylim=(-half_width, half_width),
+        xlabel=across.label,
+        ylabel=up.label,
+    )
+    notes = [
+        part_text or "orbit",
+        "red: on the wall" if on_wall.any() else "",
+        wall_text,
+        "dot: the end",
+    ]
+    set_panel_title(axes, "; ".join(note for note in notes if note))
 
 
-def smooth(trace: Trace, part: slice, gap: float | None) -> tuple[Array, Array, Array]:
-    """The path x, y [m] with the wall force [N] of its samples; of samples that are far
-    apart for the ``gap`` with the cubic between them that has the speeds of both, so
-    that a turn along the wall is no polygon."""
+def smoothed_path(trace: Trace, part: slice, gap: float | None) -> tuple[Array, Array, Array]:
+    """The path x, y [m] with the wall force [N]. Samples that are far apart for the
+    ``gap`` [m] are joined by the cubic with the velocities at both (Hermite), so that a
+    revolution along the wall is not drawn as a polygon."""
     time, x, y, force = (
         trace.time[part],
         trace["x"][part],
@@ -107,33 +117,34 @@ def smooth(trace: Trace, part: slice, gap: float | None) -> tuple[Array, Array, 
         gap is None
         or len(x) < 2
         or not {"vx", "vy"} <= trace.variables.keys()
-        or len(x) * BETWEEN > LAST_SAMPLES
+        or len(x) * SUBDIVISIONS > LAST_SAMPLES
     ):
         return x, y, force
-    good = np.isfinite(x) & np.isfinite(y)
-    if not good.all() or np.max(np.hypot(np.diff(x), np.diff(y))) <= FINE * gap:
+    finite = np.isfinite(x) & np.isfinite(y)
+    if not finite.all() or np.max(np.hypot(np.diff(x), np.diff(y))) <= MAX_STEP * gap:
         return x, y, force
     from scipy.interpolate import CubicHermiteSpline
 
-    parts = np.linspace(0.0, 1.0, BETWEEN, endpoint=False)
-    fine = np.append((time[:-1, None] + parts * np.diff(time)[:, None]).ravel(), time[-1])
-    both = np.minimum(force[:-1], force[1:])  # between two samples on the wall the path is on it
-    between = np.where(parts == 0.0, force[:-1, None], both[:, None]).ravel()
+    fractions = np.linspace(0.0, 1.0, SUBDIVISIONS, endpoint=False)
+    fine_time = np.append((time[:-1, None] + fractions * np.diff(time)[:, None]).ravel(), time[-1])
+    # between two samples on the wall the path is on the wall
+    force_between = np.minimum(force[:-1], force[1:])
+    fine_force = np.where(fractions == 0.0, force[:-1, None], force_between[:, None]).ravel()
     curves = [
-        CubicHermiteSpline(time, trace[name][part], trace[f"v{name}"][part])(fine)
+        CubicHermiteSpline(time, trace[name][part], trace[f"v{name}"][part])(fine_time)
         for name in ("x", "y")
     ]
-    return curves[0], curves[1], np.append(between, force[-1])
+    return curves[0], curves[1], np.append(fine_force, force[-1])
 
 
-def draw_direction(axes: Axes, x: Array, y: Array, least: float) -> None:
-    """A dot at the end of a path, and arrowheads along the last part of it that point
-    forward in time, where the path reaches ``least`` far: they would cover a smaller
-    one."""
-    there = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
-    if len(there) < STEP + 1:
+def draw_direction(axes: Axes, x: Array, y: Array, min_extent: float) -> None:
+    """Draw a dot at the end of a path, and along its last part arrowheads that point
+    forward in time. A path that reaches less far than ``min_extent`` has no arrowheads,
+    which would cover it."""
+    finite = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    if len(finite) < STEP + 1:
         return
-    end = there[-1]
+    end = finite[-1]
     axes.plot(
         [x[end]],
         [y[end]],
@@ -144,18 +155,18 @@ def draw_direction(axes: Axes, x: Array, y: Array, least: float) -> None:
         zorder=4,
         gid="end",
     )
-    if np.hypot(x[there], y[there]).max() < least:
+    if np.hypot(x[finite], y[finite]).max() < min_extent:
         return
     for place in end - np.unique(
-        np.linspace(0, min(len(there) - STEP, MARKED), 4)[1:-1].astype(int)
+        np.linspace(0, min(len(finite) - STEP, ARROW_SAMPLES), 4)[1:-1].astype(int)
     ):
         step = np.array([x[place + STEP] - x[place], y[place + STEP] - y[place]])
         if np.hypot(*step) > 0.0:
-            turned = Affine2D().rotate(np.arctan2(step[1], step[0]) - 0.5 * np.pi)
+            rotated = Affine2D().rotate(np.arctan2(step[1], step[0]) - 0.5 * np.pi)
             axes.plot(
                 [x[place]],
                 [y[place]],
-                marker=MarkerStyle(ARROW, transform=turned),
+                marker=MarkerStyle(ARROW, transform=rotated),
                 color=BLACK,
                 markersize=9,
                 markeredgewidth=0.0,

@@ -15,20 +15,20 @@ from nsdrill.plot.style import (
     REFERENCE,
     new_figure,
     page_width,
+    panels_per_row,
     put_title,
-    say_over,
-    side_by_side,
+    set_panel_title,
 )
 from nsdrill.plot.traces import check_length, planes_of, shown_part, title_of
 
-WIDTH = 2.2  # inches that a plane needs
-TICKS = 4  # intervals at most: numbers like -5.725 stand side by side
+WIDTH = 2.2  # least width of a plane in inches
+TICKS = 4  # intervals at most, so that numbers like -5.725 do not overlap
 
 
 def draw(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
     planes = len(planes_of(trace))
-    across = side_by_side(planes, WIDTH)
+    across = panels_per_row(planes, WIDTH)
     down = -(-planes // across)
     figure = new_figure(page_width(), 0.7 + 2.2 * down)
     grid = figure.add_gridspec(down, across)
@@ -40,8 +40,8 @@ def draw(trace: Trace, units: str = "si") -> Figure:
 
 
 def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
-    """Velocity over position for each motion."""
-    part, words = shown_part(trace)
+    """Draw velocity over position for each motion."""
+    part, part_text = shown_part(trace)
     for axes, (across, up) in zip(panels, planes_of(trace), strict=True):
         x, y = quantity(across, units), quantity(up, units)
         axes.plot(
@@ -53,8 +53,8 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
             gid=f"phase:{across}",
         )
         axes.set(xlabel=x.label, ylabel=y.label)
-        if words:
-            say_over(axes, words)
+        if part_text:
+            set_panel_title(axes, part_text)
         axes.xaxis.set_major_locator(MaxNLocator(TICKS, steps=(1, 2, 2.5, 5, 10)))
         gap = trace.attrs.get("gap")
         if across == "radius" and gap is not None:

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 
 from nsdrill.data import Results
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.columns import frame, is_open, outcome_handles
-from nsdrill.plot.decimation import apart
+from nsdrill.plot.columns import is_open, new_columns, outcome_handles
+from nsdrill.plot.decimation import one_per_pixel
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.legend import direction_entries, legend_below, motion_entries
 from nsdrill.plot.references import draw_set_speed, draw_wall, marker_size
@@ -24,26 +24,26 @@ from nsdrill.plot.slices import Line
 from nsdrill.plot.style import MANY_MARKERS, MOTIONS
 from nsdrill.variables import OK
 
-PIXELS = (1050, 300)  # of a panel: half those of print, as a marker covers several
+PIXELS = (1050, 300)  # of a panel: half those in print, as a marker covers several
 
 
 def draw(results: Results, units: str = "si") -> Figure:
     """Every recorded return along one axis."""
     shown = drawn_in(results.attrs).section
-    figure, lines, columns = frame(results, units, len(shown), 1.5 * len(shown) + 1.5)
+    figure, lines, columns = new_columns(results, units, len(shown), 1.5 * len(shown) + 1.5)
     markers = len(shown) * int(np.isfinite(results[shown[0]]).sum())
     present: set[int] = set()
-    for one, column in zip(lines, columns, strict=True):
-        x = quantity(one.axis, units)
+    for line, column in zip(lines, columns, strict=True):
+        x = quantity(line.axis, units)
         for axes, name in zip(column[1:], shown, strict=True):
             present |= draw_returns(
-                axes, one, name, x, quantity(name, units), markers > MANY_MARKERS
+                axes, line, name, x, quantity(name, units), markers > MANY_MARKERS
             )
     for axes, name in zip(columns[0][1:], shown, strict=True):
         axes.set_ylabel(quantity(name, units).label)
     rows = {name: [column[1 + row] for column in columns] for row, name in enumerate(shown)}
     for axes in rows.get("section_whirl_angle", ()):
-        _whole_turn(axes, quantity("section_whirl_angle", units))
+        _set_angle_axis(axes, quantity("section_whirl_angle", units))
     handles = [*motion_entries(present), *direction_entries(lines[0].procedures)]
     wall = draw_wall(results, rows["section_radius"], units) if "section_radius" in rows else []
     speed = (
@@ -55,32 +55,34 @@ def draw(results: Results, units: str = "si") -> Figure:
     return figure
 
 
-def draw_returns(axes: Axes, one: Line, name: str, x: Shown, y: Shown, rasterise: bool) -> set[int]:
-    """One panel, an artist for each kind of motion and procedure; gives the kinds that
-    occur."""
-    motion, values, at = one["motion"], one[name] / y.scale, one.x / x.scale
-    size = 0.75 * marker_size(len(at), axes)
+def draw_returns(
+    axes: Axes, line: Line, name: str, x: Shown, y: Shown, rasterise: bool
+) -> set[int]:
+    """Draw one panel, an artist for each kind of motion and procedure; returns the kinds
+    that occur."""
+    motion, values, x_values = line["motion"], line[name] / y.scale, line.x / x.scale
+    size = 0.75 * marker_size(len(x_values), axes)
     present = set()
     for code, style in enumerate(MOTIONS):
-        for row, procedure in enumerate(one.procedures):
-            points = (motion[row] == code) & (one["status"][row] == OK)
-            heights = values[row, points]
-            finite = np.isfinite(heights)
+        for row, procedure in enumerate(line.procedures):
+            selected = (motion[row] == code) & (line["status"][row] == OK)
+            return_y = values[row, selected]
+            finite = np.isfinite(return_y)
             if not finite.any():
                 continue
             present.add(code)
-            opened = is_open(procedure, one.procedures)
-            where = np.broadcast_to(at[points][:, None], heights.shape)[finite]
-            shown = apart(where, heights[finite], PIXELS)
+            hollow = is_open(procedure, line.procedures)
+            return_x = np.broadcast_to(x_values[selected][:, None], return_y.shape)[finite]
+            kept = one_per_pixel(return_x, return_y[finite], PIXELS)
             axes.plot(
-                where[shown],
-                heights[finite][shown],
+                return_x[kept],
+                return_y[finite][kept],
                 linestyle="none",
                 marker="o",
                 color=style.colour,
                 markersize=size,
-                markerfacecolor="none" if opened else style.colour,
-                markeredgewidth=0.3 if opened else 0.0,
+                markerfacecolor="none" if hollow else style.colour,
+                markeredgewidth=0.3 if hollow else 0.0,
                 rasterized=rasterise,
                 zorder=2 + 0.01 * code,
                 gid=f"{name}:{procedure}:{code}",
@@ -88,8 +90,9 @@ def draw_returns(axes: Axes, one: Line, name: str, x: Shown, y: Shown, rasterise
     return present
 
 
-def _whole_turn(axes: Axes, y: Shown) -> None:
-    """An angle from minus to plus half a turn, with ticks at the quarters."""
+def _set_angle_axis(axes: Axes, y: Shown) -> None:
+    """Limit an axis of angles to minus and plus half a revolution, with ticks at the
+    quarters."""
     axes.set_ylim(-1.04 * pi / y.scale, 1.04 * pi / y.scale)
     ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / y.scale
     axes.set_yticks(

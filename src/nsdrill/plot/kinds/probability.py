@@ -1,8 +1,8 @@
-"""How probable a safe run and each response are: over two axes as maps, along one axis
-with bands, else as points.
+"""The probability of a safe run and of each response: as maps over two axes, with bands
+along one axis, else as points.
 
-One scale from 0 to 100 % in all panels, the same light and dark for every reader
-(cividis). A line surrounds the safe window at the confidence.
+All panels have one colour scale from 0 to 100 %, whose lightness is the same for
+colour-blind readers (cividis). A line surrounds the safe window at the confidence.
 """
 
 from __future__ import annotations
@@ -24,174 +24,184 @@ from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import model_in
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
-from nsdrill.plot.maps import WRAP, lies_across
+from nsdrill.plot.maps import COLUMNS_OF_PANELS, lies_across
 from nsdrill.plot.registry import SAMPLES, Kind, has_samples, longest, needs_samples
 from nsdrill.plot.slices import edges, name_words, positions, spaced
 from nsdrill.plot.style import (
     BLACK,
     REFERENCE,
     RESPONSES,
+    cell_style,
+    font_size,
     new_figure,
     page_width,
     put_title,
-    seamless,
-    type_size,
 )
-from nsdrill.variables import RESPONSES as NAMES
+from nsdrill.variables import RESPONSES as RESPONSE_NAMES
 from nsdrill.variables import SAMPLE
 
-SCALE = "cividis"
-PERCENT = Normalize(0.0, 100.0)
-BAND: dict[str, Any] = {"alpha": 0.16, "linewidth": 0}
-EDGES: tuple[Any, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
+COLOUR_MAP = "cividis"
+PERCENT_NORM = Normalize(0.0, 100.0)
+BAND_STYLE: dict[str, Any] = {"alpha": 0.16, "linewidth": 0}
+EDGE_DASHES: tuple[Any, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 
 
 def draw(results: Results, units: str = "si", confidence: float = USUAL_CONFIDENCE) -> Figure:
-    found = chances(results, responses=model_in(results.attrs).responses)
+    probabilities = chances(results, responses=model_in(results.attrs).responses)
     if len(results.swept) == 2:
-        return _maps(results, found, units, confidence)
+        return _draw_maps(results, probabilities, units, confidence)
     return (
-        _lines(results, found, units, confidence)
+        _draw_lines(results, probabilities, units, confidence)
         if results.swept
-        else _points(results, found, units)
+        else _draw_points(results, probabilities, units)
     )
 
 
 def _style(outcome: str) -> tuple[str, str, str]:
-    """Words, colour and marker of an outcome."""
+    """Label, colour and marker of an outcome."""
     if outcome == SAFE:
         return "safe", BLACK, "o"
-    style = RESPONSES[1 << NAMES.index(outcome)]
+    style = RESPONSES[1 << RESPONSE_NAMES.index(outcome)]
     return style.name, style.colour, style.marker
 
 
-def _title(results: Results, found: Chances, units: str) -> str:
+def _title(results: Results, probabilities: Chances, units: str) -> str:
     samples = f"{len(results.coords[SAMPLE])} samples"
-    history = "; whatever the history" if EVERY in found.histories else ""
+    history = "; whatever the history" if EVERY in probabilities.histories else ""
     point = operating_point(fixed_values(results), units)
     return heading(results.attrs, f"{point}; {samples}{history}", width=80)
 
 
-def _maps(results: Results, found: Chances, units: str, confidence: float) -> Figure:
+def _draw_maps(results: Results, probabilities: Chances, units: str, confidence: float) -> Figure:
     numbers_first = sorted(results.axes, key=lambda axis: bool(words_along(axis)))
-    order = [axis for axis in (*ACROSS, *numbers_first) if axis in results.swept]
-    across, up = dict.fromkeys(order)
-    wrap = WRAP.get(len(found.outcomes), 4)
-    deep = -(-len(found.outcomes) // wrap)
-    figure = new_figure(page_width(), 1.3 + deep * 2.4)
-    grid = figure.add_gridspec(deep, wrap)
-    x, y = quantity(across, units), quantity(up, units)
-    columns, rows = (
-        edges(positions(results, name)) / one.scale for name, one in ((across, x), (up, y))
+    axes_in_order = [axis for axis in (*ACROSS, *numbers_first) if axis in results.swept]
+    x_axis, y_axis = dict.fromkeys(axes_in_order)
+    panel_columns = COLUMNS_OF_PANELS.get(len(probabilities.outcomes), 4)
+    panel_rows = -(-len(probabilities.outcomes) // panel_columns)
+    figure = new_figure(page_width(), 1.3 + panel_rows * 2.4)
+    grid = figure.add_gridspec(panel_rows, panel_columns)
+    x, y = quantity(x_axis, units), quantity(y_axis, units)
+    x_edges, y_edges = (
+        edges(positions(results, name)) / shown.scale for name, shown in ((x_axis, x), (y_axis, y))
     )
 
     def plane(values: Array) -> Array:
-        kept = [results.axes.index(up), results.axes.index(across)]
-        rest = [i for i in range(len(results.axes)) if i not in kept]
-        return values.transpose(*rest, *kept).reshape(len(rows) - 1, len(columns) - 1)
+        plane_axes = [results.axes.index(y_axis), results.axes.index(x_axis)]
+        other_axes = [i for i in range(len(results.axes)) if i not in plane_axes]
+        return values.transpose(*other_axes, *plane_axes).reshape(
+            len(y_edges) - 1, len(x_edges) - 1
+        )
 
-    inside, _ = window_state(found, confidence)
+    inside, _ = window_state(probabilities, confidence)
     panels: list[Axes] = []
     mesh: Any = None
-    for place, outcome in enumerate(found.outcomes):
+    for place, outcome in enumerate(probabilities.outcomes):
         first = panels[0] if panels else None
-        axes = figure.add_subplot(grid[divmod(place, wrap)], sharex=first, sharey=first)
-        share = 100.0 * plane(found.of(outcome)[0])
+        axes = figure.add_subplot(grid[divmod(place, panel_columns)], sharex=first, sharey=first)
+        share = 100.0 * plane(probabilities.of(outcome)[0])
         mesh = axes.pcolormesh(
-            columns,
-            rows,
+            x_edges,
+            y_edges,
             share,
-            cmap=SCALE,
-            norm=PERCENT,
+            cmap=COLOUR_MAP,
+            norm=PERCENT_NORM,
             gid=f"probability:{outcome}",
-            **seamless(share.size),
+            **cell_style(share.size),
         )
-        _outline(axes, columns, rows, plane(inside))
+        _draw_outline(axes, x_edges, y_edges, plane(inside))
         axes.set_title(_style(outcome)[0], pad=3)
-        lowest, leftmost = place + wrap >= len(found.outcomes), place % wrap == 0
-        axes.tick_params(labelbottom=lowest, labelleft=leftmost)
-        axes.set_xlabel(x.label if lowest else "")
-        axes.set_ylabel(y.label if leftmost else "")
+        is_lowest, is_leftmost = (
+            place + panel_columns >= len(probabilities.outcomes),
+            place % panel_columns == 0,
+        )
+        axes.tick_params(labelbottom=is_lowest, labelleft=is_leftmost)
+        axes.set_xlabel(x.label if is_lowest else "")
+        axes.set_ylabel(y.label if is_leftmost else "")
         panels.append(axes)
-    spaced(panels[0], positions(results, across), positions(results, up))
-    name_words(panels[0], results, across, up, units)
-    panels[0].set_xlim(columns[0], columns[-1])
-    downwards = up == "depth" or bool(words_along(up))
-    panels[0].set_ylim((rows[-1], rows[0]) if downwards else (rows[0], rows[-1]))
+    spaced(panels[0], positions(results, x_axis), positions(results, y_axis))
+    name_words(panels[0], results, x_axis, y_axis, units)
+    panels[0].set_xlim(x_edges[0], x_edges[-1])
+    downwards = y_axis == "depth" or bool(words_along(y_axis))
+    panels[0].set_ylim((y_edges[-1], y_edges[0]) if downwards else (y_edges[0], y_edges[-1]))
     figure.colorbar(mesh, ax=panels, label="Probability [%]", aspect=30, pad=0.01)
-    part = 100.0 * np.count_nonzero(inside) / inside.size
-    words = f"safe with {100 * confidence:g} % or more ({part:.1f} % of the points)"
-    handle = Line2D([], [], color="white", linewidth=1.2, path_effects=_outlined(), label=words)
+    safe_share = 100.0 * np.count_nonzero(inside) / inside.size
+    label = f"safe with {100 * confidence:g} % or more ({safe_share:.1f} % of the points)"
+    handle = Line2D(
+        [], [], color="white", linewidth=1.2, path_effects=_outline_effects(), label=label
+    )
     legend_below(figure, [handle], 1)
-    put_title(figure, _title(results, found, units))
+    put_title(figure, _title(results, probabilities, units))
     return figure
 
 
-def _outlined() -> list[Any]:
+def _outline_effects() -> list[Any]:
     return [Stroke(linewidth=2.6, foreground=BLACK), Normal()]
 
 
-def _outline(axes: Axes, columns: Array, rows: Array, inside: Array) -> None:
-    """The borders of the cells that are ``inside`` [y, x], white within black: seen on
-    every shade."""
+def _draw_outline(axes: Axes, x_edges: Array, y_edges: Array, inside: Array) -> None:
+    """Draw the border of the cells that are ``inside`` [y, x], white within black, which
+    is visible on every colour."""
     padded = np.pad(inside, 1)
-    upright = [
-        ((columns[j], rows[i]), (columns[j], rows[i + 1]))
+    vertical = [
+        ((x_edges[j], y_edges[i]), (x_edges[j], y_edges[i + 1]))
         for i, j in np.argwhere(padded[1:-1, 1:] != padded[1:-1, :-1])
     ]
-    level = [
-        ((columns[j], rows[i]), (columns[j + 1], rows[i]))
+    horizontal = [
+        ((x_edges[j], y_edges[i]), (x_edges[j + 1], y_edges[i]))
         for i, j in np.argwhere(padded[1:, 1:-1] != padded[:-1, 1:-1])
     ]
-    drawn = LineCollection(
-        [*upright, *level], colors="white", linewidths=1.2, capstyle="round", gid="confidence"
+    outline = LineCollection(
+        [*vertical, *horizontal], colors="white", linewidths=1.2, capstyle="round", gid="confidence"
     )
-    drawn.set_path_effects(_outlined())
-    drawn.set_clip_on(False)
-    axes.add_collection(drawn)
+    outline.set_path_effects(_outline_effects())
+    outline.set_clip_on(False)
+    axes.add_collection(outline)
 
 
-def _lines(results: Results, found: Chances, units: str, confidence: float) -> Figure:
+def _draw_lines(results: Results, probabilities: Chances, units: str, confidence: float) -> Figure:
     axis = results.swept[0]
     shown, values = quantity(axis, units), positions(results, axis)
     figure = new_figure(page_width(), 3.2)
     axes = figure.add_subplot(figure.add_gridspec(1, 1)[0])
     x, handles = values / shown.scale, []
-    for place, outcome in enumerate(found.outcomes):
-        words, colour, marker = _style(outcome)
-        share, low, high = (100.0 * part.ravel() for part in found.of(outcome))
-        axes.fill_between(x, low, high, facecolor=colour, gid=f"band:{outcome}", **BAND)
-        for edge in (low, high):  # bands one over another are told apart by their edges
+    for place, outcome in enumerate(probabilities.outcomes):
+        label, colour, marker = _style(outcome)
+        share, low, high = (
+            100.0 * values_of_share.ravel() for values_of_share in probabilities.of(outcome)
+        )
+        axes.fill_between(x, low, high, facecolor=colour, gid=f"band:{outcome}", **BAND_STYLE)
+        for edge in (low, high):  # overlapping bands are distinguished by their edges
             axes.plot(
                 x,
                 edge,
                 color=colour,
                 linewidth=0.7,
-                linestyle=EDGES[place % len(EDGES)],
+                linestyle=EDGE_DASHES[place % len(EDGE_DASHES)],
                 gid=f"edge:{outcome}",
             )
-        above = len(found.outcomes) - 1 - place  # lines one upon another: the lower is the wider
+        # of coinciding lines the lower one is wider
+        lines_above = len(probabilities.outcomes) - 1 - place
         (line,) = axes.plot(
             x,
             share,
             color=colour,
             marker=marker,
-            markersize=2.6 + 0.8 * above,
-            linewidth=0.9 + 0.4 * above,
-            label=words,
+            markersize=2.6 + 0.8 * lines_above,
+            linewidth=0.9 + 0.4 * lines_above,
+            label=label,
             gid=f"line:{outcome}",
         )
         handles.append(line)
-    for history, dashes in zip(found.histories[:-1], ("--", ":"), strict=False):
-        share = 100.0 * found.of(SAFE, history)[0].ravel()
-        label = f"safe, {history} by itself"
+    for history, dashes in zip(probabilities.histories[:-1], ("--", ":"), strict=False):
+        share = 100.0 * probabilities.of(SAFE, history)[0].ravel()
+        history_label = f"safe, {history} by itself"
         handles += axes.plot(
             x,
             share,
             color=BLACK,
             linestyle=dashes,
             linewidth=0.9,
-            label=label,
+            label=history_label,
             gid=f"alone:{history}",
         )
     axes.axhline(
@@ -215,19 +225,21 @@ def _lines(results: Results, found: Chances, units: str, confidence: float) -> F
         linestyle=(0, (4, 2)),
         label=f"{100 * confidence:g} %",
     )
-    band = Line2D([], [], color=REFERENCE, linewidth=5, alpha=BAND["alpha"], label="95 % interval")
+    band = Line2D(
+        [], [], color=REFERENCE, linewidth=5, alpha=BAND_STYLE["alpha"], label="95 % interval"
+    )
     legend_below(figure, [*handles, band, reference], 6)
-    put_title(figure, _title(results, found, units))
+    put_title(figure, _title(results, probabilities, units))
     return figure
 
 
-def _points(results: Results, found: Chances, units: str) -> Figure:
-    """At one operating point: each outcome with its interval."""
-    figure = new_figure(page_width(5.0), 0.9 + 0.3 * len(found.outcomes))
+def _draw_points(results: Results, probabilities: Chances, units: str) -> Figure:
+    """Draw each outcome of one operating point with its interval."""
+    figure = new_figure(page_width(5.0), 0.9 + 0.3 * len(probabilities.outcomes))
     axes = figure.add_subplot(figure.add_gridspec(1, 1)[0])
-    for row, outcome in enumerate(found.outcomes):
+    for row, outcome in enumerate(probabilities.outcomes):
         _, colour, marker = _style(outcome)
-        share, low, high = (100.0 * float(part.ravel()[0]) for part in found.of(outcome))
+        share, low, high = (100.0 * float(part.ravel()[0]) for part in probabilities.of(outcome))
         axes.errorbar(
             [share],
             [row],
@@ -244,13 +256,16 @@ def _points(results: Results, found: Chances, units: str) -> Figure:
             (5, 0),
             textcoords="offset points",
             va="center",
-            fontsize=type_size(7),
+            fontsize=font_size(7),
         )
-    axes.set_yticks(range(len(found.outcomes)), [_style(outcome)[0] for outcome in found.outcomes])
-    axes.set_ylim(len(found.outcomes) - 0.5, -0.5)
+    axes.set_yticks(
+        range(len(probabilities.outcomes)),
+        [_style(outcome)[0] for outcome in probabilities.outcomes],
+    )
+    axes.set_ylim(len(probabilities.outcomes) - 0.5, -0.5)
     axes.set_xlim(-2.0, 115.0)
     axes.set_xlabel("Probability [%], with its 95 % interval")
-    put_title(figure, _title(results, found, units))
+    put_title(figure, _title(results, probabilities, units))
     return figure
 
 

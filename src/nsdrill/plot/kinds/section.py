@@ -29,12 +29,12 @@ from nsdrill.plot.style import (
     REFERENCE,
     new_figure,
     page_width,
+    panels_per_row,
     put_title,
-    side_by_side,
 )
 from nsdrill.plot.traces import title_of
 
-WIDTH = 1.6  # inches that a plane needs
+WIDTH = 1.6  # least width of a plane in inches
 
 
 def draw(data: Results | Trace, units: str = "si") -> Figure:
@@ -44,39 +44,39 @@ def draw(data: Results | Trace, units: str = "si") -> Figure:
 def draw_point(results: Results, units: str = "si") -> Figure:
     """The section of one operating point, a row of planes for each procedure."""
     names = [text(name) for name in results.coords["procedure"]]
-    down = _rows(results.attrs)
-    figure = new_figure(page_width(), 0.4 + 2.2 * down * len(names))
+    plane_rows = _plane_rows(results.attrs)
+    figure = new_figure(page_width(), 0.4 + 2.2 * plane_rows * len(names))
     rows = np.atleast_1d(np.asarray(figure.subfigures(len(names), 1), dtype=object))
     gap, drawn = results.attrs.get("gap"), drawn_in(results.attrs)
     for row, name in enumerate(names):
-        here = {
+        section = {
             key: results[key][row].ravel()
             for key in results.variables
             if key.startswith("section_")
         }
-        code = int(results["motion"][row].ravel()[0])
-        words = MOTIONS[code].name
+        motion_code = int(results["motion"][row].ravel()[0])
+        description = MOTIONS[motion_code].name
         if period := int(results["period"][row].ravel()[0]):
-            words = f"{words}, period {period}"
-        count = int(np.isfinite(here[drawn.section[0]]).sum())
+            description = f"{description}, period {period}"
+        count = int(np.isfinite(section[drawn.section[0]]).sum())
         label = {"up": "carried up: ", "down": "carried down: "}.get(name, "")
-        rows[row].suptitle(f"{label}{words}, {count} returns", fontsize="medium")
-        _draw_planes(rows[row], here, drawn, units, gap, MOTIONS[code].colour)
+        rows[row].suptitle(f"{label}{description}, {count} returns", fontsize="medium")
+        _draw_planes(rows[row], section, drawn, units, gap, MOTIONS[motion_code].colour)
     put_title(figure, heading(results.attrs, operating_point(fixed_values(results), units)))
     return figure
 
 
 def draw_trace(trace: Trace, units: str) -> Figure:
-    """The section of a trace: its returns after the transient, if there is time for
-    three."""
+    """The section of a trace: its returns after the transient, if this leaves three
+    revolutions."""
     section, drawn = section_of(trace), drawn_in(trace.attrs)
-    figure = new_figure(page_width(), 0.6 + 2.1 * _rows(trace.attrs))
-    begin = _observed_from(trace)
-    words = f"{len(section['section_bit_speed'])} returns" + (
-        f" after {begin:g} s" if begin else ""
+    figure = new_figure(page_width(), 0.6 + 2.1 * _plane_rows(trace.attrs))
+    start = _observed_from(trace)
+    description = f"{len(section['section_bit_speed'])} returns" + (
+        f" after {start:g} s" if start else ""
     )
     _draw_planes(figure, section, drawn, units, trace.attrs.get("gap"), BLUE)
-    put_title(figure, f"{title_of(trace, units)}; {words}")
+    put_title(figure, f"{title_of(trace, units)}; {description}")
     return figure
 
 
@@ -88,7 +88,7 @@ def _draw_planes(
     gap: float | None,
     colour: str,
 ) -> None:
-    """The returns in a row of planes, the first of them the orbit where there is one."""
+    """Draw the returns in planes, the first of which is the orbit where there is one."""
     style: dict[str, Any] = {
         "linestyle": "none",
         "marker": "o",
@@ -96,30 +96,30 @@ def _draw_planes(
         "markeredgewidth": 0.0,
         "color": colour,
     }
-    orbit = "section_radius" in section and "section_radius" in drawn.section
-    count = orbit + len(drawn.section_planes)
-    wide = side_by_side(count, WIDTH)
-    grid = figure.add_gridspec(-(-count // wide), wide)
-    panels = [figure.add_subplot(grid[divmod(place, wide)]) for place in range(count)]
-    if orbit:
+    has_orbit = "section_radius" in section and "section_radius" in drawn.section
+    count = has_orbit + len(drawn.section_planes)
+    panels_in_row = panels_per_row(count, WIDTH)
+    grid = figure.add_gridspec(-(-count // panels_in_row), panels_in_row)
+    panels = [figure.add_subplot(grid[divmod(place, panels_in_row)]) for place in range(count)]
+    if has_orbit:
         _draw_orbit(panels[0], section, units, gap, style)
-    for axes, (across, up) in zip(panels[orbit:], drawn.section_planes, strict=True):
-        a, b = quantity(across, units), quantity(up, units)
+    for axes, (across, up) in zip(panels[has_orbit:], drawn.section_planes, strict=True):
+        x, y = quantity(across, units), quantity(up, units)
         axes.plot(
-            section[across] / a.scale, section[up] / b.scale, gid=f"section:{across}", **style
+            section[across] / x.scale, section[up] / y.scale, gid=f"section:{across}", **style
         )
-        axes.set(xlabel=a.label, ylabel=b.label)
-        _open(axes)
+        axes.set(xlabel=x.label, ylabel=y.label)
+        _widen_limits(axes)
     for axes in panels:
         axes.xaxis.set_major_locator(MaxNLocator(3))
         axes.yaxis.set_major_locator(MaxNLocator(5))
 
 
-def _rows(attrs: Mapping[str, Any]) -> int:
-    """Rows of planes of one section."""
+def _plane_rows(attrs: Mapping[str, Any]) -> int:
+    """The number of rows of the planes of one section."""
     drawn = drawn_in(attrs)
     count = len(drawn.section_planes) + ("section_radius" in drawn.section)
-    return -(-count // side_by_side(count, WIDTH))
+    return -(-count // panels_per_row(count, WIDTH))
 
 
 def _draw_orbit(
@@ -129,51 +129,52 @@ def _draw_orbit(
     gap: float | None,
     style: Mapping[str, Any],
 ) -> None:
-    """The collar centre in the hole, as an observer on the bit sees it."""
+    """Draw the collar centre in the hole, in axes that rotate with the bit."""
     x = quantity("x", units)
-    r, angle = section["section_radius"] / x.scale, section["section_whirl_angle"]
-    axes.plot(r * np.cos(angle), r * np.sin(angle), gid="section:orbit", **style)
+    radius, angle = section["section_radius"] / x.scale, section["section_whirl_angle"]
+    axes.plot(radius * np.cos(angle), radius * np.sin(angle), gid="section:orbit", **style)
     axes.plot(
         [0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none"
     )
-    reach = float(np.nanmax(r, initial=0.0)) or 1.0
-    if gap is not None and reach > 0.4 * gap / x.scale:
+    extent = float(np.nanmax(radius, initial=0.0)) or 1.0
+    if gap is not None and extent > 0.4 * gap / x.scale:
         axes.add_patch(
             Circle((0, 0), gap / x.scale, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5)
         )
-        reach = max(reach, gap / x.scale)
+        extent = max(extent, gap / x.scale)
     axes.set(
-        xlim=(-1.1 * reach, 1.1 * reach),
-        ylim=(-1.1 * reach, 1.1 * reach),
+        xlim=(-1.1 * extent, 1.1 * extent),
+        ylim=(-1.1 * extent, 1.1 * extent),
         xlabel=f"along the bit [{x.unit}]",
         ylabel=f"across [{x.unit}]",
     )
     axes.set_aspect("equal")
 
 
-def _open(axes: Axes) -> None:
-    """Limits that do not blow up rounding: a section of one point looks like one point."""
-    for get, put in ((axes.get_xlim, axes.set_xlim), (axes.get_ylim, axes.set_ylim)):
-        low, high = get()
-        middle, least = 0.5 * (low + high), 0.02 * max(abs(low), abs(high))
-        if high - low < least:
-            put(middle - least, middle + least)
+def _widen_limits(axes: Axes) -> None:
+    """Widen limits that would magnify rounding, so that a section of one point appears
+    as one point."""
+    for get_limits, set_limits in ((axes.get_xlim, axes.set_xlim), (axes.get_ylim, axes.set_ylim)):
+        low, high = get_limits()
+        middle, half_width = 0.5 * (low + high), 0.02 * max(abs(low), abs(high))
+        if high - low < half_width:
+            set_limits(middle - half_width, middle + half_width)
 
 
 def _observed_from(trace: Trace) -> float:
-    """Where the section of a trace begins: after its transient, or at its start if
-    hardly anything follows."""
+    """The time [s] at which the section of a trace begins: after its transient, or at
+    its start if fewer than three revolutions follow."""
     transient, speed = (
         float(trace.attrs.get("transient", 0.0)),
         float(trace.attrs.get("rotary_speed", 0.0)),
     )
-    turns = (trace.time[-1] - transient) * speed / (2 * pi)
-    return transient if turns >= 3 else 0.0
+    revolutions = (trace.time[-1] - transient) * speed / (2 * pi)
+    return transient if revolutions >= 3 else 0.0
 
 
 def section_of(trace: Trace) -> dict[str, Array]:
-    """The section of a trace at whole revolutions of the bit, by the cubic through
-    samples and their rates."""
+    """The section of a trace at whole revolutions of the bit, interpolated by the cubic
+    through samples and their rates (Hermite); the variables by name [return]."""
     chosen = trace.time >= _observed_from(trace)
     time = trace.time[chosen]
     angle = (trace["twist"] + trace["drive_angle"])[chosen]
@@ -182,21 +183,26 @@ def section_of(trace: Trace) -> dict[str, Array]:
             "trace: found samples of the bit angle that are no numbers; the section "
             "needs all of them."
         )
-    reached = np.maximum.accumulate(angle)  # a bit that turns back is not counted twice
+    furthest = np.maximum.accumulate(angle)  # a bit that rotates back is not counted twice
     levels = (
-        np.arange(np.floor(angle[0] / (2 * pi)) + 1, np.floor(reached[-1] / (2 * pi)) + 1) * 2 * pi
+        np.arange(np.floor(angle[0] / (2 * pi)) + 1, np.floor(furthest[-1] / (2 * pi)) + 1) * 2 * pi
     )
     if not len(levels):
         raise InputError(
             "trace: found less than one revolution of the bit; the section needs "
             "one. Simulate longer."
         )
-    after = np.searchsorted(reached, levels, side="left")
+    after = np.searchsorted(furthest, levels, side="left")
     after = np.clip(after, 1, len(time) - 1)
-    h = time[after] - time[after - 1]
+    step = time[after] - time[after - 1]
 
     def cubic(values: Array, rates: Array, theta: Array) -> Array:
-        v0, v1, d0, d1 = values[after - 1], values[after], h * rates[after - 1], h * rates[after]
+        v0, v1, d0, d1 = (
+            values[after - 1],
+            values[after],
+            step * rates[after - 1],
+            step * rates[after],
+        )
         rise = v1 - v0
         return v0 + theta * (d0 + theta * (3 * rise - 2 * d0 - d1 + theta * (d0 + d1 - 2 * rise)))
 
@@ -204,29 +210,37 @@ def section_of(trace: Trace) -> dict[str, Array]:
     theta = (levels - angle[after - 1]) / np.maximum(angle[after] - angle[after - 1], 1e-300)
     for _ in range(3):  # the angle is nearly straight between samples
         theta = np.clip(
-            theta - (cubic(angle, speed, theta) - levels) / np.maximum(h * speed[after], 1e-300),
+            theta - (cubic(angle, speed, theta) - levels) / np.maximum(step * speed[after], 1e-300),
             0.0,
             1.0,
         )
 
-    def of(name: str, rate: str | None = None) -> Array:
+    def at_section(name: str, rate: str | None = None) -> Array:
         values = trace[name][chosen]
         if rate is None:
             return values[after - 1] + theta * (values[after] - values[after - 1])
         return cubic(values, trace[rate][chosen], theta)
 
-    found = {"section_twist": of("twist"), "section_bit_speed": of("bit_speed")}
+    section = {"section_twist": at_section("twist"), "section_bit_speed": at_section("bit_speed")}
     if "z" in trace.variables:
-        found |= {"section_axial": of("z", "vz"), "section_axial_velocity": of("vz")}
-    if "x" in trace.variables:
-        x, y, vx, vy = of("x", "vx"), of("y", "vy"), of("vx"), of("vy")
-        r = np.sqrt(x * x + y * y)
-        found |= {
-            "section_radius": r,
-            "section_whirl_angle": np.arctan2(y, x),
-            "section_radial_velocity": (x * vx + y * vy) / np.where(r > 0, r, 1.0),
+        section |= {
+            "section_axial": at_section("z", "vz"),
+            "section_axial_velocity": at_section("vz"),
         }
-    return found
+    if "x" in trace.variables:
+        x, y, vx, vy = (
+            at_section("x", "vx"),
+            at_section("y", "vy"),
+            at_section("vx"),
+            at_section("vy"),
+        )
+        radius = np.sqrt(x * x + y * y)
+        section |= {
+            "section_radius": radius,
+            "section_whirl_angle": np.arctan2(y, x),
+            "section_radial_velocity": (x * vx + y * vy) / np.where(radius > 0, radius, 1.0),
+        }
+    return section
 
 
 def _place(data: Any) -> float | None:

@@ -1,7 +1,7 @@
 """Shares of the starts along one axis: a column for every operating point, stacked by
-response, divided by attractor.
+response and divided by attractor.
 
-Within a response the attractors are stacked by number, so that one attractor is a band
+Within a response the attractors are stacked by number, so that an attractor is a band
 along the axis.
 
 The bars at the borders between responses are 95 % intervals of the share below that
@@ -27,20 +27,20 @@ from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below, marker_entry
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges, name_words, positions, spaced
-from nsdrill.plot.starts import USED, along, has_starts, matched
-from nsdrill.plot.style import RESPONSES, new_figure, page_width, put_title, type_size
+from nsdrill.plot.starts import ATTRACTOR_VARIABLES, attractors_along, has_starts, is_matched
+from nsdrill.plot.style import RESPONSES, font_size, new_figure, page_width, put_title
 
 HEIGHT = 3.6
-# borders of attractors with a smaller share are not drawn: their columns would be all
-# border
-LEAST = 0.02
-ROOM = 8.0  # per cent of the height that the number of an attractor needs
-BORDER: dict[str, Any] = {"linewidth": 0.6, "solid_capstyle": "butt", "zorder": 2.5}
-MOST_BARS = 80  # with more operating points every second, third ... has its interval
+# borders between attractors with smaller shares are not drawn: they would fill the
+# column
+MIN_DIVIDED_SHARE = 0.02
+MIN_NUMBERED_HEIGHT = 8.0  # per cent of the height, for the number of an attractor
+BORDER_STYLE: dict[str, Any] = {"linewidth": 0.6, "solid_capstyle": "butt", "zorder": 2.5}
+MAX_INTERVALS = 80  # with more operating points only every second, third ... has an interval
 
 
 def draw(results: Results, units: str = "si") -> Figure:
-    axis, found = along(results)
+    axis, by_point = attractors_along(results)
     x = quantity(axis, units)
     centres = positions(results, axis) / x.scale
     borders = edges(centres)
@@ -49,18 +49,18 @@ def draw(results: Results, units: str = "si") -> Figure:
     present = [
         code
         for code in range(len(RESPONSES))
-        if any(a.response == code for some, _ in found for a in some)
+        if any(attractor.response == code for attractors, _ in by_point for attractor in attractors)
     ]
     columns = [
-        draw_column(axes, some, left, right)
-        for (some, _), left, right in zip(found, borders[:-1], borders[1:], strict=True)
+        draw_column(axes, attractors, left, right)
+        for (attractors, _), left, right in zip(by_point, borders[:-1], borders[1:], strict=True)
     ]
-    divided = any(one.divided for column in columns for one in column)
-    if matched(results):
+    is_divided = any(share.is_divided for column in columns for share in column)
+    if is_matched(results):
         draw_bands(axes, columns, borders)
-    sampled = not results.slice
-    if sampled:
-        draw_intervals(axes, found, present, centres)
+    is_sample = not results.slice
+    if is_sample:
+        draw_intervals(axes, by_point, present, centres)
     spaced(axes, centres)
     name_words(axes, results, axis, units=units)
     axes.set_xlim(borders[0], borders[-1])
@@ -73,7 +73,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     handles: list[Artist] = [
         Patch(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present
     ]
-    if divided:
+    if is_divided:
         handles.append(
             Line2D(
                 [],
@@ -81,12 +81,12 @@ def draw(results: Results, units: str = "si") -> Figure:
                 color="white",
                 linewidth=1,
                 label="between attractors",
-                path_effects=_outlined(),
+                path_effects=_outline_effects(),
             )
         )
-    if sampled and len(present) > 1:
+    if is_sample and len(present) > 1:
         handles.append(marker_entry("95 % interval", "|", "black", size=7, edge=1.0))
-    if failed := sum(counts["failed"] for _, counts in found):
+    if failed := sum(counts["failed"] for _, counts in by_point):
         handles.append(
             Patch(
                 facecolor="white",
@@ -99,74 +99,81 @@ def draw(results: Results, units: str = "si") -> Figure:
     return figure
 
 
-def _outlined() -> list[object]:
+def _outline_effects() -> list[object]:
     from matplotlib.patheffects import Normal, Stroke
 
     return [Stroke(linewidth=2.2, foreground="#808080"), Normal()]
 
 
 @dataclass(frozen=True)
-class Part:
-    """What an attractor has of a column: from ``bottom`` over ``height`` [%], and
+class AttractorShare:
+    """The share of an attractor in a column: from ``bottom`` over ``height`` [%], and
     whether the border below it was drawn."""
 
-    of: Attractor
+    attractor: Attractor
     bottom: float
     height: float
-    divided: bool
+    is_divided: bool
 
 
-def draw_column(axes: Axes, some: list[Attractor], left: float, right: float) -> list[Part]:
-    """The attractors of one operating point, lowest response first."""
+def draw_column(
+    axes: Axes, attractors: list[Attractor], left: float, right: float
+) -> list[AttractorShare]:
+    """Draw the attractors of one operating point, the lowest response first."""
     bottom = 0.0
-    parts: list[Part] = []
-    for one in sorted(some, key=lambda a: (a.response, a.number)):
-        height = 100 * one.share
+    shares: list[AttractorShare] = []
+    for attractor in sorted(
+        attractors, key=lambda attractor: (attractor.response, attractor.number)
+    ):
+        height = 100 * attractor.share
         axes.fill_between(
             [left, right],
             bottom,
             bottom + height,
-            facecolor=RESPONSES[one.response].colour,
-            edgecolor=RESPONSES[one.response].colour,
+            facecolor=RESPONSES[attractor.response].colour,
+            edgecolor=RESPONSES[attractor.response].colour,
             linewidth=0.2,
-            gid=f"attractor:{one.number}:{one.response}",
+            gid=f"attractor:{attractor.number}:{attractor.response}",
         )
-        before = parts[-1].of if parts else None
-        divided = (
-            before is not None
-            and before.response == one.response
-            and max(before.share, one.share) >= LEAST
+        previous = shares[-1].attractor if shares else None
+        is_divided = (
+            previous is not None
+            and previous.response == attractor.response
+            and max(previous.share, attractor.share) >= MIN_DIVIDED_SHARE
         )
-        if divided:
-            axes.plot([left, right], [bottom, bottom], color="white", **BORDER)
-        parts.append(Part(one, bottom, height, divided))
+        if is_divided:
+            axes.plot([left, right], [bottom, bottom], color="white", **BORDER_STYLE)
+        shares.append(AttractorShare(attractor, bottom, height, is_divided))
         bottom += height
-    return parts
+    return shares
 
 
-def draw_bands(axes: Axes, columns: list[list[Part]], borders: Array) -> None:
-    """What shows that an attractor goes on: the steps of its lower border, and its
-    number where its band is widest."""
-    bands: dict[tuple[int, int], dict[int, Part]] = {}
+def draw_bands(axes: Axes, columns: list[list[AttractorShare]], borders: Array) -> None:
+    """Connect the attractors along the axis: draw the steps of their lower borders, and
+    their numbers where their bands are widest."""
+    bands: dict[tuple[int, int], dict[int, AttractorShare]] = {}
     for place, column in enumerate(columns):
-        for part in column:
-            bands.setdefault((part.of.number, part.of.response), {})[place] = part
-    for (number, response), parts in bands.items():
-        for place, part in parts.items():
-            if part.divided and (after := parts.get(place + 1)) and after.divided:
+        for share in column:
+            bands.setdefault((share.attractor.number, share.attractor.response), {})[place] = share
+    for (number, response), shares in bands.items():
+        for place, share in shares.items():
+            if share.is_divided and (following := shares.get(place + 1)) and following.is_divided:
                 axes.plot(
-                    [borders[place + 1]] * 2, [part.bottom, after.bottom], color="white", **BORDER
+                    [borders[place + 1]] * 2,
+                    [share.bottom, following.bottom],
+                    color="white",
+                    **BORDER_STYLE,
                 )
-        for run in np.split(list(parts), 1 + np.flatnonzero(np.diff(list(parts)) > 1)):
-            place = max(run.tolist(), key=lambda i: parts[i].height)
-            if (widest := parts[place]).height >= ROOM:
-                dark = np.dot(to_rgb(RESPONSES[response].colour), (0.299, 0.587, 0.114)) < 0.5
+        for consecutive in np.split(list(shares), 1 + np.flatnonzero(np.diff(list(shares)) > 1)):
+            place = max(consecutive.tolist(), key=lambda i: shares[i].height)
+            if (widest := shares[place]).height >= MIN_NUMBERED_HEIGHT:
+                is_dark = np.dot(to_rgb(RESPONSES[response].colour), (0.299, 0.587, 0.114)) < 0.5
                 axes.text(
                     (borders[place] + borders[place + 1]) / 2,
                     widest.bottom + widest.height / 2,
                     str(number),
-                    color="white" if dark else "black",
-                    fontsize=type_size(6),
+                    color="white" if is_dark else "black",
+                    fontsize=font_size(6),
                     ha="center",
                     va="center",
                     clip_on=True,
@@ -175,16 +182,16 @@ def draw_bands(axes: Axes, columns: list[list[Part]], borders: Array) -> None:
 
 
 def draw_intervals(
-    axes: Axes, found: list[tuple[list[Attractor], dict[str, int]]], present: list[int], x: Array
+    axes: Axes, by_point: list[tuple[list[Attractor], dict[str, int]]], present: list[int], x: Array
 ) -> None:
-    """At every border between responses the interval of the share below it."""
-    every = -(-len(found) // MOST_BARS)
-    for (some, _), centre in list(zip(found, x, strict=True))[::every]:
-        total = sum(one.members for one in some)
+    """Draw at every border between responses the interval of the share below it."""
+    stride = -(-len(by_point) // MAX_INTERVALS)
+    for (attractors, _), centre in list(zip(by_point, x, strict=True))[::stride]:
+        total = sum(attractor.members for attractor in attractors)
         for code in present[:-1]:
-            below = sum(one.members for one in some if one.response <= code)
-            here = any(one.response == code for one in some)
-            if total and (here or below in (0, total)) and 0 < below < total:
+            below = sum(attractor.members for attractor in attractors if attractor.response <= code)
+            occurs = any(attractor.response == code for attractor in attractors)
+            if total and (occurs or below in (0, total)) and 0 < below < total:
                 low, high = wilson(below, total)
                 axes.plot(
                     [centre, centre],
@@ -203,7 +210,7 @@ KINDS = (
         of=STARTS,
         place=lambda data: 10 if has_starts(data) and len(data.swept) == 1 else None,
         draw=draw,
-        uses=lambda model: USED,
+        uses=lambda model: ATTRACTOR_VARIABLES,
         across=lambda data: str(data.swept[0]),
         advice=needs_starts,
     ),

@@ -1,7 +1,8 @@
-"""Which unknown matters: a tornado for the safe run and for each feature.
+"""The sensitivity to the unknowns: a tornado diagram for the safe run and for each
+feature.
 
-A bar reaches from the mean of the answer where an unknown is low to the mean where it
-is high; the widest stands on top.
+A bar extends from the mean of the answer where an unknown is low to the mean where it
+is high; the widest is at the top.
 """
 
 from __future__ import annotations
@@ -23,56 +24,58 @@ from nsdrill.plot.style import (
     BLUE,
     ORANGE,
     REFERENCE,
+    font_size,
     new_figure,
     page_width,
     put_title,
-    type_size,
 )
-from nsdrill.quantity import quantity as described
+from nsdrill.quantity import quantity as base_quantity
 
-LOW, HIGH = BLUE, ORANGE
-BAR = 0.62
+LOW_COLOUR, HIGH_COLOUR = BLUE, ORANGE
+BAR_HEIGHT = 0.62
 
 
 def draw(results: Results, units: str = "si", severity: int | None = None) -> Figure:
-    note = sensitivity(results, severity)
-    answers = [answer for answer in note["answers"] if answer["mean"] is not None]
-    wide = min(2, len(answers))
-    deep = -(-len(answers) // wide)
-    count = len(note["answers"][0]["unknowns"])
-    figure = new_figure(page_width(), 0.9 + deep * (0.75 + 0.24 * count))
-    grid = figure.add_gridspec(deep, wide)
+    numbers = sensitivity(results, severity)
+    answers = [answer for answer in numbers["answers"] if answer["mean"] is not None]
+    panel_columns = min(2, len(answers))
+    panel_rows = -(-len(answers) // panel_columns)
+    unknowns = len(numbers["answers"][0]["unknowns"])
+    figure = new_figure(page_width(), 0.9 + panel_rows * (0.75 + 0.24 * unknowns))
+    grid = figure.add_gridspec(panel_rows, panel_columns)
     for place, answer in enumerate(answers):
-        _panel(figure.add_subplot(grid[divmod(place, wide)]), answer, units)
+        _draw_panel(figure.add_subplot(grid[divmod(place, panel_columns)]), answer, units)
     handles = [
-        Patch(facecolor=LOW, label=f"the lowest {100 * PART:g} % of the samples of the unknown"),
-        Patch(facecolor=HIGH, label=f"the highest {100 * PART:g} %"),
+        Patch(
+            facecolor=LOW_COLOUR, label=f"the lowest {100 * PART:g} % of the samples of the unknown"
+        ),
+        Patch(facecolor=HIGH_COLOUR, label=f"the highest {100 * PART:g} %"),
         Line2D([], [], color=REFERENCE, linewidth=0.8, label="mean of all samples"),
     ]
     legend_below(figure, handles, 3)
-    over = f"mean over {note['points']} operating points" if note["swept"] else ""
-    told = "; ".join(
-        filter(None, (operating_point(note["at"], units), over, f"{note['samples']} samples"))
+    over = f"mean over {numbers['points']} operating points" if numbers["swept"] else ""
+    description = "; ".join(
+        filter(None, (operating_point(numbers["at"], units), over, f"{numbers['samples']} samples"))
     )
-    put_title(figure, heading(results.attrs, told, width=80))
+    put_title(figure, heading(results.attrs, description, width=80))
     return figure
 
 
-def _panel(axes: Axes, answer: dict[str, Any], units: str) -> None:
-    """The bars of one answer, and beside each the first-order index, and the total one
-    where the samples tell it."""
-    scale, label = _shown(answer["name"], units)
+def _draw_panel(axes: Axes, answer: dict[str, Any], units: str) -> None:
+    """Draw the bars of one answer, and beside each its first-order index, and its total
+    index where the samples yield it."""
+    scale, label = _scale_and_label(answer["name"], units)
     if answer["deviation"] is None:
         unit = label.partition("[")[2].partition("]")[0]
-        words = f"{answer['mean'] / scale:.4g} {unit} in every sample,\nwhatever the unknowns are"
+        text = f"{answer['mean'] / scale:.4g} {unit} in every sample,\nwhatever the unknowns are"
         axes.text(
             0.5,
             0.5,
-            words,
+            text,
             ha="center",
             va="center",
             transform=axes.transAxes,
-            fontsize=type_size(7),
+            fontsize=font_size(7),
         )
         axes.set_xticks([])
         axes.set_yticks([])
@@ -89,48 +92,48 @@ def _panel(axes: Axes, answer: dict[str, Any], units: str) -> None:
     middle = answer["mean"] / scale
     for number, row in enumerate(rows):
         ends = sorted(
-            (("low", LOW), ("high", HIGH)),
+            (("low", LOW_COLOUR), ("high", HIGH_COLOUR)),
             key=lambda end: -abs(row[end[0]]["answer"] / scale - middle),
         )
-        reach = [row[end]["answer"] / scale - middle for end, _ in ends]
-        thick = (BAR, 0.5 * BAR if reach[0] * reach[1] > 0.0 else BAR)
-        for (end, colour), far, tall in zip(ends, reach, thick, strict=True):
-            # Where both reach to one side the shorter one stands in front, and is
-            # thinner: equal ends show both.
-            axes.barh(number, far, tall, middle, color=colour, gid=f"{end}:{row['key']}")
+        extents = [row[end]["answer"] / scale - middle for end, _ in ends]
+        heights = (BAR_HEIGHT, 0.5 * BAR_HEIGHT if extents[0] * extents[1] > 0.0 else BAR_HEIGHT)
+        for (end, colour), extent, height in zip(ends, extents, heights, strict=True):
+            # Where both bars extend to the same side, the shorter one lies in front and
+            # is thinner, so that both are visible even if they are equal.
+            axes.barh(number, extent, height, middle, color=colour, gid=f"{end}:{row['key']}")
         if row["first"] is not None:
-            known = [which for which in ("first", "total") if row[which] is not None]
-            told = [
-                f"{100 * row[which]:.0f} \u00b1 {100 * row[f'{which}_error']:.0f} %"
-                for which in known
+            indices = [index for index in ("first", "total") if row[index] is not None]
+            texts = [
+                f"{100 * row[index]:.0f} \u00b1 {100 * row[f'{index}_error']:.0f} %"
+                for index in indices
             ]
             axes.annotate(
-                "\n".join(told),
+                "\n".join(texts),
                 (1.0, number),
                 (4, 0),
                 xycoords=("axes fraction", "data"),
                 textcoords="offset points",
                 va="center",
-                fontsize=type_size(7),
+                fontsize=font_size(7),
                 annotation_clip=False,
             )
     axes.axvline(middle, color=REFERENCE, linewidth=0.8, gid="mean")
-    axes.set_yticks(range(len(rows)), [described(row["key"]).label for row in rows])
+    axes.set_yticks(range(len(rows)), [base_quantity(row["key"]).label for row in rows])
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.margins(x=0.08)
     axes.set_xlabel(label)
-    head = (
+    heading_of_indices = (
         "first-order\nindex, total"
         if any(row["total"] is not None for row in rows)
         else "first-order\nindex"
     )
     axes.annotate(
-        head,
+        heading_of_indices,
         (1.0, 1.0),
         (4, 2),
         xycoords="axes fraction",
         textcoords="offset points",
-        fontsize=type_size(6),
+        fontsize=font_size(6),
         color=BLACK,
         va="bottom",
         ha="left",
@@ -140,11 +143,11 @@ def _panel(axes: Axes, answer: dict[str, Any], units: str) -> None:
         axes.spines[side].set_visible(False)
 
 
-def _shown(name: str, units: str) -> tuple[float, str]:
+def _scale_and_label(name: str, units: str) -> tuple[float, str]:
     if name == SAFE:
         return 0.01, "Probability of a safe run [%]"
-    one = quantity(name, units)
-    return one.scale, f"{one.label}, mean"
+    shown = quantity(name, units)
+    return shown.scale, f"{shown.label}, mean"
 
 
 KINDS = (

@@ -1,5 +1,5 @@
-"""One measured value: along one axis, or as a map. A kind for every feature, by its
-name."""
+"""One measured value: along one axis, or as a map. There is a kind for every feature,
+with its name."""
 
 from __future__ import annotations
 
@@ -21,23 +21,24 @@ ALIASES = {
     "wall_contact": "wall_contact_fraction",
     "radius": "radius_max",
 }
-FIRST = ("stick_slip_index", *ALIASES, "whirl_ratio")  # the named ones before the rest
+FIRST = ("stick_slip_index", *ALIASES, "whirl_ratio")  # in the list of kinds, before all others
 
 
 def draw(variable: str, results: Results, units: str = "si") -> Figure:
     if len(results.swept) < 2:
         return draw_curves(results, (variable,), units)
-    if _over_words(results):
+    if _has_word_axis(results):
         return draw_words(results, variable, units)
     return draw_values_map(results, variable, units)
 
 
 def _across(data: Any) -> str:
-    return longest(data) if len(data.swept) < 2 or _over_words(data) else lies_across(data)
+    return longest(data) if len(data.swept) < 2 or _has_word_axis(data) else lies_across(data)
 
 
-def _over_words(data: Any) -> bool:
-    """Whether a curve is drawn for each of the words of an axis, beside one of numbers."""
+def _has_word_axis(data: Any) -> bool:
+    """Whether the sweep is over one axis of words and one of numbers: then a curve is
+    drawn for each word."""
     return len(data.swept) == 2 and sum(bool(words_along(axis)) for axis in data.swept) == 1
 
 
@@ -60,7 +61,9 @@ def _kind(name: str, variable: str, place: float) -> Kind:
     )
 
 
-_MEASURED = [name for name, one in BY_NAME.items() if one.dtype == "f8" and one.dims == POINT]
+_MEASURED = [
+    name for name, variable in BY_NAME.items() if variable.dtype == "f8" and variable.dims == POINT
+]
 KINDS = tuple(
     _kind(name, ALIASES.get(name, name), 60 + 0.01 * number)
     for number, name in enumerate(dict.fromkeys((*FIRST, *_MEASURED)))

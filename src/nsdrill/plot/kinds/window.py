@@ -1,8 +1,8 @@
 """The safe window: where every procedure is safe, where only some are, and the
 recommended operating point.
 
-A panel for each value of a third axis, or a strip where one axis is swept. The areas
-differ in lightness and pattern as well as in colour.
+There is a panel for each value of a third axis, or a strip where only one axis is
+swept. The areas differ in lightness and pattern as well as in colour.
 """
 
 from __future__ import annotations
@@ -29,22 +29,22 @@ from nsdrill.analysis.window import (
     unknown_words,
 )
 from nsdrill.data import Array, Results
-from nsdrill.plot import equal
-from nsdrill.plot.equal import RATE, drawn_of
+from nsdrill.plot import isolines
 from nsdrill.plot.hatching import hatch
+from nsdrill.plot.isolines import RATE_OF_PENETRATION, line_variables
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
-from nsdrill.plot.maps import PANEL, WRAP, lies_across
+from nsdrill.plot.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, lies_across
 from nsdrill.plot.registry import MAX_PANELS, PLANE, Kind, longest
 from nsdrill.plot.slices import edges, spaced
 from nsdrill.plot.style import (
     BLACK,
     FULL_WIDTH,
+    cell_style,
     new_figure,
     page_width,
+    panels_per_row,
     put_title,
-    seamless,
-    side_by_side,
 )
 
 SAFE_COLOUR, HISTORY_COLOUR, CRITICAL_COLOUR, UNKNOWN_COLOUR = (
@@ -65,49 +65,65 @@ def draw(
     severity: int | None = None,
     confidence: float | None = None,
 ) -> Figure:
-    note = find_window(results, severity, confidence)
-    found = classes(results, severity, note["confidence"])
-    shown = _shown(len(found.state))
-    figure, panels = _frame(found, shown, units)
-    cells = _cells(found, units)
-    lines = False
-    for axes, number in zip(panels, shown, strict=True):
+    numbers = find_window(results, severity, confidence)
+    classified = classes(results, severity, numbers["confidence"])
+    map_numbers = _panels_to_draw(len(classified.state))
+    figure, panels = _new_panels(classified, map_numbers, units)
+    cells = _cell_edges(classified, units)
+    has_lines = False
+    for axes, map_number in zip(panels, map_numbers, strict=True):
         axes.pcolormesh(
             *cells,
-            found.state[number],
+            classified.state[map_number],
             cmap=COLOURS,
             norm=NORM,
             gid="cells",
-            **seamless(found.state[number].size),
+            **cell_style(classified.state[map_number].size),
         )
         hatch(
             axes,
             cells,
-            found.state[number] == HISTORY_DEPENDENT,
+            classified.state[map_number] == HISTORY_DEPENDENT,
             "//////",
             HISTORY_COLOUR,
             "#3A3A3A",
             "rim",
         )
         hatch(
-            axes, cells, found.state[number] == UNKNOWN, "xxxxxx", UNKNOWN_COLOUR, BLACK, "unknown"
+            axes,
+            cells,
+            classified.state[map_number] == UNKNOWN,
+            "xxxxxx",
+            UNKNOWN_COLOUR,
+            BLACK,
+            "unknown",
         )
-        best, likely = note["maps"][number]["recommended"], _likely(found, note, number)
-        if found.y and RATE in found.yields:
-            scale = {axis: quantity(axis, units).scale for axis in (found.x, found.y)}
-            x, y = (found.values(axis) / scale[axis] for axis in scale)
+        point, most_probable = (
+            numbers["maps"][map_number]["recommended"],
+            _most_probable_in(classified, numbers, map_number),
+        )
+        if classified.y and RATE_OF_PENETRATION in classified.yields:
+            scale = {axis: quantity(axis, units).scale for axis in (classified.x, classified.y)}
+            x, y = (classified.values(axis) / scale[axis] for axis in scale)
             points = [
-                tuple(one[axis] / scale[axis] for axis in scale) for one in (best, likely) if one
+                tuple(shown_point[axis] / scale[axis] for axis in scale)
+                for shown_point in (point, most_probable)
+                if shown_point
             ]
-            lines |= equal.draw_lines(axes, x, y, found.yields[RATE][number], units, points)
-        _recommend(axes, found, best, units)
-        if likely is not None:
-            scales = [quantity(axis, units).scale if axis else 1.0 for axis in (found.x, found.y)]
-            height = likely[found.y] / scales[1] if found.y else 0.5
+            has_lines |= isolines.draw_lines(
+                axes, x, y, classified.yields[RATE_OF_PENETRATION][map_number], units, points
+            )
+        _draw_recommended(axes, classified, point, units)
+        if most_probable is not None:
+            scales = [
+                quantity(axis, units).scale if axis else 1.0
+                for axis in (classified.x, classified.y)
+            ]
+            height = most_probable[classified.y] / scales[1] if classified.y else 0.5
             for colour, size in (("white", 8.0), (BLACK, 6.0)):
                 name = "most_probable" if colour == BLACK else "halo"
                 axes.plot(
-                    [likely[found.x] / scales[0]],
+                    [most_probable[classified.x] / scales[0]],
                     [height],
                     linestyle="none",
                     marker="D",
@@ -117,135 +133,172 @@ def draw(
                     clip_on=False,
                     gid=name,
                 )
-    handles = [*_legend(found, note), *([equal.handle(units)] if lines else [])]
+    handles = [
+        *_legend_entries(classified, numbers),
+        *([isolines.legend_entry(units)] if has_lines else []),
+    ]
     legend_below(figure, handles, 3)
     return figure
 
 
-def _shown(panels: int) -> list[int]:
-    """The numbers of the maps to draw: all, or as many as a page takes, evenly, the
-    first and the last among them."""
-    if panels <= MAX_PANELS:
-        return list(range(panels))
-    return [round(number * (panels - 1) / (MAX_PANELS - 1)) for number in range(MAX_PANELS)]
+def _panels_to_draw(count: int) -> list[int]:
+    """The indices of the maps to draw: all, or as many as fit on a page, evenly spaced,
+    with the first and the last."""
+    if count <= MAX_PANELS:
+        return list(range(count))
+    return [round(number * (count - 1) / (MAX_PANELS - 1)) for number in range(MAX_PANELS)]
 
 
-def _frame(found: Classes, shown: list[int], units: str) -> tuple[Figure, list[Axes]]:
-    wrap = side_by_side(WRAP.get(len(shown), 4), PANEL)
-    deep = -(-len(shown) // wrap)
-    width = page_width() / wrap
-    tall = 1.3 + deep * (min(0.8 * width, 3.4) if deep == 1 else 0.72 * width) if found.y else 1.6
-    figure = new_figure(page_width(FULL_WIDTH if len(shown) > 1 or not found.y else 5.0), tall)
-    grid = figure.add_gridspec(deep, wrap)
-    x = quantity(found.x, units)
+def _new_panels(
+    classified: Classes, map_numbers: list[int], units: str
+) -> tuple[Figure, list[Axes]]:
+    panel_columns = panels_per_row(COLUMNS_OF_PANELS.get(len(map_numbers), 4), PANEL_WIDTH)
+    panel_rows = -(-len(map_numbers) // panel_columns)
+    width = page_width() / panel_columns
+    height = (
+        1.3 + panel_rows * (min(0.8 * width, 3.4) if panel_rows == 1 else 0.72 * width)
+        if classified.y
+        else 1.6
+    )
+    figure = new_figure(
+        page_width(FULL_WIDTH if len(map_numbers) > 1 or not classified.y else 5.0), height
+    )
+    grid = figure.add_gridspec(panel_rows, panel_columns)
+    x = quantity(classified.x, units)
     panels: list[Axes] = []
-    across, up = _cells(found, units)
-    for place, number in enumerate(shown):
+    x_edges, y_edges = _cell_edges(classified, units)
+    for place, map_number in enumerate(map_numbers):
         first = panels[0] if panels else None
-        axes = figure.add_subplot(grid[divmod(place, wrap)], sharex=first, sharey=first)
-        lowest, leftmost = place + wrap >= len(shown), place % wrap == 0
-        axes.tick_params(labelbottom=lowest, labelleft=leftmost)
-        axes.set_xlabel(x.label if lowest else "")
-        if found.y:
-            axes.set_ylabel(quantity(found.y, units).label if leftmost else "")
+        axes = figure.add_subplot(grid[divmod(place, panel_columns)], sharex=first, sharey=first)
+        is_lowest, is_leftmost = (
+            place + panel_columns >= len(map_numbers),
+            place % panel_columns == 0,
+        )
+        axes.tick_params(labelbottom=is_lowest, labelleft=is_leftmost)
+        axes.set_xlabel(x.label if is_lowest else "")
+        if classified.y:
+            axes.set_ylabel(quantity(classified.y, units).label if is_leftmost else "")
         else:
             axes.set_yticks([])
-        if found.third:
-            axes.set_title(operating_point({found.third: found.values(found.third)[number]}, units))
+        if classified.third:
+            axes.set_title(
+                operating_point(
+                    {classified.third: classified.values(classified.third)[map_number]}, units
+                )
+            )
         panels.append(axes)
-    spaced(panels[0], found.values(found.x), found.values(found.y) if found.y else None)
-    panels[0].set_xlim(across[0], across[-1])
-    panels[0].set_ylim((up[-1], up[0]) if found.y == "depth" else (up[0], up[-1]))
+    spaced(
+        panels[0],
+        classified.values(classified.x),
+        classified.values(classified.y) if classified.y else None,
+    )
+    panels[0].set_xlim(x_edges[0], x_edges[-1])
+    panels[0].set_ylim(
+        (y_edges[-1], y_edges[0]) if classified.y == "depth" else (y_edges[0], y_edges[-1])
+    )
     put_title(
         figure,
-        heading(found.results.attrs, operating_point(fixed_values(found.results), units), width=80),
+        heading(
+            classified.results.attrs,
+            operating_point(fixed_values(classified.results), units),
+            width=80,
+        ),
     )
     return figure, panels
 
 
-def _cells(found: Classes, units: str) -> tuple[Array, Array]:
-    """The edges of the cells across and up, in the shown units; a strip of height one
-    where one axis is swept."""
-    up = (
-        edges(found.values(found.y)) / quantity(found.y, units).scale
-        if found.y
+def _cell_edges(classified: Classes, units: str) -> tuple[Array, Array]:
+    """The edges of the cells along x and y, in the shown units; a strip of height one
+    where only one axis is swept."""
+    y_edges = (
+        edges(classified.values(classified.y)) / quantity(classified.y, units).scale
+        if classified.y
         else np.array([0.0, 1.0])
     )
-    return edges(found.values(found.x)) / quantity(found.x, units).scale, up
+    return edges(classified.values(classified.x)) / quantity(classified.x, units).scale, y_edges
 
 
-def _recommend(axes: Axes, found: Classes, best: dict[str, Any] | None, units: str) -> None:
-    """The recommended point, with bars to the last safe point each way."""
-    if best is None:
+def _draw_recommended(
+    axes: Axes, classified: Classes, point: dict[str, Any] | None, units: str
+) -> None:
+    """Draw the recommended point, with bars to the last safe point in each direction."""
+    if point is None:
         return
-    scale = quantity(found.x, units).scale
-    bars: dict[str, Any] = {"xerr": _bar(best, found.x, scale)}
+    scale = quantity(classified.x, units).scale
+    bars: dict[str, Any] = {"xerr": _margins(point, classified.x, scale)}
     height = 0.5
-    if found.y:
-        scale_y = quantity(found.y, units).scale
-        bars["yerr"], height = _bar(best, found.y, scale_y), best[found.y] / scale_y
-    # White below black: seen on every ground.
-    for colour, wide, size in (("white", 2.4, 6.0), (BLACK, 1.0, 4.5)):
-        drawn = axes.errorbar(
-            [best[found.x] / scale],
+    if classified.y:
+        scale_y = quantity(classified.y, units).scale
+        bars["yerr"], height = _margins(point, classified.y, scale_y), point[classified.y] / scale_y
+    # White below black is visible on every colour.
+    for colour, width, size in (("white", 2.4, 6.0), (BLACK, 1.0, 4.5)):
+        artists = axes.errorbar(
+            [point[classified.x] / scale],
             [height],
             **bars,
             color=colour,
-            elinewidth=wide,
+            elinewidth=width,
             capsize=2.5,
-            capthick=wide,
+            capthick=width,
             marker="o",
             markersize=size,
-            markerfacecolor="white" if is_hint(best) else colour,
+            markerfacecolor="white" if is_hint(point) else colour,
             zorder=5,
         )
-        drawn[0].set_gid("recommended" if colour == BLACK else "halo")
+        artists[0].set_gid("recommended" if colour == BLACK else "halo")
 
 
-def is_hint(best: dict[str, Any]) -> bool:
-    """Whether a recommended point has no room to one side or more: a finer map might
-    not have it."""
-    return any(side["margin"] == 0.0 for axis in best["margins"].values() for side in axis.values())
+def is_hint(point: dict[str, Any]) -> bool:
+    """Whether a recommended point has no margin to one side or more: it might not be
+    safe on a finer map."""
+    return any(
+        side["margin"] == 0.0 for axis in point["margins"].values() for side in axis.values()
+    )
 
 
-def _likely(found: Classes, note: dict[str, Any], number: int) -> dict[str, Any] | None:
-    """Where nothing is safe, the most probable point, if it lies in this map."""
-    best: dict[str, Any] | None = note["most_probable"]
-    if best is None or note["safe"]:
+def _most_probable_in(
+    classified: Classes, numbers: dict[str, Any], map_number: int
+) -> dict[str, Any] | None:
+    """The point that is most probably safe, if no point is safe and it lies in this
+    map."""
+    point: dict[str, Any] | None = numbers["most_probable"]
+    if point is None or numbers["safe"]:
         return None
     return (
-        best
-        if found.third is None or note["maps"][number]["at"] == {found.third: best[found.third]}
+        point
+        if classified.third is None
+        or numbers["maps"][map_number]["at"] == {classified.third: point[classified.third]}
         else None
     )
 
 
-def _bar(best: dict[str, Any], axis: str, scale: float) -> list[list[float]]:
-    return [[best["margins"][axis][side]["margin"] / scale] for side in ("less", "more")]
+def _margins(point: dict[str, Any], axis: str, scale: float) -> list[list[float]]:
+    return [[point["margins"][axis][side]["margin"] / scale] for side in ("less", "more")]
 
 
-def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
-    """What the areas mean in this file, with their shares of all points."""
-    calm = (
+def _legend_entries(classified: Classes, numbers: dict[str, Any]) -> list[Artist]:
+    """The legend entries of the areas, with their meaning in this file and their shares
+    of all points, and of the points drawn."""
+    criterion = (
         "no critical response"
-        if note["severity"] is None
-        else f"no severity above {note['severity']}"
+        if numbers["severity"] is None
+        else f"no severity above {numbers['severity']}"
     )
-    both = " and ".join(note["procedures"])
-    meaning = {
-        SAFE: f"safe: {calm}, {both}",
-        HISTORY_DEPENDENT: "rim: depends on the history",
+    procedures = " and ".join(numbers["procedures"])
+    labels = {
+        SAFE: f"safe: {criterion}, {procedures}",
+        HISTORY_DEPENDENT: "history-dependent",
         CRITICAL: "critical",
     }
-    if not note["history_examined"]:
-        meaning[SAFE] = f"safe: {calm}; history not examined"
-    if note["confidence"] is not None:
-        history = f"in {both}" if note["history_examined"] else "history not examined"
-        meaning[SAFE] = f"safe with {100 * note['confidence']:g} %: {calm}, {history}"
+    if not numbers["history_examined"]:
+        labels[SAFE] = f"safe: {criterion}; history not examined"
+    if numbers["confidence"] is not None:
+        history = f"in {procedures}" if numbers["history_examined"] else "history not examined"
+        labels[SAFE] = f"safe with {100 * numbers['confidence']:g} %: {criterion}, {history}"
     handles: list[Artist] = []
     for value, name in ((SAFE, "safe"), (HISTORY_DEPENDENT, "rim"), (CRITICAL, "critical")):
         if value == HISTORY_DEPENDENT and (
-            not note["history_examined"] or note["confidence"] is not None
+            not numbers["history_examined"] or numbers["confidence"] is not None
         ):
             continue
         handles.append(
@@ -254,44 +307,51 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
                 edgecolor="#3A3A3A",
                 linewidth=0.4,
                 hatch="//////" if value == HISTORY_DEPENDENT else None,
-                label=f"{meaning[value]} ({100 * note['share'][name]:.1f} %)",
+                label=f"{labels[value]} ({100 * numbers['share'][name]:.1f} %)",
             )
         )
-    if note["unknown"]:
+    if numbers["unknown"]:
         handles.append(
             Patch(
                 facecolor=UNKNOWN_COLOUR,
                 edgecolor=BLACK,
                 linewidth=0.4,
                 hatch="xxxxxx",
-                label=f"unknown ({unknown_words(note)})",
+                label=f"unknown ({unknown_words(numbers)})",
             )
         )
-    best = [one["recommended"] for one in note["maps"] if one["recommended"]]
-    for hint in (False, True):
-        if any(is_hint(one) == hint for one in best):
-            words = (
+    recommended = [
+        point_of_map["recommended"]
+        for point_of_map in numbers["maps"]
+        if point_of_map["recommended"]
+    ]
+    for of_hints in (False, True):
+        if any(is_hint(point_of_map) == of_hints for point_of_map in recommended):
+            label = (
                 "a hint: no room to one side"
-                if hint
+                if of_hints
                 else "recommended, bars to the last safe point"
             )
-            face = "white" if hint else BLACK
+            face = "white" if of_hints else BLACK
             style: dict[str, Any] = {
                 "color": BLACK,
                 "marker": "o",
                 "markersize": 5,
                 "markerfacecolor": face,
             }
-            handles.append(Line2D([], [], linewidth=1.0, label=words, **style))
-    if note["most_probable"] and not note["safe"]:
-        words = f"most probably safe, with {100 * note['most_probable']['probability']:.0f} %"
+            handles.append(Line2D([], [], linewidth=1.0, label=label, **style))
+    if numbers["most_probable"] and not numbers["safe"]:
+        label = f"most probably safe, with {100 * numbers['most_probable']['probability']:.0f} %"
         handles.append(
-            Line2D([], [], color=BLACK, marker="D", markersize=5, linestyle="none", label=words)
+            Line2D([], [], color=BLACK, marker="D", markersize=5, linestyle="none", label=label)
         )
-    if len(found.state) > MAX_PANELS:
+    if len(classified.state) > MAX_PANELS:
         handles.append(
             Line2D(
-                [], [], linestyle="none", label=f"{MAX_PANELS} of {len(found.state)} panels shown"
+                [],
+                [],
+                linestyle="none",
+                label=f"{MAX_PANELS} of {len(classified.state)} panels shown",
             )
         )
     return handles
@@ -308,7 +368,7 @@ KINDS = (
         of=PLANE,
         place=_place,
         draw=draw,
-        uses=drawn_of,
+        uses=line_variables,
         takes=("severity", "confidence"),
         across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
     ),
