@@ -207,10 +207,10 @@ def _claim(study: str, data: str, output: str | None, picture: str | None, overw
     """The picture may be written, and no output is an input, before anything is run."""
     if picture is not None:
         options.claim_picture(study, picture, overwrite)
-        options.keep_apart(data, picture)
+        options.check_not_input(data, picture)
     if output is not None:
-        options.keep_apart(study, output)
-        options.keep_apart(data, output)
+        options.check_not_input(study, output)
+        options.check_not_input(data, output)
 
 
 def note_in(note: dict[str, Any], units: str) -> dict[str, Any]:

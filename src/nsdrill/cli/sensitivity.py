@@ -60,7 +60,7 @@ def command(
     from nsdrill.errors import printable
     from nsdrill.plot import cut
 
-    chosen = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
+    chosen = options.point_values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     if "sample" in chosen:
         raise InputError(
             "--at sample: found one sample; allowed: axes of the sweep, as all "

@@ -118,9 +118,9 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
     yield from _show_unknowns(s, units)
     yield f"  points         {s['points']}: {status}; {s['settled']} settled"
     if refinement := s.get("refinement"):
-        from nsdrill.cli.refined import saving
+        from nsdrill.cli.refined import refinement_text
 
-        yield f"  refined        {saving(refinement, units)}"
+        yield f"  refined        {refinement_text(refinement, units)}"
     if trust := s.get("trust"):
         yield from _show_trust(trust)
     if s["thresholds"]:
