@@ -82,7 +82,10 @@ def command(
     if not quiet:
         branches, points = continuation.data.sizes["branch"], continuation.data.sizes["point"]
         noun = "branch" if branches == 1 else "branches"
-        text = f"{output}: {branches} {noun}, {count(points, 'point')}, in {continuation.seconds:.1f} s."
+        text = (
+            f"{output}: {branches} {noun}, {count(points, 'point')}, in "
+            f"{continuation.seconds:.1f} s."
+        )
         not_followed = [
             f"{number}: {word}" for word, number in continuation.seeds.items() if word != "followed"
         ]

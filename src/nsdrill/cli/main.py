@@ -153,13 +153,15 @@ def _unexpected(error: Exception) -> str:
     others = registry.other_packages() if registry is not None else ()
     if others:
         return (
-            f"Error: {description}. The model {', '.join(others)} comes from another package, and the "
+            f"Error: {description}. The model {', '.join(others)} comes from another package, and "
+            f"the "
             f"fault may be there: the "
             "same command under NSDRILL_DEBUG=1 says where it was found. If it is in nsdrill, "
             "please report it."
         )
     return (
-        f"Error: this should not happen and is a bug of nsdrill ({description}). Please report it with "
+        f"Error: this should not happen and is a bug of nsdrill ({description}). Please report it "
+        f"with "
         f"the output of the same "
         "command under NSDRILL_DEBUG=1."
     )

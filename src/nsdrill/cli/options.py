@@ -15,9 +15,9 @@ Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
 class FileName(click.ParamType):
-    """The name of a file. The store checks whether the file exists and of what kind it is:
-    its messages say more than those of click. With ``stream`` the name may be ``-``,
-    standard input or output."""
+    """The name of a file. The store checks whether the file exists and of what kind it
+    is: its messages say more than those of click. With ``stream`` the name may be
+    ``-``, standard input or output."""
 
     name = "path"
 
@@ -115,7 +115,8 @@ class UnitSystem(click.Choice):
             and (ctx.get_parameter_source(param.name) == click.core.ParameterSource.ENVIRONMENT)
         )
         raise InputError(
-            f"{UNITS_VARIABLE if from_environment else '--units'}: found {value!r}; allowed: si or field."
+            f"{UNITS_VARIABLE if from_environment else '--units'}: found {value!r}; allowed: si "
+            f"or field."
         )
 
 
@@ -165,8 +166,8 @@ at = click.option(
 
 
 def point_values(at: tuple[str, ...], **operation: float | None) -> dict[str, float]:
-    """The values of ``--at``, and those of the options for the ``operation`` that are not
-    None, in SI by their keys."""
+    """The values of ``--at``, and those of the options for the ``operation`` that are
+    not None, in SI by their keys."""
     from nsdrill.models.leaves import as_value, words_of
     from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean
     from nsdrill.units import QuantityError, asked
@@ -216,8 +217,8 @@ model = click.option(
 
 
 def model_name(name: str | None) -> str:
-    """The name of the model, by default that of the model of all motions; InputError for
-    an unknown ``name``."""
+    """The name of the model, by default that of the model of all motions; InputError
+    for an unknown ``name``."""
     from nsdrill.models.registry import NAMES
     from nsdrill.variables import MODEL
 

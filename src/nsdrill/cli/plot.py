@@ -203,8 +203,8 @@ def command(
             "--to": end,
         }
         return _draw_branches(file, output, kind, units, over, unused, overwrite, look)
-    for option, value in (("--along", along), ("--set", overrides)):
-        if value:
+    for option, study_value in (("--along", along), ("--set", overrides)):
+        if study_value:
             raise InputError(
                 f"{option}: found with {file}; allowed: with a study, a file that "
                 f"ends in .yaml or .yml."

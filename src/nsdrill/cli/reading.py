@@ -33,8 +33,8 @@ def load(study: str, overrides: Sequence[str]) -> Study:
 
 
 def outline(path: str) -> Results | Trace:
-    """As :func:`read`, but without values: the variables of a sweep are zeros, which take
-    no memory."""
+    """As :func:`read`, but without values: the variables of a sweep are zeros, which
+    take no memory."""
     from nsdrill.app.reading import outline
 
     return outline(path)

@@ -65,7 +65,8 @@ def command(
 
 
 def _session(file: str, units: str, over: str | None) -> Session:
-    """A session of ``file``, with the branches ``over`` if they are of the same model."""
+    """A session of ``file``, with the branches ``over`` if they are of the same
+    model."""
     from nsdrill.web.session import Session
 
     if over is not None:

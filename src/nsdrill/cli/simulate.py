@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     "--point",
     type=int,
     metavar="N",
-    help="With --orbit: the number of the point, as nsdrill show tells it.",
+    help="With --orbit: the number of the point, as nsdrill show prints it.",
 )
 @options.settings
 @options.units
@@ -114,7 +114,8 @@ def command(
         sample=DEFAULT_SAMPLE if sample is None else sample,
     )
     click.echo(
-        f"Point: {_point_text(result.trace.attrs, requested, units)}{_sample_text(loaded, requested, units)}.",
+        f"Point: {_point_text(result.trace.attrs, requested, units)}"
+        f"{_sample_text(loaded, requested, units)}.",
         err=True,
     )
     return finish(result, output, overwrite)

@@ -15,8 +15,8 @@ from nsdrill.errors import CacheWarning
 
 
 class CommandExit(Exception):
-    """End the command with this message and exit code. click would choose its own for an
-    interrupt or a closed pipe."""
+    """End the command with this message and exit code. click would choose its own for
+    an interrupt or a closed pipe."""
 
     def __init__(self, message: str, code: int) -> None:
         super().__init__(message)
@@ -24,8 +24,8 @@ class CommandExit(Exception):
 
 
 class _Stream:
-    """A standard stream whose errors go to ``on_error``, so that they are not mistaken for
-    those of a file."""
+    """A standard stream whose errors go to ``on_error``, so that they are not mistaken
+    for those of a file."""
 
     def __init__(self, stream: Any, on_error: Callable[[OSError], None]) -> None:
         self._stream, self._on_error = stream, on_error
@@ -79,9 +79,9 @@ def standard_streams() -> Iterator[None]:
 
 
 def _open_closed() -> None:
-    """Open closed streams under their numbers: else the next file to be opened gets one,
-    and what a library prints goes into it. Output is opened for reading only, so that
-    writing data is still an error."""
+    """Open closed streams under their numbers: else the next file to be opened gets
+    one, and what a library prints goes into it. Output is opened for reading only, so
+    that writing data is still an error."""
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:
             # takes the lowest free number

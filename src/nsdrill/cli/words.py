@@ -10,7 +10,7 @@ from nsdrill.units import Asked, from_si
 from nsdrill.variables import AXES
 
 MAX_KNOTS = 6
-# The keys of plain data under which stand values of the axis or variable that the mapping
+# The keys of plain data whose values are those of the axis or variable that the mapping
 # around them names.
 _VALUE_KEYS = (
     "from",
@@ -35,8 +35,8 @@ def label_of(name: str) -> str:
 
 
 def value_text(name: str, value: float | str, units: str = "si", *, both: bool = False) -> str:
-    """A value of an axis with its unit: in the system ``units``, or in its own unit where
-    it is :class:`nsdrill.units.Asked`. With ``both`` also in the other system."""
+    """A value of an axis with its unit: in the system ``units``, or in its own unit
+    where it is :class:`nsdrill.units.Asked`. With ``both`` also in the other system."""
     if isinstance(value, str):  # a word
         return value
     axis = quantity(name)
@@ -48,8 +48,8 @@ def value_text(name: str, value: float | str, units: str = "si", *, both: bool =
 
 
 def point_text(point: Mapping[str, float | str], units: str = "si") -> str:
-    """An operating point, ``5000 m, 22.24 kN, 3 rad/s``; the values of further axes have
-    their names before them."""
+    """An operating point, ``5000 m, 22.24 kN, 3 rad/s``; the values of further axes
+    have their names before them."""
     return ", ".join(
         value_text(name, value, units)
         if name in AXES
@@ -97,8 +97,8 @@ def samples_text(number: int, effective: float) -> str:
 
 
 def cell(value: float, units: str, system: str) -> tuple[float, str]:
-    """An SI value in ``units`` for a column of a table: the number and the sign of the unit
-    in ``system``."""
+    """An SI value in ``units`` for a column of a table: the number and the sign of the
+    unit in ``system``."""
     number, unit = in_system(value, units, system)
     return number, "" if unit == "1" else sign(unit)
 
@@ -154,8 +154,8 @@ def _with_unit(node: dict[str, Any], name: str | None, units: dict[str, str]) ->
 
 
 def _in_field(value: float, units: str, name: str | None) -> tuple[float, str]:
-    """A value and its unit in field units, which depend on ``name``: a depth is in feet,
-    another length in inches."""
+    """A value and its unit in field units, which depend on ``name``: a depth is in
+    feet, another length in inches."""
     known = find(name) if name is not None else None
     if known is not None and known.units and known.unit("field") != known.units:
         return from_si(value, known.unit("field")), known.unit("field")

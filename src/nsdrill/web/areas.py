@@ -38,7 +38,7 @@ from nsdrill.web.shown import quantity_data, response_styles
 TitledReply = tuple[str, Reply]
 MAX_MAPS = 4  # over a third axis
 
-# With the colours of the pictures (nsdrill.plot.kinds.window); what is not known is white.
+# The colours are those of the pictures (nsdrill.plot.kinds.window).
 WINDOW_CLASSES = {
     UNKNOWN: ("not known", "#FFFFFF"),
     CRITICAL: ("critical", "#6E6E6E"),
@@ -76,8 +76,8 @@ def window_areas(results: Results, units: str) -> Iterator[TitledReply]:
 
 
 def verdict_areas(results: Results, units: str, x: str, y: str) -> Iterator[TitledReply]:
-    """The verdict of the checks at each point over two axes, for each procedure; nothing
-    where no point was checked."""
+    """The verdict of the checks at each point over two axes, for each procedure;
+    nothing where no point was checked."""
     if "trusted" not in results.variables or len(results.swept) != 2:
         return
     verdicts = verdict(results)
@@ -92,8 +92,8 @@ def verdict_areas(results: Results, units: str, x: str, y: str) -> Iterator[Titl
 
 
 def probability_areas(results: Results, units: str, x: str, y: str) -> Iterator[TitledReply]:
-    """The probabilities, in percent, of a safe run and of each response that occurs, over
-    two axes and whatever the history."""
+    """The probabilities, in percent, of a safe run and of each response that occurs,
+    over two axes and whatever the history."""
     probabilities = chances(results, responses=model_in(results.attrs).responses)
     x_axis, y_axis = (axis_data(results, axis, units) for axis in (x, y))
     for name, words in occurring_outcomes(probabilities):
@@ -105,8 +105,8 @@ def probability_areas(results: Results, units: str, x: str, y: str) -> Iterator[
 
 
 def probability_lines(results: Results, units: str, x: str) -> Reply:
-    """The probabilities, in percent, of a safe run and of each response that occurs along
-    one axis: a line for each."""
+    """The probabilities, in percent, of a safe run and of each response that occurs
+    along one axis: a line for each."""
     probabilities = chances(results, responses=model_in(results.attrs).responses)
     outcomes = occurring_outcomes(probabilities)
     codes = [0 if name == SAFE else 1 << RESPONSES.index(name) for name, _ in outcomes]
@@ -189,8 +189,8 @@ def _area(
     words: str,
     styles: Mapping[int, tuple[str, str]] | None,
 ) -> Reply:
-    """``values`` [y, x] as a map: of classes, whose names and colours ``styles`` gives, or
-    of numbers."""
+    """``values`` [y, x] as a map: of classes, whose names and colours ``styles`` gives,
+    or of numbers."""
     failed = values < 0 if styles else np.zeros(values.shape, bool)
     head = {
         "x": dict(x),

@@ -74,7 +74,8 @@ class Branches:
         return int(np.searchsorted(np.cumsum(self.sizes), point, side="right"))
 
     def name_of(self, point: int) -> str:
-        """The branch of a point, its stability, and its label where the point is special."""
+        """The branch of a point, its stability, and its label where the point is
+        special."""
         branch, count = self.branch_of(point), int(self.unstable[point])
         directions = f"unstable in {count} direction{'s' if count > 1 else ''}"
         parts = [f"branch {branch}", self.names[branch], directions if count else "stable"]
@@ -84,8 +85,8 @@ class Branches:
 
 
 def is_branches(path: str | os.PathLike[str]) -> bool:
-    """Whether this is a file of branches. False for what is no file of nsdrill: its reader
-    raises the error."""
+    """Whether this is a file of branches. False for what is no file of nsdrill: its
+    reader raises the error."""
     try:
         with hdf5.opened(path) as file:
             return str(file.attrs["nsdrill_kind"]) == KIND
@@ -179,9 +180,9 @@ def _name(motion: Any, lobes: Any) -> str:
 
 
 def curves(branches: Branches, name: str, units: str) -> tuple[dict[str, Any], dict[str, Array]]:
-    """The branches in a diagram of the feature ``name``: columns ``curve x``,
-    ``curve y`` and ``curve unstable`` [point]. ``curves`` in the head has the sizes, the
-    words of each branch, and the special points."""
+    """The branches in a diagram of the feature ``name``: columns ``curve x``, ``curve
+    y`` and ``curve unstable`` [point]. ``curves`` in the head has the sizes, the words
+    of each branch, and the special points."""
     x, y = quantity(branches.along, units), quantity(name, units)
     special = np.flatnonzero(~np.isin(branches.label, (REGULAR, END_POINT)))
     head = {

@@ -1,12 +1,13 @@
-"""The binary format of a reply to a page: plain data and columns of numbers in one body.
+"""The binary format of a reply to a page: plain data and columns of numbers in one
+body.
 
 1. the length of the head in four bytes, little-endian;
 2. the head, JSON in UTF-8, padded with blanks to a multiple of four bytes;
 3. the columns one after the other as 32-bit floats, precise enough for drawing.
 
-``head["columns"]`` maps the name of each column to its offset ``at``, counted in floats,
-and its ``shape``. Numbers that a page sends back with all their bits are in the head.
-"""
+``head["columns"]`` maps the name of each column to its offset ``at``, counted in
+floats, and its ``shape``. Numbers that a page sends back with all their bits are in the
+head."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""The report: results as one self-contained page of HTML, to send, to read and to print.
+"""The report: results as one self-contained page of HTML, to send, to read and to
+print.
 
 Text and tables are plain HTML. The scripts of the explorer draw diagrams and motions in
 the browser, from the same bodies (:mod:`nsdrill.web.packet`), which the page holds in
@@ -61,8 +62,8 @@ class Part:
 
 @dataclass
 class _Page:
-    """The page under construction: pieces of HTML, and the bodies that its drawings refer
-    to by number."""
+    """The page under construction: pieces of HTML, and the bodies that its drawings
+    refer to by number."""
 
     pieces: list[str] = field(default_factory=list)
     bodies: list[bytes] = field(default_factory=list)
@@ -85,8 +86,8 @@ class _Page:
 
 
 def report(parts: Sequence[Part], command: str, motions: int) -> str:
-    """The page as HTML. ``command`` is the command line that writes it again; of each file
-    up to ``motions`` points are drawn moving."""
+    """The page as HTML. ``command`` is the command line that writes it again; of each
+    file up to ``motions`` points are drawn moving."""
     page = _Page()
     titles = [part.session.title for part in parts]
     page.add(
@@ -111,8 +112,8 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
 
 
 def _stems(paths: Sequence[str]) -> list[str]:
-    """The beginnings of the file names in the command lines: the name of each file, with
-    a number where two are equal."""
+    """The beginnings of the file names in the command lines: the name of each file,
+    with a number where two are equal."""
     names = [Path(path).name.partition(".")[0] or "results" for path in paths]
     return [
         name if names.count(name) == 1 else f"{name}{number}"
@@ -121,8 +122,8 @@ def _stems(paths: Sequence[str]) -> list[str]:
 
 
 def _add_file(page: _Page, part: Part, motions: int, stem: str) -> None:
-    """The section of one file; the names of the files that its command lines write begin
-    with ``stem``."""
+    """The section of one file; the names of the files that its command lines write
+    begin with ``stem``."""
     session = part.session
     results = session.results
     if results is None:
@@ -372,8 +373,8 @@ def _thinned(reply: Reply) -> Reply:
 
 
 def _add_members(page: _Page, session: Session, results: Results) -> None:
-    """The probabilities of samples, or the diagram of several starts with a line for each
-    start."""
+    """The probabilities of samples, or the diagram of several starts with a line for
+    each start."""
     units, axis, member = session.units, longest(results), member_dimension(results)
     if member == SAMPLE and len(results.swept) == 2:
         x, y = sorted(results.swept, key=lambda name: -len(results.coords[name]))
@@ -428,8 +429,8 @@ def _add_members(page: _Page, session: Session, results: Results) -> None:
 
 
 def _add_motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
-    """Add the motion of one point; return the command line that computes it, "" where the
-    run failed."""
+    """Add the motion of one point; return the command line that computes it, "" where
+    the run failed."""
     try:
         head, columns = session.replay({"place": list(place), "seconds": MOTION_SECONDS})
     except NsdrillError as error:
@@ -492,8 +493,8 @@ def representatives(results: Results, most: int) -> list[tuple[int, ...]]:
 
 
 def _middle_of_longest(mask: Array, axis: int) -> tuple[int, ...]:
-    """The index of the middle of the longest run of True along the last axis of ``mask``,
-    which is ``axis`` of the grid."""
+    """The index of the middle of the longest run of True along the last axis of
+    ``mask``, which is ``axis`` of the grid."""
     best, place = 0, tuple(int(i) for i in np.argwhere(mask)[0])
     for row in np.ndindex(*mask.shape[:-1]):
         line = np.concatenate(([False], mask[row], [False]))

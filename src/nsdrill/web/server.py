@@ -245,8 +245,8 @@ class _Handler(BaseHTTPRequestHandler):
             self._send(200, kind, reply)
 
     def _check_origin(self) -> bool:
-        """Whether the request names this server and comes from one of its pages; else it is
-        refused."""
+        """Whether the request names this server and comes from one of its pages; else
+        it is refused."""
         port = self.server.server_port
         hosts = {f"{name}:{port}" for name in (ADDRESS, "localhost")}
         origin = self.headers.get("Origin")
@@ -271,8 +271,8 @@ class _Handler(BaseHTTPRequestHandler):
         return False
 
     def _keep_alive(self) -> None:
-        """A response without end. When it breaks off, the page knows that the explorer has
-        stopped, or the explorer that the page was closed."""
+        """A response without end. When it breaks off, the page knows that the explorer
+        has stopped, or the explorer that the page was closed."""
         explorer = self.server.explorer
         self.close_connection = True
         explorer.add_page()

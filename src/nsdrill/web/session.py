@@ -125,7 +125,8 @@ class Session:
 
     @property
     def motions(self) -> Motions:
-        """The motions of the string; imported at first use, as this loads the compiler."""
+        """The motions of the string; imported at first use, as this loads the
+        compiler."""
         if self._motions is None:
             from nsdrill.app.motions import Motions
 
@@ -268,8 +269,8 @@ class Session:
         }
 
     def _sliders(self) -> list[dict[str, Any]]:
-        """The numbers of the study that may change while the string rotates, each with its
-        range, and the words, each with its ``choices``."""
+        """The numbers of the study that may change while the string rotates, each with
+        its range, and the words, each with its ``choices``."""
         sliders: list[dict[str, Any]] = []
         axes = self.study.axes
         for name, leaf in self._adjustable.items():
@@ -320,7 +321,8 @@ class Session:
     # ---- requests
 
     def diagram(self, request: Mapping[str, Any]) -> Reply:
-        """Peaks or a feature ``y`` along an axis; optional ``x``, ``held`` and ``member``."""
+        """Peaks or a feature ``y`` along an axis; optional ``x``, ``held`` and
+        ``member``."""
         y = _name(request, "y")
         panel = next((panel for panel in drawn_in(self._attrs).panels if panel.peaks == y), None)
         name = panel.greatest if panel else y
@@ -393,8 +395,8 @@ class Session:
             study = replace(study, simulation=simulation)
             state = np.append(branches.state[point], 0.0)
             motion = self.motions.go_on(study, state, seconds, min(SAMPLE, period / 400))
-        # "settled" compares the halves of the observation, which says nothing of a motion
-        # with another period.
+        # "settled" compares the halves of the observation, which says nothing of a
+        # motion with another period.
         labels = {name: value for name, value in motion.found.items() if name != "settled"}
         head, columns = self._motion_reply(motion, study, {"status": motion.status, **labels})
         if motion.status == OK:
@@ -411,8 +413,8 @@ class Session:
         return head, columns
 
     def plane(self, request: Mapping[str, Any]) -> Reply:
-        """A label or feature ``colour`` over two axes ``x`` and ``y``; optional ``held`` and
-        ``member``."""
+        """A label or feature ``colour`` over two axes ``x`` and ``y``; optional
+        ``held`` and ``member``."""
         return plane(
             self._sweep_results(),
             self.units,
@@ -450,9 +452,9 @@ class Session:
         return head, columns
 
     def live(self, request: Mapping[str, Any]) -> Reply:
-        """The motion from ``state`` on with ``changes``; from the study's own start where no
-        state is given. ``settle`` and ``observe`` are those of a point of a local
-        diagram."""
+        """The motion from ``state`` on with ``changes``; from the study's own start
+        where no state is given. ``settle`` and ``observe`` are those of a point of a
+        local diagram."""
         values = self._values(request)
         seconds = _seconds(request)
         settle, observe = (
@@ -500,8 +502,8 @@ class Session:
         )
 
     def local(self, request: Mapping[str, Any]) -> Reply:
-        """A diagram around the present point along ``key``; each of its points is run from
-        ``state``."""
+        """A diagram around the present point along ``key``; each of its points is run
+        from ``state``."""
         values, key = self._values(request), _name(request, "key")
         leaf = self._adjustable.get(key)
         if leaf is None or leaf.kind not in CONTINUOUS:
@@ -597,7 +599,8 @@ class Session:
         return {"planes": planes, "words": f"{count} {source}"}, columns
 
     def saved(self, request: Mapping[str, Any]) -> dict[str, Any]:
-        """The present point as a study file: its ``text``, and a ``name`` to propose."""
+        """The present point as a study file: its ``text``, and a ``name`` to
+        propose."""
         from nsdrill.study import parse_study
         from nsdrill.study.written import study_text
 
@@ -711,8 +714,8 @@ class Session:
         return self.motions.values(self._place(request))
 
     def _changes(self, request: Mapping[str, Any]) -> dict[str, str]:
-        """The changed keys with their values as a study writes them. In a request, numbers
-        are in SI and texts have a unit."""
+        """The changed keys with their values as a study writes them. In a request,
+        numbers are in SI and texts have a unit."""
         changes = request.get("changes") or {}
         if not isinstance(changes, dict):
             raise InputError("changes: found something else; allowed: a mapping by keys.")
