@@ -97,7 +97,5 @@ def _warning_lines(points: list[dict[str, Any]]) -> Iterator[str]:
     if total and unsettled > 0.05 * total:
         yield (
             f"  {unsettled} of {total} starts are unsettled: chaotic, or still on their way. A "
-            f"motion "
-            f"that loses its share "
-            "as simulation.transient grows is no attractor."
+            "motion that loses its share as simulation.transient grows is no attractor."
         )

@@ -141,7 +141,7 @@ def _number_lines(d: dict[str, Any], units: str) -> Iterator[str]:
         yield from _probability_lines(probabilities, swept, units)
     if not d["points"]:
         if probabilities:
-            yield "The samples are others, so their runs are not compared one by one."
+            yield "The samples differ, so their runs are not compared one by one."
         else:
             yield f"The files have no {noun} in common, so there are no numbers to compare."
         return
@@ -170,7 +170,7 @@ def _number_lines(d: dict[str, Any], units: str) -> Iterator[str]:
             f"{noun} that differ",
             "largest difference",
             "relative",
-            "from" if trace else "there",
+            "from" if trace else "at",
         )
         yield from _table([headings, *(_row(row, swept, units) for row in differing)])
 
@@ -182,10 +182,9 @@ def _probability_lines(
 
     yield (
         f"Probabilities at {number_of(probabilities['points'], 'operating point')}, means and "
-        f"largest "
-        f"change:"
+        "largest change:"
     )
-    rows: list[tuple[str, ...]] = [("", "a", "b", "b less a", "there", "intervals apart")]
+    rows: list[tuple[str, ...]] = [("", "a", "b", "b less a", "at", "intervals apart")]
     for row in probabilities["outcomes"]:
         means = (f"{100 * row[side]:.1f} %" for side in ("a", "b"))
         where = _place_text(row["at"], [name for name in swept if name in row["at"]], units)

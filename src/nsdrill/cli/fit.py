@@ -171,7 +171,7 @@ def command(
     if output is not None:
         kept = Rounds.beside(output, loaded, measured, batch, overwrite=overwrite, resume=resume)
     if resume and not kept.runs:
-        click.echo("Nothing is there to go on with: the fit starts anew.", err=True)
+        click.echo("There is no interrupted fit to resume: a new one starts.", err=True)
     with kept.guarding():
         with reporting(not quiet) as watch:
             result = fit(
@@ -263,9 +263,7 @@ def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
     failed = f", {summary['failed']} of them failed" if summary["failed"] else ""
     yield (
         f"{summary['samples']} samples in {count(summary['rounds'], 'round')}{failed}; effective "
-        f"number "
-        f"of samples "
-        f"{summary['effective']:.0f}."
+        f"number of samples {summary['effective']:.0f}."
     )
     yield ""
     yield from _unknown_lines(summary, units)
@@ -337,8 +335,7 @@ def verdicts(summary: dict[str, Any]) -> Iterator[str]:
     elif undetermined:
         yield (
             f"THE DATA CANNOT TELL {', '.join(undetermined)}: what is known of it is what the "
-            f"study said "
-            f"before."
+            "study said before."
         )
     for pair in summary["together"]:
         direction = "together" if pair["correlation"] > 0 else "against each other"

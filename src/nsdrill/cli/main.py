@@ -154,16 +154,12 @@ def _unexpected(error: Exception) -> str:
     if others:
         return (
             f"Error: {description}. The model {', '.join(others)} comes from another package, and "
-            f"the "
-            f"fault may be there: the "
-            "same command under NSDRILL_DEBUG=1 says where it was found. If it is in nsdrill, "
-            "please report it."
+            "the fault may be there: the same command under NSDRILL_DEBUG=1 says where it was "
+            "found. If it is in nsdrill, please report it."
         )
     return (
         f"Error: this should not happen and is a bug of nsdrill ({description}). Please report it "
-        f"with "
-        f"the output of the same "
-        "command under NSDRILL_DEBUG=1."
+        "with the output of the same command under NSDRILL_DEBUG=1."
     )
 
 

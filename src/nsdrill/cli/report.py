@@ -37,8 +37,8 @@ def command(
     results: tuple[str, ...], output: str, motions: int, units: str, overwrite: bool
 ) -> int:
     """Write RESULTS, files of sweeps or branches, as one page of HTML that opens
-    without a network: what was asked, diagrams with numbers, where history matters, the
-    safe window, motions, and the command lines that make it again."""
+    without a network: what was run, diagrams with numbers, where history matters, the
+    safe window, motions, and the command lines that reproduce it."""
     if not output.lower().endswith((".html", ".htm")):
         raise InputError(f"{output}: found another ending; allowed: .html.")
     for file in results:

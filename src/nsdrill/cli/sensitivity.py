@@ -171,11 +171,8 @@ def _undecided(summary: dict[str, Any]) -> str:
     index = _index(best["first"], best["first_error"])
     return (
         f"{summary['samples']} samples cannot tell which unknown to measure first: the largest "
-        f"index "
-        f"of the safe run, "
-        f"that of {label_of(best['key'])}, is {index}, which may be chance. Run with four times "
-        f"as many: "
-        f"--set uncertain.samples={4 * summary['samples']}."
+        f"index of the safe run, that of {label_of(best['key'])}, is {index}, which may be "
+        f"chance. Run with four times as many: --set uncertain.samples={4 * summary['samples']}."
     )
 
 

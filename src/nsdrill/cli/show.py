@@ -219,8 +219,7 @@ def _probability_lines(s: dict[str, Any], units: str) -> Iterator[str]:
         if len(history_rows) > MAX_POINTS:
             yield (
                 f"  ({MAX_POINTS} of {len(history_rows)} points; all with --json, or nsdrill plot "
-                f"--kind "
-                f"probability)"
+                "--kind probability)"
             )
 
 

@@ -158,8 +158,7 @@ def _basis_lines(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
         samples = samples_text(summary["counted"], summary["effective"])
         yield (
             f"  safe      {100 * summary['confidence']:g} % or more of {samples} of the uncertain "
-            f"numbers "
-            f"end well{by} {condition}"
+            f"numbers end well{by} {condition}"
         )
         if not summary["history_examined"]:
             yield (
@@ -334,7 +333,7 @@ def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -
         )
     best = plane["recommended"]
     yield (
-        f"Recommended: "
+        "Recommended: "
         f"{', '.join(fmt.value(axis, best[axis]) for axis in axes)}.{_drilling_text(best, fmt)}"
     )
     if "probability" in best:

@@ -205,14 +205,19 @@ def mismatch(branches: Branches, results: Results, axis: str, place: Any, units:
     """Why the branches do not belong in a diagram along ``axis`` through ``place``; ""
     where they do."""
     if other := other_string(branches.attrs, results, {}, (branches.key,)):
-        key, there, here = other[0]
-        return f"The branches are of another string: {key} is {there} there, {here} here."
+        key, branch_value, sweep_value = other[0]
+        return (
+            f"The branches are of another string: {key} is {branch_value} there, "
+            f"{sweep_value} here."
+        )
     if axis != branches.along:
         return f"The branches run along {plain(quantity(branches.along).words)}."
     for name, i in zip(results.grid, place, strict=True):
         if name in branches.features and name != axis and name in results.axes:
-            here, there = float(results.coords[name][i]), float(branches.features[name][0])
-            if abs(here - there) > 1e-9 * max(abs(here), abs(there)):
+            sweep_number = float(results.coords[name][i])
+            branch_number = float(branches.features[name][0])
+            difference = abs(sweep_number - branch_number)
+            if difference > 1e-9 * max(abs(sweep_number), abs(branch_number)):
                 shown = quantity(name, units)
-                return f"The branches are at {plain(shown.words)} {shown.value(there)}."
+                return f"The branches are at {plain(shown.words)} {shown.value(branch_number)}."
     return ""

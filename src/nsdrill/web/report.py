@@ -105,8 +105,8 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
         _add_file(page, part, motions, stems[number])
         page.add("</section>")
     page.add(
-        "<section><h2>Made again</h2>",
-        f"<p>This page: <code>{_text(command)}</code></p></section></main>",
+        "<section><h2>How to reproduce this page</h2>",
+        f"<p><code>{_text(command)}</code></p></section></main>",
     )
     return _document(titles[0], page)
 
@@ -220,7 +220,7 @@ def _add_origin(page: _Page, session: Session, results: Results) -> None:
     ]
     rows.append(("With", ", ".join(software)))
     rows.append(("Study", f"SHA-256 {attrs.get('study_sha256', '')}"))
-    page.add("<h3>What was asked</h3>", _table(rows))
+    page.add("<h3>What was run</h3>", _table(rows))
 
 
 def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
@@ -300,7 +300,7 @@ def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) 
     version = str(branches.attrs.get("nsdrill_version", ""))
     rows.append(("Made", f"{branches.attrs.get('created', '')} by nsdrill {version}"))
     rows.append(("Study", f"SHA-256 {branches.attrs.get('study_sha256', '')}"))
-    page.add("<h3>What was asked</h3>", _table(rows), "<h3>Branches</h3>")
+    page.add("<h3>What was run</h3>", _table(rows), "<h3>Branches</h3>")
     panels = [p for p in drawn_in(branches.attrs).panels if p.greatest in branches.features]
     replies = [session.diagram({"y": p.peaks}) for p in panels]
     page.add_drawing(
@@ -501,10 +501,10 @@ def _middle_of_longest(mask: Array, axis: int) -> tuple[int, ...]:
         begins, ends = np.flatnonzero(~line[:-1] & line[1:]), np.flatnonzero(line[:-1] & ~line[1:])
         if not len(begins):
             continue
-        longest_ = int(np.argmax(ends - begins))
-        if ends[longest_] - begins[longest_] > best:
-            best = int(ends[longest_] - begins[longest_])
-            place = (*(int(i) for i in row), int(begins[longest_] + ends[longest_] - 1) // 2)
+        longest_run = int(np.argmax(ends - begins))
+        if ends[longest_run] - begins[longest_run] > best:
+            best = int(ends[longest_run] - begins[longest_run])
+            place = (*(int(i) for i in row), int(begins[longest_run] + ends[longest_run] - 1) // 2)
     *others, last = place
     return (*others[:axis], last, *others[axis:])
 

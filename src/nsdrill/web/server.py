@@ -271,8 +271,8 @@ class _Handler(BaseHTTPRequestHandler):
         return False
 
     def _keep_alive(self) -> None:
-        """A response without end. When it breaks off, the page knows that the explorer
-        has stopped, or the explorer that the page was closed."""
+        """A response without end. Its end shows the page that the explorer has
+        stopped, and the explorer that the page was closed."""
         explorer = self.server.explorer
         self.close_connection = True
         explorer.add_page()
