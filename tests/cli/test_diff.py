@@ -84,7 +84,7 @@ def test_two_weights_are_compared_and_samples_by_their_values(call: Call) -> Non
     assert "28.6479 rpm, sample 0" in answer.out
     answer = call("diff", "a.h5", "c.h5")
     assert "sample: 2 and 2 samples, 0 with the same values of the unknowns." in answer.out
-    assert "The samples are others, so their runs are not compared one by one." in answer.out
+    assert "The samples differ, so their runs are not compared one by one." in answer.out
     found = nsdrill.diff("a.h5", "c.h5")["probabilities"]
     assert found["points"] == 2
     for one in found["outcomes"]:

@@ -14,7 +14,7 @@ import pytest
 
 from nsdrill.app.run import _header, check_sweep, kept_of, plan_of
 from nsdrill.cli.main import COMMANDS, group
-from nsdrill.cli.options import values
+from nsdrill.cli.options import point_values
 from nsdrill.data import Results
 from nsdrill.plot import needed
 from nsdrill.store import MemoryLog, recorded
@@ -134,7 +134,7 @@ def test_examples_fit_their_studies(
                 check_sweep(study)
                 sweeps[given["output"]] = study
         study = sweeps.get(given.get("file") or given.get("results"))
-        at = values(given.get("at") or (), **{name: given.get(name) for name in AXES})
+        at = point_values(given.get("at") or (), **{name: given.get(name) for name in AXES})
         if study is None:
             continue
         if words[0] == "plot":

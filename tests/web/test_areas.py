@@ -12,9 +12,9 @@ from nsdrill.app.run import run_in_memory
 from nsdrill.data import Results
 from nsdrill.study import parse_study
 from nsdrill.web.areas import (
-    WINDOW,
+    WINDOW_CLASSES,
     basin_area,
-    chosen,
+    evenly_spaced,
     probability_areas,
     probability_lines,
     verdict_areas,
@@ -81,7 +81,7 @@ def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube: Results) -> No
     ]
     for number, (_, (head, columns)) in enumerate(areas):
         names = [head["classes"][int(code)]["name"] for code in columns["values"].ravel()]
-        assert names == [WINDOW[state][0] for state in found.state[number].ravel()]
+        assert names == [WINDOW_CLASSES[state][0] for state in found.state[number].ravel()]
         assert columns["values"].shape == (1, 2, 4)
     assert len(np.unique(found.state)) > 1
     assert list(window_areas(run("sweep: {rotary_speed: [4 rad/s, 8 rad/s]}\n"), "si")) == []
@@ -111,5 +111,5 @@ def test_a_basin_has_each_start_in_its_place() -> None:
 
 
 def test_of_many_maps_some_are_shown_evenly() -> None:
-    assert chosen(3) == [0, 1, 2]
-    assert chosen(18) == [0, 6, 11, 17]
+    assert evenly_spaced(3) == [0, 1, 2]
+    assert evenly_spaced(18) == [0, 6, 11, 17]

@@ -380,7 +380,7 @@ def test_the_report_opens_without_a_network(page: Any, shared: Path, tmp_path: P
         "Small",
         "Small map",
         "Small",
-        "Made again",
+        "How to reproduce this page",
     ]
     page.locator(".u-over").first.scroll_into_view_if_needed()
     page.mouse.move(*place(page, 0.5, chart=".u-over"))

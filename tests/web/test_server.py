@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from nsdrill.errors import InputError
-from nsdrill.web.server import ADDRESS, MOST, PATIENCE, TOKEN, Explorer
+from nsdrill.web.server import ADDRESS, CLOSE_DELAY, MAX_REQUEST, TOKEN_HEADER, Explorer
 from nsdrill.web.session import Session
 
 
@@ -33,9 +33,9 @@ def ask(
 ):  # type: ignore[no-untyped-def]
     """(status, heads, body) of a request with the token and the right origin, but for
     what is given."""
-    named = {"Host": f"{ADDRESS}:{explorer.port}", TOKEN: explorer.token}
+    named = {"Host": f"{ADDRESS}:{explorer.port}", TOKEN_HEADER: explorer.token}
     for name, value in heads.items():
-        name = {"token": TOKEN}.get(name, name.replace("_", "-"))
+        name = {"token": TOKEN_HEADER}.get(name, name.replace("_", "-"))
         if value is None:
             named.pop(name, None)
         else:
@@ -141,7 +141,7 @@ def test_what_is_no_json_object_is_refused(explorer: Explorer, body: str) -> Non
 
 
 def test_a_request_has_a_limit(explorer: Explorer) -> None:
-    assert ask(explorer, "POST", "/api/meta", "{}", Content_Length=str(MOST + 1))[0] == 413
+    assert ask(explorer, "POST", "/api/meta", "{}", Content_Length=str(MAX_REQUEST + 1))[0] == 413
     assert ask(explorer, "POST", "/api/meta", "{}", Content_Length="-1")[0] == 411
     assert ask(explorer, "POST", "/api/meta", "{}", Content_Length="ten")[0] == 411
     assert ask(explorer, "POST", "/api/meta", "{}", Transfer_Encoding="chunked")[0] == 411
@@ -172,7 +172,7 @@ def test_a_page_that_goes_away_in_the_middle_stops_nothing(explorer: Explorer) -
     for _ in range(3):
         with socket.create_connection((ADDRESS, explorer.port)) as raw:
             raw.sendall(
-                f"POST /api/replay HTTP/1.1\r\nHost: {ADDRESS}:{explorer.port}\r\n{TOKEN}: "
+                f"POST /api/replay HTTP/1.1\r\nHost: {ADDRESS}:{explorer.port}\r\n{TOKEN_HEADER}: "
                 f"{explorer.token}\r\n"
                 'Content-Length: 33\r\n\r\n{"place": [0, 0, 0, 1], "x": "y"}'.encode()
             )
@@ -183,7 +183,7 @@ def test_it_stops_with_its_last_page(explorer: Explorer) -> None:
     def page() -> socket.socket:
         raw = socket.create_connection((ADDRESS, explorer.port))
         raw.sendall(
-            f"GET /api/alive HTTP/1.1\r\nHost: {ADDRESS}:{explorer.port}\r\n{TOKEN}: "
+            f"GET /api/alive HTTP/1.1\r\nHost: {ADDRESS}:{explorer.port}\r\n{TOKEN_HEADER}: "
             f"{explorer.token}\r\n\r\n".encode()
         )
         assert raw.recv(100).startswith(b"HTTP/1.1 200")
@@ -203,7 +203,7 @@ def test_it_stops_with_its_last_page(explorer: Explorer) -> None:
 
     assert explorer.wait(look) == "The page was closed."
     assert ends
-    assert time.monotonic() - begun >= ends[0] + PATIENCE - 0.5
+    assert time.monotonic() - begun >= ends[0] + CLOSE_DELAY - 0.5
 
 
 @pytest.mark.parametrize("signal", ["SIGINT", "SIGTERM"])

@@ -13,7 +13,7 @@ import pytest
 from nsdrill.errors import FileError, InputError
 from nsdrill.web.packet import packed
 from nsdrill.web.session import Session
-from nsdrill.web.shown import plain, verdict_words
+from nsdrill.web.shown import label_words, plain
 
 
 def test_a_diagram_has_the_peaks_of_the_file(session: Session) -> None:
@@ -62,7 +62,7 @@ def test_another_drive_goes_on_from_the_state_that_there_is(session: Session) ->
         "seconds": 1.0,
     }
     study = session.motions.at(session.motions.values([0, 0, 0, 3]), {"drive.kind": "stiff"})
-    state = session._from(asked, study)
+    state = session._start_state(asked, study)
     names = session.motions.states(study)
     assert set(told["states"]) < set(names)
     fitted = dict(zip(names, state, strict=True))
@@ -173,18 +173,18 @@ def test_other_files_are_refused(shared: Path, tmp_path: Path) -> None:
 def test_words() -> None:
     assert plain("$\\dot r$ [m/s]") == "r\u0307 [m/s]"
     assert plain("Axial peaks $z$") == "Axial peaks z"
-    assert verdict_words({"status": 3}) == ["step limit"]
-    said = verdict_words(
+    assert label_words({"status": 3}) == ["step limit"]
+    said = label_words(
         {"status": 1, "response": 5, "whirl_kind": 3, "settled": 0, "whirl_severity": 2}
     )
     assert said == ["bit-bounce + whirl (moderate)", "backward rolling whirl", "unsettled"]
-    assert verdict_words({"status": 1, "response": 2, "stick_slip_severity": 4}) == [
+    assert label_words({"status": 1, "response": 2, "stick_slip_severity": 4}) == [
         "stick-slip (severe)"
     ]
-    assert verdict_words({"status": 1, "response": 0, "stick_slip_severity": 1})[1].startswith(
+    assert label_words({"status": 1, "response": 0, "stick_slip_severity": 1})[1].startswith(
         "stick-slip: "
     )
-    assert "not run" in verdict_words({"status": 5, "response": 0})[0]
+    assert "not run" in label_words({"status": 5, "response": 0})[0]
 
 
 def test_a_body_is_aligned_and_complete() -> None:

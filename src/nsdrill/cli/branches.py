@@ -9,7 +9,7 @@ from typing import Any
 
 from nsdrill.errors import printable
 
-MOST_SPECIAL = 40
+MAX_SPECIAL = 40
 
 
 def lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
@@ -32,16 +32,16 @@ def lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
     yield f"  points         {s['points']} on {len(s['branches'])} {noun}"
     for word, number in s["seeds"].items():
         yield f"  seeds          {number}: {word}"
-    for one in s["branches"]:
-        springs = f", springs from branch {one['parent']}" if one["parent"] >= 0 else ""
+    for branch in s["branches"]:
+        origin = f", springs from branch {branch['parent']}" if branch["parent"] >= 0 else ""
         yield (
-            f"\nBranch {one['branch']}: {one['words']}, {text(one['min'])} to "
-            f"{text(one['max'])}{springs}"
+            f"\nBranch {branch['branch']}: {branch['words']}, {text(branch['min'])} to "
+            f"{text(branch['max'])}{origin}"
         )
-        stable = ", ".join(f"{text(min(ends))} to {text(max(ends))}" for ends in one["stable"])
+        stable = ", ".join(f"{text(min(ends))} to {text(max(ends))}" for ends in branch["stable"])
         yield f"  stable         {stable or 'nowhere'}"
-        yield f"  ends           {one['end_reason']}"
-        for special in one["special"][:MOST_SPECIAL]:
+        yield f"  ends           {branch['end_reason']}"
+        for special in branch["special"][:MAX_SPECIAL]:
             note = f" ({special['note']})" if special["note"] else ""
             name = special["label"].replace("_", " ")
             meaning = special["meaning"] + _change(
@@ -50,7 +50,7 @@ def lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
             yield (
                 f"  {text(special['value']):14s} {name}{note}: {meaning} [point {special['point']}]"
             )
-        if (more := len(one["special"]) - MOST_SPECIAL) > 0:
+        if (more := len(branch["special"]) - MAX_SPECIAL) > 0:
             yield f"  ... {more} more; --json has all"
     for curve in s["curves"]:
         over = next(
@@ -69,7 +69,7 @@ def lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
 
 
 def _change(before: int | None, after: int | None) -> str:
-    """What becomes of stability along the branch, in words."""
+    """The change of stability at a special point, in words."""
     if before is None or after is None or before == after:
         return ""
     if before == 0 or after == 0:
@@ -87,47 +87,49 @@ def table(data: Any, units: str) -> str:
     from nsdrill.quantity import sign
     from nsdrill.units import from_si
 
-    words = {code: one.name for code, one in meanings_of(model_in(data.attrs)).items()}
-    own = np.asarray(data["branch_of_point"].values)
-    heads: list[str] = ["point", "branch", "motion", "lobes", "label_words"]
+    words = {code: label.name for code, label in meanings_of(model_in(data.attrs)).items()}
+    branch_of_point = np.asarray(data["branch_of_point"].values)
+    headings: list[str] = ["point", "branch", "motion", "lobes", "label_words"]
     columns: list[list[Any]] = [
-        list(range(len(own))),
-        own.tolist(),
-        [str(data["motion"].values[k]) for k in own],
-        [int(data["lobes"].values[k]) for k in own],
+        list(range(len(branch_of_point))),
+        branch_of_point.tolist(),
+        [str(data["motion"].values[k]) for k in branch_of_point],
+        [int(data["lobes"].values[k]) for k in branch_of_point],
         [words.get(int(code), str(code)) for code in data["label"].values],
     ]
     for name in data.variables:
         variable = data[name]
         if "point" not in variable.dims or name in ("point", "branch_of_point"):
             continue
-        values = variable.values.reshape(len(own), -1)
+        values = variable.values.reshape(len(branch_of_point), -1)
         last = variable.dims[-1]
-        entries = [""] if variable.ndim == 1 else [f"_{one}" for one in data[last].values.tolist()]
+        entries = (
+            [""] if variable.ndim == 1 else [f"_{entry}" for entry in data[last].values.tolist()]
+        )
         si = str(variable.attrs.get("units", ""))
-        for place, entry in enumerate(entries):
+        for column, entry in enumerate(entries):
             if values.dtype.kind == "f" and si not in ("", "1"):
                 unit = field_unit(name, _plain(si)) if units == "field" else si
-                heads.append(f"{name}{entry} [{sign(unit)}]")
+                headings.append(f"{name}{entry} [{sign(unit)}]")
                 columns.append(
                     [
                         repr(from_si(float(v), unit) if unit != si else float(v))
-                        for v in values[:, place]
+                        for v in values[:, column]
                     ]
                 )
             else:
-                heads.append(f"{name}{entry}")
-                columns.append(values[:, place].tolist())
+                headings.append(f"{name}{entry}")
+                columns.append(values[:, column].tolist())
     out = io.StringIO()
     writer = csv.writer(out)
-    writer.writerow(heads)
+    writer.writerow(headings)
     writer.writerows(zip(*columns, strict=True))
     return out.getvalue()
 
 
 def field_unit(name: str, units: str) -> str:
-    """The field unit of the variable ``name``, whose SI ``units`` these are: a depth is
-    in ft, another length in in."""
+    """The field unit of the variable ``name`` with the SI unit ``units``: ft for a
+    depth, in for another length."""
     from nsdrill.quantity import find, unit_in
 
     if units in ("percent", "1"):

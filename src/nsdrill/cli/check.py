@@ -69,27 +69,31 @@ def command(
             f"{report.points}"
         )
     if report.points:
-        click.echo(f"{points}: {_sweep(loaded, report.chains, units)}.")
+        click.echo(f"{points}: {_sweep_text(loaded, report.chains, units)}.")
         click.echo(
             f"Size: up to {amount(report.disk)} on the disk, and as much again while the results "
             f"file is written; "
             f"about {amount(report.memory)} of memory."
         )
     if report.method != ("explicit",):
-        some = (
+        where = (
             " at the points where it is steep, explicitly at the others"
             if len(report.method) > 1
             else ""
         )
         click.echo(
-            f"Friction: integrated implicitly{some} (simulation.method: "
+            f"Friction: integrated implicitly{where} (simulation.method: "
             f"{loaded.simulation.method})."
         )
     for name, ramp in report.ramps.items():
         replaced = "; the sweep takes its place in nsdrill run" if name in loaded.swept else ""
         knots = knots_text(name, ramp.times, ramp.values, units)
         click.echo(f"Ramp, for nsdrill simulate: {label_of(name)} {knots}{replaced}.")
-    shown = {name: one for name, one in report.figures.items() if everything or not one.further}
+    shown = {
+        name: derived
+        for name, derived in report.figures.items()
+        if everything or not derived.further
+    }
     start = "At the start of the ramp: " if loaded.ramped else "At "
     depth = value_text("depth", operation.depth, units)
     others = [
@@ -98,16 +102,19 @@ def command(
     ]
     click.echo(f"\n{start}{', '.join((depth, *others))}{':' if shown else '.'}")
     if report.coefficients is not None:
-        rows = [
-            (name, float(getattr(report.coefficients, name)), *told)
-            for name, told in report.told.items()
+        rows: list[tuple[str, float | None, str, str]] = [
+            (name, float(getattr(report.coefficients, name)), *unit_and_meaning)
+            for name, unit_and_meaning in report.told.items()
         ]
-        _table("Coefficients", rows, units, shown)
+        _print_table("Coefficients", rows, units, shown)
     for group, title in GROUPS.items():
-        if found := [
-            (name, f.value, f.units, f.meaning) for name, f in shown.items() if f.group == group
-        ]:
-            _table(title, found, units, shown)
+        rows = [
+            (name, derived.value, derived.units, derived.meaning)
+            for name, derived in shown.items()
+            if derived.group == group
+        ]
+        if rows:
+            _print_table(title, rows, units, shown)
     if more := len(report.figures) - len(shown):
         click.echo(
             f"\n{more} further quantities with --all: buckling, higher lateral modes, standing "
@@ -118,36 +125,36 @@ def command(
     return 0
 
 
-def _table(
+def _print_table(
     title: str,
     rows: Sequence[tuple[str, float | None, str, str]],
     units: str,
     shown: Collection[str],
 ) -> None:
-    """Figures with their units and meanings below a title, aligned with the other ones
-    that are ``shown``."""
+    """Print quantities with their units and meanings below a title, aligned with all
+    quantities that are ``shown``."""
     from nsdrill.cli.words import cell
 
-    wide, width = max(17, *map(len, shown)), 9 if units == "si" else 13
+    name_width, unit_width = max(17, *map(len, shown)), 9 if units == "si" else 13
     click.echo(f"\n{title}")
     for name, number, si, meaning in rows:
         value, unit = cell(0.0 if number is None else number, si, units)
         text = f"{value:12.6g}" if number is not None else f"{'none':>12s}"
-        also = ""
+        equivalent = ""
         if si == "rad/s" and number is not None:
             other = f"{number * 30 / math.pi:.4g} rpm" if units == "si" else f"{number:.4g} rad/s"
-            also = f" ({other}, {number / (2 * math.pi):.4g} Hz)"
+            equivalent = f" ({other}, {number / (2 * math.pi):.4g} Hz)"
         elif name.endswith("_half_wave") and units == "field":
-            also = f" ({value / 12:.4g} ft)"
+            equivalent = f" ({value / 12:.4g} ft)"
         elif name.endswith("_inclination") and number is not None:
-            also = f" ({math.degrees(number):.3g} degrees)"
-        click.echo(f"  {name:{wide}s} {text} {unit:{width}s}  {meaning}{also}")
+            equivalent = f" ({math.degrees(number):.3g} degrees)"
+        click.echo(f"  {name:{name_width}s} {text} {unit:{unit_width}s}  {meaning}{equivalent}")
 
 
-def _sweep(study: Study, chains: int, units: str) -> str:
+def _sweep_text(study: Study, chains: int, units: str) -> str:
     """The sweep in words."""
     from nsdrill.app.check import coarse_length
-    from nsdrill.cli.words import count as counted
+    from nsdrill.cli.words import count as number_of
     from nsdrill.cli.words import label_of, value_text
     from nsdrill.models.leaves import as_told, words_of
 
@@ -172,18 +179,21 @@ def _sweep(study: Study, chains: int, units: str) -> str:
             if study.initial.slice
             else (f"an ensemble, seed {study.initial.seed}")
         )
-        how = f"every operating point from {starts} states, {kind}"
+        start = f"every operating point from {starts} states, {kind}"
     elif study.procedure == "same" or study.along is None:
-        how = "every point from the same initial state"
+        start = "every point from the same initial state"
     else:
-        way = {"up": "up", "down": "down", "up-down": "up and back down"}[study.procedure]
+        direction = {"up": "up", "down": "down", "up-down": "up and back down"}[study.procedure]
         along = label_of(study.along)
-        how = f"the state carried {way} along the {along}, in {most}{counted(chains, 'chain')}"
-    several = ""
+        start = (
+            f"the state carried {direction} along the {along}, in "
+            f"{most}{number_of(chains, 'chain')}"
+        )
+    samples = ""
     if study.samples:
-        unknowns = ", ".join(label_of(one.key) for one in study.unknowns)
-        several = (
-            f"{counted(study.samples, 'sample')} of {unknowns}, in place of the values in their "
+        unknowns = ", ".join(label_of(unknown.key) for unknown in study.unknowns)
+        samples = (
+            f"{number_of(study.samples, 'sample')} of {unknowns}, in place of the values in their "
             f"own sections"
         )
-    return "; ".join(filter(None, (", ".join(axes), several, how)))
+    return "; ".join(filter(None, (", ".join(axes), samples, start)))

@@ -30,15 +30,15 @@ def command(results: tuple[str, ...], output: str, overwrite: bool) -> int:
     from nsdrill.variables import dimension_of
 
     for name in results:
-        options.keep_apart(name, output)
+        options.check_not_input(name, output)
     claim_file(output, overwrite)
-    made, key = combine(results)
-    save(made, output, overwrite=overwrite)
-    values = len(made.coords[dimension_of(key)])
+    combined, key = combine(results)
+    save(combined, output, overwrite=overwrite)
+    values = len(combined.coords[dimension_of(key)])
     click.echo(
         f"{output}: {count(len(results), 'file')} along the {label_of(key)} ({key}), "
         f"{count(values, 'value')}; "
-        f"{count(made.variables['status'].size, 'point')}.",
+        f"{count(combined.variables['status'].size, 'point')}.",
         err=True,
     )
     return 0

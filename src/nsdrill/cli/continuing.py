@@ -59,29 +59,40 @@ def command(
     from nsdrill.cli.reading import load
 
     loaded = load(study, overrides)
-    options.keep_apart(study, output)
+    options.check_not_input(study, output)
     if seeds is not None:
-        options.keep_apart(seeds, output)
+        options.check_not_input(seeds, output)
 
     from nsdrill.app.continuing import continue_study
     from nsdrill.cli.words import count
 
-    def say(text: str) -> None:
+    def print_progress(text: str) -> None:
         if not quiet:
             click.echo(f"  {text}", err=True)
 
-    done = continue_study(
-        loaded, output, seeds=seeds, workers=workers, overwrite=overwrite, resume=resume, say=say
+    continuation = continue_study(
+        loaded,
+        output,
+        seeds=seeds,
+        workers=workers,
+        overwrite=overwrite,
+        resume=resume,
+        say=print_progress,
     )
     if not quiet:
-        branches, points = done.data.sizes["branch"], done.data.sizes["point"]
+        branches, points = continuation.data.sizes["branch"], continuation.data.sizes["point"]
         noun = "branch" if branches == 1 else "branches"
-        text = f"{output}: {branches} {noun}, {count(points, 'point')}, in {done.seconds:.1f} s."
-        lost = [f"{number}: {word}" for word, number in done.seeds.items() if word != "followed"]
-        if lost:
+        text = (
+            f"{output}: {branches} {noun}, {count(points, 'point')}, in "
+            f"{continuation.seconds:.1f} s."
+        )
+        not_followed = [
+            f"{number}: {word}" for word, number in continuation.seeds.items() if word != "followed"
+        ]
+        if not_followed:
             text += (
-                f" Of {count(sum(done.seeds.values()), 'seed')} some were not followed "
-                f"({'; '.join(lost)})."
+                f" Of {count(sum(continuation.seeds.values()), 'seed')} some were not followed "
+                f"({'; '.join(not_followed)})."
             )
         click.echo(text, err=True)
     return 0

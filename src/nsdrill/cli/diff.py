@@ -10,7 +10,7 @@ import click
 from nsdrill.cli import options
 from nsdrill.cli.show import in_words
 
-MOST_CHANGES = 12
+MAX_CHANGES = 12
 
 
 @click.command(
@@ -39,23 +39,27 @@ def command(a: str, b: str, as_json: bool, units: str, exit_code: bool) -> int:
     from nsdrill.app.diff import diff
     from nsdrill.cli.words import in_units
 
-    found = diff(a, b)
-    found["run"] = [
-        {**row, "a": _told(row["name"], row["a"], units), "b": _told(row["name"], row["b"], units)}
-        for row in found["run"]
+    differences = diff(a, b)
+    differences["run"] = [
+        {
+            **row,
+            "a": _attribute_text(row["name"], row["a"], units),
+            "b": _attribute_text(row["name"], row["b"], units),
+        }
+        for row in differences["run"]
     ]
     if as_json:
         from nsdrill.data import json_text
 
-        click.echo(json_text(in_units(found, units), indent=2))
+        click.echo(json_text(in_units(differences, units), indent=2))
     else:
-        for line in _lines(found, units):
+        for line in _lines(differences, units):
             click.echo(line)
-    return int(exit_code and not (found["same_study"] and found["same_numbers"]))
+    return int(exit_code and not (differences["same_study"] and differences["same_numbers"]))
 
 
-def _told(name: str, text: str | None, units: str) -> str | None:
-    """An attribute of a trace, which stands in SI, in the system ``units``."""
+def _attribute_text(name: str, text: str | None, units: str) -> str | None:
+    """An attribute of a trace, which is in SI, in the system ``units``."""
     from nsdrill.cli.words import value_text
     from nsdrill.quantity import find
 
@@ -65,7 +69,7 @@ def _told(name: str, text: str | None, units: str) -> str | None:
 
 
 def _lines(d: dict[str, Any], units: str) -> Iterator[str]:
-    from nsdrill.cli.words import count as counted
+    from nsdrill.cli.words import count as number_of
 
     yield f"a: {d['files'][0]}"
     yield f"b: {d['files'][1]}"
@@ -74,45 +78,49 @@ def _lines(d: dict[str, Any], units: str) -> Iterator[str]:
         ("Run", [(row["name"], row["a"], row["b"]) for row in d["run"]]),
         ("Made by", [(row["name"], row["a"], row["b"]) for row in d["made"]]),
     ]
-    for head, differing in rows:
+    for heading, differing in rows:
         if differing:
             yield ""
-            yield f"{head}:"
+            yield f"{heading}:"
             yield from _table(
                 [
                     ("", "a", "b"),
-                    *((name, _there(name, x), _there(name, y)) for name, x, y in differing),
+                    *((name, _cell(name, x), _cell(name, y)) for name, x, y in differing),
                 ]
             )
     yield ""
     if d["kinds"][0] != d["kinds"][1]:
         yield "One is a sweep, the other a trace: there are no numbers to compare."
     elif d["same_numbers"]:
-        what = counted(d["points"], "sample" if d["kinds"][0] == "trace" else "point")
-        which = "numbers" if d["study"] or d["run"] or d["made"] else "files"
-        yield f"The {which} are the same to the bit: {what}, {len(d['variables'])} variables."
+        count = number_of(d["points"], "sample" if d["kinds"][0] == "trace" else "point")
+        subject = "numbers" if d["study"] or d["run"] or d["made"] else "files"
+        yield f"The {subject} are the same to the bit: {count}, {len(d['variables'])} variables."
     else:
-        yield from _numbers(d, units)
+        yield from _number_lines(d, units)
 
 
-def _there(name: str, value: str | None) -> str:
+def _cell(name: str, value: str | None) -> str:
     if value is None:
         return "not there"
     return f"{value[:12]}..." if name in ("study_sha256", "model_digest") else value
 
 
-def _numbers(d: dict[str, Any], units: str) -> Iterator[str]:
+def _number_lines(d: dict[str, Any], units: str) -> Iterator[str]:
     """Axes, responses and variables of two files of one kind that differ."""
-    from nsdrill.cli.words import count as counted
+    from nsdrill.cli.words import count as number_of
 
     trace = d["kinds"][0] == "trace"
-    what = "samples" if trace else "points"
+    noun = "samples" if trace else "points"
     for axis in d["axes"]:
         if "values" in axis:
-            one, two = (
-                _where({axis["name"]: value}, [axis["name"]], units) for value in axis["values"]
+            value_a, value_b = (
+                _place_text({axis["name"]: value}, [axis["name"]], units)
+                for value in axis["values"]
             )
-            yield f"{axis['name']}: {one} in a, {two} in b; their points are compared all the same."
+            yield (
+                f"{axis['name']}: {value_a} in a, {value_b} in b; their points are compared all "
+                f"the same."
+            )
         elif (
             axis["name"] == "sample"
             and not axis["same"]
@@ -129,21 +137,21 @@ def _numbers(d: dict[str, Any], units: str) -> Iterator[str]:
                 f"common{rounded}."
             )
     swept = [axis["name"] for axis in d["axes"] if max(axis["a"], axis["b"]) > 1]
-    if chance := d.get("probabilities"):
-        yield from _probabilities(chance, swept, units)
+    if probabilities := d.get("probabilities"):
+        yield from _probability_lines(probabilities, swept, units)
     if not d["points"]:
-        if chance:
-            yield "The samples are others, so their runs are not compared one by one."
+        if probabilities:
+            yield "The samples differ, so their runs are not compared one by one."
         else:
-            yield f"The files have no {what} in common, so there are no numbers to compare."
+            yield f"The files have no {noun} in common, so there are no numbers to compare."
         return
     whole = all(axis["same"] or "values" in axis for axis in d["axes"])
-    yield f"Compared: {'all' if whole else 'the common'} {counted(d['points'], what[:-1])}."
+    yield f"Compared: {'all' if whole else 'the common'} {number_of(d['points'], noun[:-1])}."
     if responses := d["responses"]:
-        yield from _responses(responses, d["points"], swept, units)
+        yield from _response_lines(responses, d["points"], swept, units)
     for name in ("a", "b"):
-        if alone := d[f"only_{name}"]:
-            yield f"Only in {name}: {', '.join(alone)}."
+        if names := d[f"only_{name}"]:
+            yield f"Only in {name}: {', '.join(names)}."
     for row in d["variables"]:
         if sizes := row.get("not_compared"):
             yield (
@@ -157,33 +165,35 @@ def _numbers(d: dict[str, Any], units: str) -> Iterator[str]:
         f"bit{'.' if not differing else '; the others:'}"
     )
     if differing:
-        heads = (
+        headings = (
             "",
-            f"{what} that differ",
+            f"{noun} that differ",
             "largest difference",
             "relative",
-            "from" if trace else "there",
+            "from" if trace else "at",
         )
-        yield from _table([heads, *(_row(row, swept, units) for row in differing)])
+        yield from _table([headings, *(_row(row, swept, units) for row in differing)])
 
 
-def _probabilities(chance: dict[str, Any], swept: list[str], units: str) -> Iterator[str]:
-    from nsdrill.cli.words import count as counted
+def _probability_lines(
+    probabilities: dict[str, Any], swept: list[str], units: str
+) -> Iterator[str]:
+    from nsdrill.cli.words import count as number_of
 
     yield (
-        f"Probabilities at {counted(chance['points'], 'operating point')}, means and largest "
-        f"change:"
+        f"Probabilities at {number_of(probabilities['points'], 'operating point')}, means and "
+        "largest change:"
     )
-    rows: list[tuple[str, ...]] = [("", "a", "b", "b less a", "there", "intervals apart")]
-    for one in chance["outcomes"]:
-        means = (f"{100 * one[side]:.1f} %" for side in ("a", "b"))
-        where = _where(one["at"], [name for name in swept if name in one["at"]], units)
-        apart = f"at {counted(one['apart'], 'point')}"
-        rows.append((in_words(one["name"]), *means, f"{100 * one['largest']:+.1f} %", where, apart))
+    rows: list[tuple[str, ...]] = [("", "a", "b", "b less a", "at", "intervals apart")]
+    for row in probabilities["outcomes"]:
+        means = (f"{100 * row[side]:.1f} %" for side in ("a", "b"))
+        where = _place_text(row["at"], [name for name in swept if name in row["at"]], units)
+        apart = f"at {number_of(row['apart'], 'point')}"
+        rows.append((in_words(row["name"]), *means, f"{100 * row['largest']:+.1f} %", where, apart))
     yield from _table(rows)
 
 
-def _responses(
+def _response_lines(
     responses: dict[str, Any], points: int, swept: list[str], units: str
 ) -> Iterator[str]:
     yield (
@@ -191,23 +201,25 @@ def _responses(
         f"changed{':' if responses['changed'] else '.'}"
     )
     changes = responses["changes"]
-    for one in changes[:MOST_CHANGES]:
-        yield f"  {one['points']:6d}  {in_words(one['from'])} -> {in_words(one['to'])}"
-    if len(changes) > MOST_CHANGES:
-        yield f"  and {len(changes) - MOST_CHANGES} more kinds of change (all with --json)"
+    for change in changes[:MAX_CHANGES]:
+        yield f"  {change['points']:6d}  {in_words(change['from'])} -> {in_words(change['to'])}"
+    if len(changes) > MAX_CHANGES:
+        yield f"  and {len(changes) - MAX_CHANGES} more kinds of change (all with --json)"
     if responses["changed"]:
-        named = responses["at"]
+        points_at = responses["at"]
         yield (
-            "  At:" if len(named) == responses["changed"] else f"  The first {len(named)} of them:"
+            "  At:"
+            if len(points_at) == responses["changed"]
+            else f"  The first {len(points_at)} of them:"
         )
-        for point in named:
+        for point in points_at:
             yield (
-                f"    {_where(point, swept, units)}: {in_words(point['from'])} -> "
+                f"    {_place_text(point, swept, units)}: {in_words(point['from'])} -> "
                 f"{in_words(point['to'])}"
             )
 
 
-def _where(point: dict[str, Any], swept: list[str], units: str) -> str:
+def _place_text(point: dict[str, Any], swept: list[str], units: str) -> str:
     from nsdrill.cli.words import point_text
 
     words = [
@@ -227,22 +239,22 @@ def _row(row: dict[str, Any], swept: list[str], units: str) -> tuple[str, ...]:
     if "first" in row:
         where = f"{row['first']:g} s"
     else:
-        where = _where(row["at"], swept, units)
+        where = _place_text(row["at"], swept, units)
     largest, relative = row.get("largest"), row.get("relative")
     count = f"{row['points']}" + (
         f" ({row['undefined']} without a number)" if row.get("undefined") else ""
     )
-    told = "" if largest is None else f"{largest:.3g}{unit}"
-    if largest == 0.0:  # 0 and -0: other bits of the same number
-        told = "the sign of zero alone"
+    difference = "" if largest is None else f"{largest:.3g}{unit}"
+    if largest == 0.0:  # 0 and -0: different bits of the same number
+        difference = "the sign of zero alone"
     elif (
         largest is not None
         and units == "field"
-        and (one := find(row["name"])) is not None
-        and one.units
+        and (known := find(row["name"])) is not None
+        and known.units
     ):
-        told = amount(largest, one.unit(units), 3)
-    return (row["name"], count, told, "" if relative is None else f"{relative:.2g}", where)
+        difference = amount(largest, known.unit(units), 3)
+    return (row["name"], count, difference, "" if relative is None else f"{relative:.2g}", where)
 
 
 def _table(rows: list[tuple[str, ...]]) -> Iterator[str]:

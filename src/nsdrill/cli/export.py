@@ -47,33 +47,33 @@ def command(
     suffix = ".csv" if output == "-" else Path(output).suffix.lower()
     if suffix not in (".csv", ".nc"):
         raise InputError(f"{output}: found the ending {suffix or '(none)'}; allowed: .csv or .nc.")
-    given = [
+    csv_options = [
         option
         for option, on in (("--peaks", peaks), ("--section", section), ("--states", states))
         if on
     ]
-    if suffix == ".nc" and given:
+    if suffix == ".nc" and csv_options:
         raise InputError(
-            f"{given[0]}: found with netCDF, which holds everything; allowed: with .csv."
+            f"{csv_options[0]}: found with netCDF, which holds everything; allowed: with .csv."
         )
     from nsdrill.app.reading import is_branches
     from nsdrill.app.table import print_csv, write_csv
     from nsdrill.store import kind_of, read_results
 
     if is_branches(results):
-        if given:
+        if csv_options:
             raise InputError(
-                f"{given[0]}: found with branches, whose table has everything; "
+                f"{csv_options[0]}: found with branches, whose table has everything; "
                 f"allowed: with results."
             )
-        return _branches(results, output, suffix, units, overwrite)
+        return _export_branches(results, output, suffix, units, overwrite)
     if os.path.lexists(results) and kind_of(results) == "trace":
-        if given:
+        if csv_options:
             raise InputError(
-                f"{given[0]}: found with a trace, whose table has everything; "
+                f"{csv_options[0]}: found with a trace, whose table has everything; "
                 f"allowed: with results."
             )
-        return _trace(results, output, suffix, units, overwrite)
+        return _export_trace(results, output, suffix, units, overwrite)
     if output == "-":
         print_csv(
             read_results(results),
@@ -84,7 +84,7 @@ def command(
             units=units,
         )
         return 0
-    return _written(
+    return _write_file(
         results,
         output,
         suffix,
@@ -102,13 +102,13 @@ def command(
     )
 
 
-def _written(
+def _write_file(
     file: str, output: str, suffix: str, units: str, overwrite: bool, table: Callable[[], None]
 ) -> int:
-    """Write the netCDF of ``file``, or its ``table``, as the ``suffix`` asks."""
+    """Write ``file`` as netCDF, or call ``table``, depending on ``suffix``."""
     from nsdrill.store import claim_file, to_netcdf
 
-    options.keep_apart(file, output)
+    options.check_not_input(file, output)
     claim_file(output, overwrite)
     if suffix == ".nc":
         to_netcdf(file, output, overwrite=overwrite)
@@ -120,15 +120,15 @@ def _written(
     return 0
 
 
-def _trace(file: str, output: str, suffix: str, units: str, overwrite: bool) -> int:
-    """The table of a trace."""
+def _export_trace(file: str, output: str, suffix: str, units: str, overwrite: bool) -> int:
+    """Export a trace."""
     from nsdrill.app.table import print_trace_csv, write_trace_csv
     from nsdrill.store import read_trace
 
     if output == "-":
         print_trace_csv(read_trace(file), sys.stdout, units=units)
         return 0
-    return _written(
+    return _write_file(
         file,
         output,
         suffix,
@@ -138,8 +138,8 @@ def _trace(file: str, output: str, suffix: str, units: str, overwrite: bool) -> 
     )
 
 
-def _branches(file: str, output: str, suffix: str, units: str, overwrite: bool) -> int:
-    """The table of a file of branches."""
+def _export_branches(file: str, output: str, suffix: str, units: str, overwrite: bool) -> int:
+    """Export a file of branches."""
     from nsdrill.cli.branches import table
     from nsdrill.store import open_branches, write_text
 
@@ -147,7 +147,7 @@ def _branches(file: str, output: str, suffix: str, units: str, overwrite: bool) 
     if output == "-":
         click.echo(table(data, units), nl=False)
         return 0
-    return _written(
+    return _write_file(
         file,
         output,
         suffix,

@@ -10,7 +10,7 @@ import click
 from nsdrill.cli import options
 from nsdrill.errors import InputError
 
-ENOUGH = 50  # effective samples
+MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
 
 
 @click.command(
@@ -107,7 +107,7 @@ ENOUGH = 50  # effective samples
     "--rounds may differ.",
 )
 @options.overwrite
-@click.option("--quiet", is_flag=True, help="No progress; the report, warnings and errors only.")
+@click.option("--quiet", is_flag=True, help="No progress; the summary, warnings and errors only.")
 def command(
     study: str,
     data: str,
@@ -135,7 +135,7 @@ def command(
 
     Their distributions say what is known before. The model is run at the operating
     points of the data for many values of the unknowns, and each is weighed by how well
-    its features agree. The report says what the data tell of each unknown, and what
+    its features agree. The summary says what the data tell of each unknown, and what
     they cannot tell; the adjusted study runs on with the samples that are left.
 
     With -o, every round is kept in FILE.part until the study is written. Interrupt at
@@ -148,7 +148,7 @@ def command(
         raise InputError(
             "--resume: found without -o; allowed: with the -o of the fit that was interrupted."
         )
-    _claim(study, data, output, picture, overwrite)
+    _claim_outputs(study, data, output, picture, overwrite)
 
     from nsdrill.app.fit import far_from_the_sweep, fit
     from nsdrill.app.measured import Reading, read_measured
@@ -156,25 +156,25 @@ def command(
     from nsdrill.data import json_text
     from nsdrill.progress import reporting
 
-    given = {"shortest": shortest, "settle": settle}
-    how = Reading(
-        _pairs("--rename", rename),
+    times = {"shortest": shortest, "settle": settle}
+    reading = Reading(
+        _parse_pairs("--rename", rename),
         ignore,
-        _pairs("--error", errors),
+        _parse_pairs("--error", errors),
         skip_gaps,
-        **{name: value for name, value in given.items() if value is not None},
+        **{name: value for name, value in times.items() if value is not None},
     )
-    measured = read_measured(data, loaded, how)
-    for doubt in far_from_the_sweep(loaded, measured, units):
-        click.echo(f"Warning: {doubt}", err=True)
+    measured = read_measured(data, loaded, reading)
+    for warning in far_from_the_sweep(loaded, measured, units):
+        click.echo(f"Warning: {warning}", err=True)
     kept = Rounds()
     if output is not None:
         kept = Rounds.beside(output, loaded, measured, batch, overwrite=overwrite, resume=resume)
     if resume and not kept.runs:
-        click.echo("Nothing is there to go on with: the fit starts anew.", err=True)
+        click.echo("There is no interrupted fit to resume: a new one starts.", err=True)
     with kept.guarding():
         with reporting(not quiet) as watch:
-            found = fit(
+            result = fit(
                 loaded,
                 measured,
                 batch=batch,
@@ -185,174 +185,187 @@ def command(
                 kept=kept,
             )
         if as_json:
-            click.echo(json_text(note_in(found.note, units), indent=2))
+            click.echo(json_text(summary_in(result.note, units), indent=2))
         else:
-            for line in lines(found.note, units):
+            for line in lines(result.note, units):
                 click.echo(line)
-        if picture is not None:  # before the study: what is kept goes when that is written
+        if picture is not None:  # before the study: then the rounds in FILE.part are deleted
             from nsdrill.plot import save
 
-            save(found.picture(units), picture, overwrite=overwrite)
+            save(result.picture(units), picture, overwrite=overwrite)
             click.echo(f"{picture}: drawn.", err=True)
         if output is not None:
             from nsdrill.store import write_text
 
-            write_text(output, found.study, overwrite=overwrite or resume)
+            write_text(output, result.study, overwrite=overwrite or resume)
             kept.discard()
             click.echo(f"{output}: written. Next: nsdrill run {output} -o out.h5", err=True)
     return 0
 
 
-def _claim(study: str, data: str, output: str | None, picture: str | None, overwrite: bool) -> None:
-    """The picture may be written, and no output is an input, before anything is run."""
+def _claim_outputs(
+    study: str, data: str, output: str | None, picture: str | None, overwrite: bool
+) -> None:
+    """Check, before anything is run, that the picture may be written and that no output
+    is an input."""
     if picture is not None:
         options.claim_picture(study, picture, overwrite)
-        options.keep_apart(data, picture)
+        options.check_not_input(data, picture)
     if output is not None:
-        options.keep_apart(study, output)
-        options.keep_apart(data, output)
+        options.check_not_input(study, output)
+        options.check_not_input(data, output)
 
 
-def note_in(note: dict[str, Any], units: str) -> dict[str, Any]:
-    """The note for programs: in SI as it is, or with the values of unknowns and
-    features in field units."""
+def summary_in(summary: dict[str, Any], units: str) -> dict[str, Any]:
+    """The summary as plain data, with the values of unknowns and features in the system
+    ``units``."""
     if units == "si":
-        return note
-    converted = dict(note)
-    for room, name, fields in (
+        return summary
+    converted = dict(summary)
+    for section, name, fields in (
         ("unknowns", "key", ("prior", "posterior")),
         ("features", "name", ("error", "spread")),
     ):
-        converted[room] = []
-        for one in note[room]:
-            made = dict(one)
+        converted[section] = []
+        for row in summary[section]:
+            converted_row = dict(row)
             for field in fields:
-                values = one[field] if isinstance(one[field], list) else [one[field]]
-                shown, made["units"] = _shown(one[name], values, one["units"], units, signs=False)
-                made[field] = shown if isinstance(one[field], list) else shown[0]
-            converted[room].append(made)
+                values = row[field] if isinstance(row[field], list) else [row[field]]
+                shown, converted_row["units"] = _in_shown_unit(
+                    row[name], values, row["units"], units, signs=False
+                )
+                converted_row[field] = shown if isinstance(row[field], list) else shown[0]
+            converted[section].append(converted_row)
     return converted
 
 
-def _pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
-    found: dict[str, str] = {}
+def _parse_pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
+    """The values ``A=B`` of an option as a mapping."""
+    pairs: dict[str, str] = {}
     for text in texts:
         key, equals, value = (part.strip() for part in text.partition("="))
         if not equals or not key or not value:
             raise InputError(f"{option}: found {text!r}; allowed: two names with = between them.")
-        found[key] = value
-    return found
+        pairs[key] = value
+    return pairs
 
 
-def lines(note: dict[str, Any], units: str) -> Iterator[str]:
-    """The report."""
+def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+    """The summary of a fit, in words."""
     from nsdrill.cli.words import count
 
     yield (
-        f"{note['data']}: {count(note['points'], 'operating point')}, "
-        f"{count(note['values'], 'measured value')}."
+        f"{summary['data']}: {count(summary['points'], 'operating point')}, "
+        f"{count(summary['values'], 'measured value')}."
     )
-    for remark in note["notes"]:
-        yield f"  {remark}"
-    failed = f", {note['failed']} of them failed" if note["failed"] else ""
+    for note in summary["notes"]:
+        yield f"  {note}"
+    failed = f", {summary['failed']} of them failed" if summary["failed"] else ""
     yield (
-        f"{note['samples']} samples in {count(note['rounds'], 'round')}{failed}; effective number "
-        f"of samples "
-        f"{note['effective']:.0f}."
+        f"{summary['samples']} samples in {count(summary['rounds'], 'round')}{failed}; effective "
+        f"number of samples {summary['effective']:.0f}."
     )
     yield ""
-    yield from _unknowns(note, units)
+    yield from _unknown_lines(summary, units)
     yield ""
-    yield from _features(note, units)
-    for verdict in verdicts(note):
+    yield from _feature_lines(summary, units)
+    for verdict in verdicts(summary):
         yield ""
         yield verdict
 
 
-def _unknowns(note: dict[str, Any], units: str) -> Iterator[str]:
-    wide = max(len(one["key"]) for one in note["unknowns"])
-    yield f"{'':{wide + 2}s} {'before, 5 to 95 %':>24s}   {'after, 5 to 95 %':>24s} {'median':>10s}"
-    for one in note["unknowns"]:
-        numbers, unit = _shown(one["key"], one["prior"] + one["posterior"], one["units"], units)
+def _unknown_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+    width = max(len(row["key"]) for row in summary["unknowns"])
+    yield (
+        f"{'':{width + 2}s} {'before, 5 to 95 %':>24s}   {'after, 5 to 95 %':>24s} {'median':>10s}"
+    )
+    for row in summary["unknowns"]:
+        numbers, unit = _in_shown_unit(
+            row["key"], row["prior"] + row["posterior"], row["units"], units
+        )
         before, after = (
             f"{a:.4g} to {b:.4g}" for a, b in ((numbers[0], numbers[2]), (numbers[3], numbers[5]))
         )
-        told = f"{100 * one['width']:.0f} % of the width before: {TOLD[one['told']]}"
+        information = (
+            f"{100 * row['width']:.0f} % of the width before: {INFORMATION_WORDS[row['told']]}"
+        )
         yield (
-            f"  {one['key']:{wide}s} {before:>24s}   {after:>24s} {numbers[4]:10.4g} {unit:10s} "
-            f"{told}"
+            f"  {row['key']:{width}s} {before:>24s}   {after:>24s} {numbers[4]:10.4g} {unit:10s} "
+            f"{information}"
         )
 
 
-TOLD = {"well": "told", "partly": "partly told", "not": "NOT TOLD by these data"}
+INFORMATION_WORDS = {"well": "told", "partly": "partly told", "not": "NOT TOLD by these data"}
 
 
-def _features(note: dict[str, Any], units: str) -> Iterator[str]:
-    wide = max(len(one["name"]) for one in note["features"])
-    yield f"{'':{wide + 2}s} {'values':>6s} {'error':>10s} {'spread':>10s}"
-    for one in note["features"]:
-        numbers, unit = _shown(one["name"], [one["error"], one["spread"]], "", units)
+def _feature_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+    width = max(len(row["name"]) for row in summary["features"])
+    yield f"{'':{width + 2}s} {'values':>6s} {'error':>10s} {'spread':>10s}"
+    for row in summary["features"]:
+        numbers, unit = _in_shown_unit(row["name"], [row["error"], row["spread"]], "", units)
         yield (
-            f"  {one['name']:{wide}s} {one['points']:6d} {numbers[0]:10.4g} {numbers[1]:10.4g} "
+            f"  {row['name']:{width}s} {row['points']:6d} {numbers[0]:10.4g} {numbers[1]:10.4g} "
             f"{unit:10s} off by "
-            f"{one['deviation']:.2g} deviations"
+            f"{row['deviation']:.2g} deviations"
         )
 
 
-def _shown(
+def _in_shown_unit(
     name: str, values: list[float], si: str, units: str, signs: bool = True
 ) -> tuple[list[float], str]:
-    """Values in the unit in which people see this quantity, and that as people write
-    it, or as a study does."""
+    """Values in the unit in which the quantity ``name`` is shown, and that unit: its
+    sign, or with ``signs`` False as a study writes it."""
     from nsdrill.quantity import find, shown_scale, sign
 
-    found = find(name)
-    unit, base = (found.unit(units), found.units) if found is not None else (si, si)
+    known = find(name)
+    unit, base = (known.unit(units), known.units) if known is not None else (si, si)
     scale = shown_scale(unit, base) if unit not in ("", "percent") else 1.0
     return [value / scale for value in values], sign(unit) if signs else unit
 
 
-def verdicts(note: dict[str, Any]) -> Iterator[str]:
-    """What to make of it, in sentences."""
-    blind = [one["key"] for one in note["unknowns"] if one["told"] == "not"]
-    if len(blind) == len(note["unknowns"]):
+def verdicts(summary: dict[str, Any]) -> Iterator[str]:
+    """The conclusions from a fit, in sentences."""
+    undetermined = [row["key"] for row in summary["unknowns"] if row["told"] == "not"]
+    if len(undetermined) == len(summary["unknowns"]):
         yield (
             "THE DATA CANNOT TELL any of the unknowns: after them as much is open as before. "
             "Measure at other "
             "settings, or something that the unknowns change."
         )
-    elif blind:
+    elif undetermined:
         yield (
-            f"THE DATA CANNOT TELL {', '.join(blind)}: what is known of it is what the study said "
-            f"before."
+            f"THE DATA CANNOT TELL {', '.join(undetermined)}: what is known of it is what the "
+            "study said before."
         )
-    for pair in note["together"]:
-        how = "together" if pair["correlation"] > 0 else "against each other"
+    for pair in summary["together"]:
+        direction = "together" if pair["correlation"] > 0 else "against each other"
         yield (
-            f"{' and '.join(pair['keys'])} go {how} (correlation {pair['correlation']:.2f}): the "
+            f"{' and '.join(pair['keys'])} go {direction} (correlation "
+            f"{pair['correlation']:.2f}): the "
             f"data tell a "
             "combination of the two better than either. Keep the samples together, as the study "
             "that is written does."
         )
-    for one in note["unknowns"]:
-        if one["at_the_end"]:
+    for row in summary["unknowns"]:
+        if row["at_the_end"]:
             yield (
-                f"{one['key']} presses against the {one['at_the_end']} end of its distribution: "
+                f"{row['key']} presses against the {row['at_the_end']} end of its distribution: "
                 f"the data would have it "
                 "farther out. Widen the distribution, or doubt the data or the model."
             )
-    if not note["explained"]:
-        worst = max(note["features"], key=lambda one: float(one["deviation"]))["name"]
+    if not summary["explained"]:
+        worst = max(summary["features"], key=lambda row: float(row["deviation"]))["name"]
         yield (
             f"THE MODEL DOES NOT GIVE THESE DATA with any values of the unknowns: its best run is "
             f"off by "
-            f"{note['misfit'] ** 0.5:.2g} times the errors (probability {note['chance']:.1g}), "
+            f"{summary['misfit'] ** 0.5:.2g} times the errors (probability "
+            f"{summary['chance']:.1g}), "
             f"most in {worst}. The "
             "intervals above then mean little. Doubt the errors, the other numbers of the study, "
             "or the model."
         )
-    if note["beta"] < 1 or note["effective"] < ENOUGH:
+    if summary["beta"] < 1 or summary["effective"] < MIN_EFFECTIVE:
         yield (
-            f"NOT FINISHED: only {note['effective']:.0f} samples count; the intervals are rough"
-            f"{' and too wide' if note['beta'] < 1 else ''}. Give more with --rounds or --batch."
+            f"NOT FINISHED: only {summary['effective']:.0f} samples count; the intervals are rough"
+            f"{' and too wide' if summary['beta'] < 1 else ''}. Give more with --rounds or --batch."
         )

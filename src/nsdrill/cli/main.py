@@ -1,4 +1,4 @@
-"""The group of commands, and how errors reach people."""
+"""The group of commands, the messages of errors, and the exit codes."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import Any, NoReturn
 import click
 
 from nsdrill import __version__, interrupt
-from nsdrill.cli.streams import Leave, standard_streams
+from nsdrill.cli.streams import CommandExit, standard_streams
 from nsdrill.errors import NsdrillError
 
-# name -> one line for the help. Kept here so that the help imports nothing else.
+# name -> one line for the help, which thus imports no command.
 COMMANDS = {
     "run": "Run a study: sweep, classify, and write the results file.",
     "simulate": "Simulate one operating point and write its trajectory.",
@@ -36,7 +36,7 @@ COMMANDS = {
     "classify": "Give a results file new labels with other thresholds; nothing is run again.",
 }
 
-MODULES = {"continue": "continuing"}  # a word of Python is no name of a module
+MODULES = {"continue": "continuing"}  # a keyword cannot name a module
 
 EXIT_CODES = """\b
 Exit codes:
@@ -48,7 +48,7 @@ Exit codes:
 
 
 class LazyGroup(click.Group):
-    """A group whose commands are imported when they are called."""
+    """A group that imports a command when it is called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
@@ -80,8 +80,8 @@ class LazyGroup(click.Group):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as error:
-            raise Leave(str(error) or interrupt.NOTHING, interrupt.EXIT_CODE) from error
-        except EOFError as error:  # click takes it for an interrupt; no command asks for anything
+            raise CommandExit(str(error) or interrupt.NOTHING, interrupt.EXIT_CODE) from error
+        except EOFError as error:  # click treats it as an interrupt
             raise RuntimeError(f"EOFError: {error}") from error
 
 
@@ -106,8 +106,7 @@ def group() -> None:
 
 
 def main() -> NoReturn:
-    """Run the command that the arguments of the process give, and leave with its exit
-    code."""
+    """Run the command of the arguments of the process, and exit with its code."""
     with standard_streams():
         interrupt.listen()
         try:
@@ -118,13 +117,13 @@ def main() -> NoReturn:
 
 def _run_command() -> NoReturn:
     if sys.stdout is not None and hasattr(sys.stdout, "reconfigure"):
-        # as standard error: a name or title is never a failure
+        # as on standard error: a name or title that cannot be encoded is no error
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         code = group.main(prog_name="nsdrill", standalone_mode=False)
         sys.stdout.flush()
         sys.exit(code if isinstance(code, int) else 0)
-    except Leave as end:
+    except CommandExit as end:
         _leave(end.message, end.code)
     except (click.exceptions.Abort, KeyboardInterrupt):
         _leave(interrupt.NOTHING, interrupt.EXIT_CODE)
@@ -147,22 +146,20 @@ def _run_command() -> NoReturn:
 
 
 def _unexpected(error: Exception) -> str:
-    """What to say of an error that nobody has foreseen; it may be that of a model under
-    work in another package."""
-    what = f"{type(error).__name__}: {error}"
+    """The message for an unexpected error, which may be one of a model in another
+    package."""
+    description = f"{type(error).__name__}: {error}"
     registry = sys.modules.get("nsdrill.models.registry")
     others = registry.other_packages() if registry is not None else ()
     if others:
         return (
-            f"Error: {what}. The model {', '.join(others)} comes from another package, and the "
-            f"fault may be there: the "
-            "same command under NSDRILL_DEBUG=1 says where it was found. If it is in nsdrill, "
-            "please report it."
+            f"Error: {description}. The model {', '.join(others)} comes from another package, and "
+            "the fault may be there: the same command under NSDRILL_DEBUG=1 says where it was "
+            "found. If it is in nsdrill, please report it."
         )
     return (
-        f"Error: this should not happen and is a bug of nsdrill ({what}). Please report it with "
-        f"the output of the same "
-        "command under NSDRILL_DEBUG=1."
+        f"Error: this should not happen and is a bug of nsdrill ({description}). Please report it "
+        "with the output of the same command under NSDRILL_DEBUG=1."
     )
 
 

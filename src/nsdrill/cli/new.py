@@ -36,7 +36,7 @@ def command(output: str | None, model: str | None, example: str | None, overwrit
             raise InputError("--example: found with --model; allowed: one of the two.")
         text = _example(example)
     else:
-        text = template_text(options.known_model(model))
+        text = template_text(options.model_name(model))
     if output is None or output == "-":
         click.echo(text, nl=False)
         return 0
@@ -51,17 +51,18 @@ def command(output: str | None, model: str | None, example: str | None, overwrit
 
 
 def _example(name: str) -> str:
-    """The text of the example of this name; InputError, which lists all, where there is
-    none."""
+    """The text of the example ``name``; InputError with the list of all for an unknown
+    name."""
     import difflib
 
     from nsdrill.study.write import examples, title_of
 
-    found = examples()
+    paths = examples()
     stem = name.replace("-", "_")
-    if (known := next((one for one in found if one.replace("-", "_") == stem), None)) is not None:
-        return found[known].read_text(encoding="utf-8")
-    listing = "\n".join(f"  {one:<26} {title_of(path)}" for one, path in found.items())
-    near = difflib.get_close_matches(name, found, n=1)
+    match = next((example for example in paths if example.replace("-", "_") == stem), None)
+    if match is not None:
+        return paths[match].read_text(encoding="utf-8")
+    listing = "\n".join(f"  {example:<26} {title_of(path)}" for example, path in paths.items())
+    near = difflib.get_close_matches(name, paths, n=1)
     hint = f" Did you mean {near[0]}?" if near else ""
     raise InputError(f"--example: found {name};{hint} allowed:\n{listing}")

@@ -15,8 +15,9 @@ Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
 class FileName(click.ParamType):
-    """The name of a file; whether it is there, and what it is, the store says better
-    than click. With ``stream`` it may be ``-``, standard input or output."""
+    """The name of a file. The store checks whether the file exists and of what kind it
+    is: its messages say more than those of click. With ``stream`` the name may be
+    ``-``, standard input or output."""
 
     name = "path"
 
@@ -27,9 +28,9 @@ class FileName(click.ParamType):
         if not value or "\0" in value:
             self.fail(f"found {value!r}; allowed: the name of a file.", param, ctx)
         if value == "-" and not self.stream:
-            what = param.opts[0] if isinstance(param, click.Option) else "the file"
+            source = param.opts[0] if isinstance(param, click.Option) else "the file"
             raise InputError(
-                f"{what}: found '-'; allowed: the name of a file. Standard input is for studies "
+                f"{source}: found '-'; allowed: the name of a file. Standard input is for studies "
                 f"(check, run, "
                 "simulate), standard output for a study (new) and for CSV (export). A file of "
                 "that name is ./-."
@@ -43,7 +44,7 @@ class FileName(click.ParamType):
 
 
 class Quantity(click.ParamType):
-    """A number with a unit, read into SI."""
+    """A number with a unit, converted to SI."""
 
     name = "quantity"
 
@@ -70,8 +71,8 @@ class Percent(click.ParamType):
 
     name = "percent"
 
-    def __init__(self, least: float, most: float) -> None:
-        self.least, self.most = least, most
+    def __init__(self, low: float, high: float) -> None:
+        self.low, self.high = low, high
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -81,22 +82,22 @@ class Percent(click.ParamType):
             number = float(str(value).strip().removesuffix("percent").removesuffix("%"))
         except ValueError:
             number = float("nan")
-        if not self.least <= number <= self.most:
+        if not self.low <= number <= self.high:
             hint = (
                 f" A part of one is meant in percent: {100 * number:g}."
                 if 0.0 < number < 1.0
                 else ""
             )
             raise InputError(
-                f"{option}: found {value}; allowed: a percentage from {self.least:g} to "
-                f"{self.most:g}.{hint}"
+                f"{option}: found {value}; allowed: a percentage from {self.low:g} to "
+                f"{self.high:g}.{hint}"
             )
         return number
 
 
-class System(click.Choice):
-    """A system of units; an error names the environment variable where the word comes
-    from there."""
+class UnitSystem(click.Choice):
+    """A system of units. The error for a word from the environment variable names that
+    variable."""
 
     name = "units"
 
@@ -107,21 +108,22 @@ class System(click.Choice):
         word = str(value).strip().lower()
         if word in self.choices:
             return word
-        variable = (
+        from_environment = (
             ctx is not None
             and param is not None
             and param.name is not None
             and (ctx.get_parameter_source(param.name) == click.core.ParameterSource.ENVIRONMENT)
         )
         raise InputError(
-            f"{UNITS_VARIABLE if variable else '--units'}: found {value!r}; allowed: si or field."
+            f"{UNITS_VARIABLE if from_environment else '--units'}: found {value!r}; allowed: si "
+            f"or field."
         )
 
 
 UNITS_VARIABLE = "NSDRILL_UNITS"
 units = click.option(
     "--units",
-    type=System(),
+    type=UnitSystem(),
     envvar=UNITS_VARIABLE,
     default="si",
     show_default=True,
@@ -147,9 +149,9 @@ thresholds = click.option(
 overwrite = click.option("--overwrite", is_flag=True, help="Replace the output if it exists.")
 
 
-def quantity(name: str, units: str, text: str, **more: Any) -> Decorator:
+def quantity(name: str, units: str, text: str, **attributes: Any) -> Decorator:
     """An option whose value is a quantity in ``units``."""
-    return click.option(name, type=Quantity(units), metavar="Q", help=text, **more)
+    return click.option(name, type=Quantity(units), metavar="Q", help=text, **attributes)
 
 
 at = click.option(
@@ -163,15 +165,17 @@ at = click.option(
 )
 
 
-def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
-    """The values of ``--at``, and those of the options for the operation where they
-    were given, in SI by their keys."""
+def point_values(at: tuple[str, ...], **operation: float | None) -> dict[str, float]:
+    """The values of ``--at``, and those of the options for the ``operation`` that are
+    not None, in SI by their keys."""
     from nsdrill.models.leaves import as_value, words_of
     from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean
     from nsdrill.units import QuantityError, asked
 
     leaves = {**axes_of_all(), SAMPLE_LEAF.key: SAMPLE_LEAF}
-    found: dict[str, float] = {name: value for name, value in apart.items() if value is not None}
+    values: dict[str, float] = {
+        name: value for name, value in operation.items() if value is not None
+    }
     for text in at:
         key, equals, value = (part.strip() for part in text.partition("="))
         if not equals or not value:
@@ -185,26 +189,26 @@ def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
                 f"--at: found the key {key}; allowed: the key of an "
                 f"axis.{f' {hint}' if hint else ''}"
             )
-        if key in found:
+        if key in values:
             raise InputError(f"--at {key}: found a second value of {key}; allowed: each key once.")
         try:
             if leaves[key].kind in ("choice", "switch"):
                 if value not in (words := words_of(key)):
                     raise QuantityError(f"{value!r}", ", ".join(words), did_you_mean(value, words))
-                found[key] = as_value(key, value)
+                values[key] = as_value(key, value)
             elif leaves[key].kind == "quantity":
                 leaves[key].read(value)  # within its range
-                found[key] = asked(value, leaves[key].units)
+                values[key] = asked(value, leaves[key].units)
             else:
-                found[key] = float(leaves[key].read(float(value)))
+                values[key] = float(leaves[key].read(float(value)))
         except (QuantityError, ValueError) as error:
-            said = (
+            reason = (
                 error
                 if isinstance(error, QuantityError)
                 else f"found {value!r}; allowed: {leaves[key].allowed()}."
             )
-            raise InputError(f"--at {key}: {said}") from error
-    return found
+            raise InputError(f"--at {key}: {reason}") from error
+    return values
 
 
 model = click.option(
@@ -212,9 +216,9 @@ model = click.option(
 )
 
 
-def known_model(name: str | None) -> str:
-    """The model that was asked for, the default one for none; InputError where there is
-    none such."""
+def model_name(name: str | None) -> str:
+    """The name of the model, by default that of the model of all motions; InputError
+    for an unknown ``name``."""
     from nsdrill.models.registry import NAMES
     from nsdrill.variables import MODEL
 
@@ -262,9 +266,8 @@ def output(text: str, required: bool = True, stream: bool = False) -> Decorator:
     )
 
 
-def keep_apart(source: str, output: str) -> None:
-    """InputError where the output would replace the file that it is made from, whatever
-    ``--overwrite`` says."""
+def check_not_input(source: str, output: str) -> None:
+    """InputError where the output is the input file, also with ``--overwrite``."""
     if "-" in (source, output):
         return
     try:
@@ -276,16 +279,16 @@ def keep_apart(source: str, output: str) -> None:
 
 
 def claim_picture(file: str, output: str, overwrite: bool) -> None:
-    """Make sure that a picture of ``file`` may be written as ``output``, before
-    anything is computed for it."""
+    """Check, before anything is computed, that a picture of ``file`` may be written as
+    ``output``."""
     from nsdrill.plot.saving import check_suffix
     from nsdrill.store import claim_file
 
     check_suffix(output)
-    keep_apart(file, output)
+    check_not_input(file, output)
     claim_file(output, overwrite)
 
 
 def examples(*lines: str) -> str:
-    """Examples for the end of a help text, each on a line of its own."""
+    """Examples for the end of a help text, one on each line."""
     return "\b\nExamples:\n" + "\n".join(f"  nsdrill {line}" for line in lines)

@@ -179,7 +179,7 @@ def command(
             "--from": begin,
             "--to": end,
         }
-        return _chart(file, output, kind, units, along, overrides, unused, overwrite, look)
+        return _draw_chart(file, output, kind, units, along, overrides, unused, overwrite, look)
     from nsdrill.app.reading import is_branches
 
     if is_branches(file):
@@ -202,27 +202,27 @@ def command(
             "--from": begin,
             "--to": end,
         }
-        return _branches(file, output, kind, units, over, unused, overwrite, look)
-    for option, found in (("--along", along), ("--set", overrides)):
-        if found:
+        return _draw_branches(file, output, kind, units, over, unused, overwrite, look)
+    for option, study_value in (("--along", along), ("--set", overrides)):
+        if study_value:
             raise InputError(
                 f"{option}: found with {file}; allowed: with a study, a file that "
                 f"ends in .yaml or .yml."
             )
-    chosen = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
+    point = options.point_values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     if kind == "list":
         data = outline(file)
-        for name in kinds_for(data if isinstance(data, Trace) else cut(data, chosen, start)):
+        for name in kinds_for(data if isinstance(data, Trace) else cut(data, point, start)):
             click.echo(f"{name:<24} {all_kinds()[name].words}")
         return 0
-    output = _given(output)
+    output = _require_output(output)
     if animate:
-        options.keep_apart(file, output)
-        return _film(outline(file), output, units, look, speed, overwrite)
+        options.check_not_input(file, output)
+        return _draw_animation(outline(file), output, units, look, speed, overwrite)
     options.claim_picture(file, output, overwrite)
     data = outline(file)
-    if chosen and isinstance(data, Trace):
-        option = "--at" if at else "--" + next(iter(chosen)).replace("_", "-")
+    if point and isinstance(data, Trace):
+        option = "--at" if at else "--" + next(iter(point)).replace("_", "-")
         raise InputError(
             f"{option}: found with a trace, which is of one point; allowed: with a results file."
         )
@@ -233,49 +233,54 @@ def command(
             ("--confidence", confidence),
         ):
             if value is not None:
-                of = "samples" if option == "--confidence" else "several starts"
+                kind_of_results = "samples" if option == "--confidence" else "several starts"
                 raise InputError(
-                    f"{option}: found with a trace; allowed: with the results of {of}."
+                    f"{option}: found with a trace; allowed: with the results of {kind_of_results}."
                 )
     else:
-        data = read(file, needed(data, kind, chosen, start))
-    behind: Any = None
+        data = read(file, needed(data, kind, point, start))
+    background: Any = None
     if over is not None and is_branches(over):
         from nsdrill.store import open_branches
 
-        options.keep_apart(over, output)
-        behind = open_branches(over)
+        options.check_not_input(over, output)
+        background = open_branches(over)
     elif over is not None:
-        behind = _sweep(over, output, data)
+        background = _read_sweep(over, output, data)
     pair = None if states is None else [name.strip() for name in states.split(",")]
-    if chosen and not isinstance(data, Trace):
-        _say_nearest(data, chosen)
-    part = None if confidence is None else confidence / 100.0
-    more: dict[str, Any] = {"over": behind, "states": pair, "confidence": part}
-    figure = draw(data, kind, units=units, at=chosen or None, start=start, look=look, **more)
+    if point and not isinstance(data, Trace):
+        _print_nearest(data, point)
+    options_of_kind: dict[str, Any] = {
+        "over": background,
+        "states": pair,
+        "confidence": None if confidence is None else confidence / 100.0,
+    }
+    figure = draw(
+        data, kind, units=units, at=point or None, start=start, look=look, **options_of_kind
+    )
     if field is not None:
-        _overlay(figure, field, data, chosen, start, units)
+        _overlay(figure, field, data, point, start, units)
     save(figure, output, overwrite=overwrite)
-    _say_missing(figure)
+    _warn_missing_characters(figure)
     click.echo(f"{output}: drawn.", err=True)
     return 0
 
 
-def _given(output: str | None) -> str:
-    """The name of the picture, which only a list of kinds does without."""
+def _require_output(output: str | None) -> str:
+    """The name of the picture; click.MissingParameter without one."""
     if output is None:
         raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")
     return output
 
 
-def _refuse(unused: Mapping[str, Any], what: str, allowed: str) -> None:
-    """InputError where an option was given that ``what`` has no use for."""
-    for option, found in unused.items():
-        if found not in (None, ()):
-            raise InputError(f"{option}: found with {what}; allowed: {allowed}.")
+def _refuse(unused: Mapping[str, Any], source: str, allowed: str) -> None:
+    """InputError for an option with a value, which ``source`` has no use for."""
+    for option, value in unused.items():
+        if value not in (None, ()):
+            raise InputError(f"{option}: found with {source}; allowed: {allowed}.")
 
 
-def _film(
+def _draw_animation(
     trace: Results | Trace,
     output: str,
     units: str,
@@ -283,31 +288,31 @@ def _film(
     speed: float | None,
     overwrite: bool,
 ) -> int:
-    """A film of a trace; where there is no ffmpeg a GIF in place of an MP4, under its
-    own name."""
+    """Draw the animation of a trace; without ffmpeg a GIF in place of an MP4, with the
+    file name of a GIF."""
     from nsdrill.plot.animation import animate, film_name
     from nsdrill.store import claim_file
 
-    written = film_name(output)
-    if written != output:
+    name = film_name(output)
+    if name != output:
         click.echo(
             f"There is no ffmpeg here, which MP4 needs: a GIF is written in place of {output}.",
             err=True,
         )
-    claim_file(written, overwrite)
+    claim_file(name, overwrite)
     frames, seconds = animate(
         trace,  # type: ignore[arg-type]
-        written,
+        name,
         units=units,
         look=look,
         speed=speed or 1.0,
         overwrite=overwrite,
     )
-    click.echo(f"{written}: {seconds:.3g} s of the trace in {frames} frames.", err=True)
+    click.echo(f"{name}: {seconds:.3g} s of the trace in {frames} frames.", err=True)
     return 0
 
 
-def _branches(
+def _draw_branches(
     file: str,
     output: str | None,
     kind: str | None,
@@ -317,7 +322,7 @@ def _branches(
     overwrite: bool,
     look: Look,
 ) -> int:
-    """The branches in ``file``."""
+    """Draw the branches in ``file``."""
     if kind == "list":
         click.echo(
             f"{'branches':<24} stable and unstable motions along the number that is continued"
@@ -325,7 +330,7 @@ def _branches(
         return 0
     if kind not in (None, "branches"):
         raise InputError(f"plot kind: found {kind!r} with a file of branches; allowed: branches.")
-    output = _given(output)
+    output = _require_output(output)
     _refuse(unused, "a file of branches", "with results")
     options.claim_picture(file, output, overwrite)
     from nsdrill.cli.reading import read
@@ -334,15 +339,15 @@ def _branches(
     from nsdrill.plot.branches import draw_branches
     from nsdrill.store import open_branches
 
-    behind = None
+    background = None
     if over is not None:
-        options.keep_apart(over, output)
-        found = read(over)
-        if isinstance(found, Trace):
+        options.check_not_input(over, output)
+        sweep = read(over)
+        if isinstance(sweep, Trace):
             raise InputError(f"{over}: this is a trace; --over takes the results of a sweep.")
-        behind = found
+        background = sweep
     save(
-        draw_branches(open_branches(file), units=units, over=behind, look=look),
+        draw_branches(open_branches(file), units=units, over=background, look=look),
         output,
         overwrite=overwrite,
     )
@@ -354,11 +359,11 @@ def _overlay(
     figure: Figure,
     field: str,
     data: Results | Trace,
-    chosen: dict[str, float],
+    point: dict[str, float],
     start: int | None,
     units: str,
 ) -> None:
-    """Put the measurements in the file ``field`` over the figure."""
+    """Draw the measurements in the file ``field`` over the figure."""
     import json
 
     from nsdrill.app.measured import Reading, read_measured
@@ -372,7 +377,7 @@ def _overlay(
         raise InputError("--data: found with a trace; allowed: with the results of a sweep.")
     study = study_from_resolved(json.loads(data.attrs["study_resolved"]))
     measured = read_measured(field, study, Reading(ignore=("*",), gaps=True))
-    drawn = overlay(figure, cut(data, chosen or None, start), measured, units)
+    drawn = overlay(figure, cut(data, point or None, start), measured, units)
     rest = measured.points - drawn
     beyond = (
         f" of {measured.points}; the other {rest} lie beyond the axes of the picture, at other "
@@ -384,7 +389,7 @@ def _overlay(
     )
 
 
-def _chart(
+def _draw_chart(
     file: str,
     output: str | None,
     kind: str | None,
@@ -395,16 +400,16 @@ def _chart(
     overwrite: bool,
     look: Look,
 ) -> int:
-    """A chart of the study in ``file``."""
+    """Draw a chart of the study in ``file``."""
     from nsdrill.cli.reading import load
     from nsdrill.plot import save
     from nsdrill.plot.registry import STUDY, kinds_of
 
     if kind == "list":
-        for name, one in kinds_of(STUDY).items():
-            click.echo(f"{name:<24} {one.words}")
+        for name, chart in kinds_of(STUDY).items():
+            click.echo(f"{name:<24} {chart.words}")
         return 0
-    output = _given(output)
+    output = _require_output(output)
     _refuse(unused, "a study", "with results. --set changes keys of the study")
     options.claim_picture(file, output, overwrite)
     from nsdrill.app.charts import draw_chart
@@ -418,8 +423,8 @@ def _chart(
     return 0
 
 
-def _say_missing(figure: Any) -> None:
-    """Characters of the title that are drawn as boxes, as no font has them."""
+def _warn_missing_characters(figure: Any) -> None:
+    """Warn of characters of the title that no font has, which are drawn as boxes."""
     if missing := getattr(figure, "missing", ""):
         click.echo(
             f"The title has characters that no font here has: {printable(missing[:20])}. Install "
@@ -429,31 +434,31 @@ def _say_missing(figure: Any) -> None:
         )
 
 
-def _say_nearest(data: Results, chosen: dict[str, float]) -> None:
-    """Where a value was asked for that is not one of the sweep, which one is drawn."""
+def _print_nearest(data: Results, point: dict[str, float]) -> None:
+    """Print the values of the sweep that are drawn in place of requested ones."""
     import numpy as np
 
-    from nsdrill.cli.words import as_asked, point_text
+    from nsdrill.cli.words import in_unit_of, point_text
     from nsdrill.variables import dimension_of
 
     drawn = {}
-    for key, value in chosen.items():
+    for key, value in point.items():
         name = dimension_of(key)
         values = np.asarray(data.coords.get(name, [value]), dtype=float)
         nearest = float(values[np.argmin(np.abs(values - value))])
         if abs(nearest - value) > 1e-3 * abs(value):
-            drawn[name] = as_asked(key, nearest, chosen)
+            drawn[name] = in_unit_of(key, nearest, point)
     if drawn:
         click.echo(f"At {point_text(drawn)}, the nearest of the sweep.", err=True)
 
 
-def _sweep(file: str, output: str, trace: Results | Trace) -> Results:
-    """The peaks of the sweep to draw a ramp over."""
+def _read_sweep(file: str, output: str, trace: Results | Trace) -> Results:
+    """The sweep in ``file`` with the peaks over which the ramp ``trace`` is drawn."""
     from nsdrill.cli.reading import read
     from nsdrill.data import Trace
     from nsdrill.models.registry import drawn_in
 
-    options.keep_apart(file, output)
+    options.check_not_input(file, output)
     peaks = drawn_in(trace.attrs).peaks
     data = read(file, ("status", *peaks))
     if isinstance(data, Trace):

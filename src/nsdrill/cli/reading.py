@@ -1,4 +1,4 @@
-"""Read whatever kind of file of ours a command was given."""
+"""Read the file of a command, of whatever kind it is."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
 def read(path: str, names: Iterable[str] | None = None) -> Results | Trace:
     """The results, trace or unfinished run in ``path``; of a sweep only the variables
-    ``names``, if given. Its root attributes say the overrides, whatever its age."""
+    ``names``, if given. The attributes have the overrides also of files of older
+    versions."""
     from nsdrill.app.reading import read_any
 
     return read_any(path, names)
@@ -32,8 +33,8 @@ def load(study: str, overrides: Sequence[str]) -> Study:
 
 
 def outline(path: str) -> Results | Trace:
-    """As :func:`read`, but a sweep has zeros for its variables, which take no memory:
-    to see what there is."""
+    """As :func:`read`, but without values: the variables of a sweep are zeros, which
+    take no memory."""
     from nsdrill.app.reading import outline
 
     return outline(path)

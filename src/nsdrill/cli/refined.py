@@ -1,4 +1,4 @@
-"""What refinement saved, in words."""
+"""The result of a refinement in words."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from nsdrill.cli.words import value_text
 
 
-def saving(refinement: Mapping[str, Any], units: str = "si") -> str:
+def refinement_text(refinement: Mapping[str, Any], units: str = "si") -> str:
     """ "1,204 of 3,721 points run, 68 % saved; borders known to 0.7 kN and 0.05 rad/s"."""
     run, points = refinement["points_run"], refinement["points_run"] + refinement["points_inferred"]
     steps = refinement["border_spacing"].items()

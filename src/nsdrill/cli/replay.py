@@ -53,36 +53,36 @@ def command(
     what differs from where the file was made. An axis along which the sweep has one
     value only may be left out. Failed points can be run again as well.
     """
-    options.keep_apart(results, output)
+    options.check_not_input(results, output)
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, replay
-    from nsdrill.cli.words import as_asked, point_text
+    from nsdrill.cli.words import in_unit_of, point_text
     from nsdrill.models.leaves import as_value
     from nsdrill.store import claim_file
     from nsdrill.variables import SAMPLE
 
     claim_file(output, overwrite)
-    asked = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
+    requested = options.point_values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     result = replay(
         results,
-        at=asked,
+        at=requested,
         procedure=procedure,
         start=start,
         sample=DEFAULT_SAMPLE if sample is None else sample,
     )
     attrs = result.trace.attrs
-    further = {key: as_value(key, told) for key, told in json.loads(attrs.get("at", "{}")).items()}
+    further = {key: as_value(key, word) for key, word in json.loads(attrs.get("at", "{}")).items()}
     point = {name: attrs[name] for name in ("depth", "wob", "rotary_speed")} | further
-    near = any(
+    is_nearest = any(
         abs(value - point[name]) > 1e-3 * abs(value)
-        for name, value in asked.items()
+        for name, value in requested.items()
         if name in point
     )
     which = "" if start is None else f", start {start}"
     which += f", sample {attrs[SAMPLE]}" if SAMPLE in attrs else ""
-    told = {name: as_asked(name, float(value), asked) for name, value in point.items()}
+    shown = {name: in_unit_of(name, float(value), requested) for name, value in point.items()}
     click.echo(
-        f"Point: {point_text(told, units)}, "
-        f"{attrs['procedure']}{which}{', the nearest of the sweep' if near else ''}.",
+        f"Point: {point_text(shown, units)}, "
+        f"{attrs['procedure']}{which}{', the nearest of the sweep' if is_nearest else ''}.",
         err=True,
     )
     code = finish(result, output, overwrite)

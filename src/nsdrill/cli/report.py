@@ -37,12 +37,12 @@ def command(
     results: tuple[str, ...], output: str, motions: int, units: str, overwrite: bool
 ) -> int:
     """Write RESULTS, files of sweeps or branches, as one page of HTML that opens
-    without a network: what was asked, diagrams with numbers, where history matters, the
-    safe window, motions, and the command lines that make it again."""
+    without a network: what was run, diagrams with numbers, where history matters, the
+    safe window, motions, and the command lines that reproduce it."""
     if not output.lower().endswith((".html", ".htm")):
         raise InputError(f"{output}: found another ending; allowed: .html.")
     for file in results:
-        options.keep_apart(file, output)
+        options.check_not_input(file, output)
     from nsdrill.store import claim_file
 
     claim_file(output, overwrite)
@@ -54,7 +54,7 @@ def command(
     # drawn over the sweeps along the same number
     over = branches[0] if len(branches) == 1 else None
     sessions = [_session(file, units, None if file in branches else over) for file in results]
-    parts = [Part(session, _notes(session, units)) for session in sessions]
+    parts = [Part(session, _summaries(session, units)) for session in sessions]
     words = ["nsdrill", "report", *results, "-o", output]
     words += ["--motions", str(motions)] if motions != 4 else []
     words += ["--units", units] if units != "si" else []
@@ -65,7 +65,7 @@ def command(
 
 
 def _session(file: str, units: str, over: str | None) -> Session:
-    """A session of ``file``, with the branches ``over`` where they are of the same
+    """A session of ``file``, with the branches ``over`` if they are of the same
     model."""
     from nsdrill.web.session import Session
 
@@ -75,8 +75,8 @@ def _session(file: str, units: str, over: str | None) -> Session:
     return Session(file, units)
 
 
-def _notes(session: Session, units: str) -> list[tuple[str, list[str]]]:
-    """What ``nsdrill show`` and ``nsdrill window`` say of the file."""
+def _summaries(session: Session, units: str) -> list[tuple[str, list[str]]]:
+    """The summaries that ``nsdrill show`` and ``nsdrill window`` print of the file."""
     from nsdrill.app.summary import summarize
     from nsdrill.app.window import window_of
     from nsdrill.cli.show import lines
@@ -88,7 +88,7 @@ def _notes(session: Session, units: str) -> list[tuple[str, list[str]]]:
         raise InputError(
             f"{session.path}: found a study; allowed: results. Run it first: nsdrill run."
         )
-    notes = [("Numbers", list(lines(session.path, summarize(session.results), units)))]
+    summaries = [("Numbers", list(lines(session.path, summarize(session.results), units)))]
     with suppress(NsdrillError):  # of a single point, or of four axes, there is no window
-        notes.append(("Safe window", list(window_lines(window_of(session.results), units))))
-    return notes
+        summaries.append(("Safe window", list(window_lines(window_of(session.results), units))))
+    return summaries

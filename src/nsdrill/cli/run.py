@@ -84,7 +84,7 @@ def command(
     if scheduler is not None and engine != "dask":
         raise InputError("--scheduler: found with --engine threads; allowed: with --engine dask.")
     loaded = load(study, overrides)
-    options.keep_apart(study, output)
+    options.check_not_input(study, output)
 
     from nsdrill.app.cluster import dask_executor
     from nsdrill.app.run import check_sweep, run_study
@@ -108,18 +108,19 @@ def command(
             executor=executor,
         )
     if not quiet:
-        _say(outcome, units)
+        _print_outcome(outcome, units)
     return 3 if outcome.failed else 0
 
 
-def _say(outcome: Any, units: str) -> None:
+def _print_outcome(outcome: Any, units: str) -> None:
+    """Print how many points were run, how many failed, and what to do about them."""
     from nsdrill.cli.words import count
 
     text = f"{outcome.path}: {count(outcome.points, 'point')}"
     if outcome.refinement:
-        from nsdrill.cli.refined import saving
+        from nsdrill.cli.refined import refinement_text
 
-        text = f"{outcome.path}: {saving(outcome.refinement, units)}"
+        text = f"{outcome.path}: {refinement_text(outcome.refinement, units)}"
     if outcome.already:
         text += f" ({outcome.already} were there already)"
     if outcome.steps:

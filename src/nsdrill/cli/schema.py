@@ -18,7 +18,7 @@ def command(output: str | None, model: str | None, overwrite: bool) -> int:
     from nsdrill.data import json_text
     from nsdrill.study import json_schema
 
-    text = json_text(json_schema(options.known_model(model)), indent=2)
+    text = json_text(json_schema(options.model_name(model)), indent=2)
     if output is None or output == "-":
         click.echo(text)
         return 0

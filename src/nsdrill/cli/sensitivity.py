@@ -10,7 +10,7 @@ import click
 from nsdrill.cli import options
 from nsdrill.errors import InputError
 
-LEAST_PART = 0.05  # first-order index below which an unknown is said to have no part by itself
+MIN_INDEX = 0.05  # first-order index: an unknown below it has no effect of its own
 
 
 @click.command(
@@ -60,19 +60,19 @@ def command(
     from nsdrill.errors import printable
     from nsdrill.plot import cut
 
-    chosen = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
+    chosen = options.point_values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     if "sample" in chosen:
         raise InputError(
             "--at sample: found one sample; allowed: axes of the sweep, as all "
             "samples are compared."
         )
     data = cut(read_for_sensitivity(results, severity), chosen or None)
-    note = sensitivity(data, severity)
+    summary = sensitivity(data, severity)
     if as_json:
-        click.echo(json_text(in_units(note, units), indent=2))
+        click.echo(json_text(in_units(summary, units), indent=2))
     else:
-        click.echo(printable(f"{results}: sensitivity. {note['title']}".rstrip()))
-        for line in lines(note, units):
+        click.echo(printable(f"{results}: sensitivity. {summary['title']}".rstrip()))
+        for line in lines(summary, units):
             click.echo(line)
     if output is not None:
         from nsdrill.plot import draw, save
@@ -82,63 +82,64 @@ def command(
     return 0
 
 
-def lines(note: dict[str, Any], units: str) -> Iterator[str]:
-    """The note in words."""
+def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+    """The summary in words."""
     from nsdrill.cli.show import in_words
     from nsdrill.cli.words import count, label_of, point_text
     from nsdrill.quantity import quantity
 
-    where = point_text(note["at"], units)
+    where = point_text(summary["at"], units)
     points = (
-        f"{count(note['points'], 'operating point')} over "
-        f"{' and '.join(map(label_of, note['swept']))}"
+        f"{count(summary['points'], 'operating point')} over "
+        f"{' and '.join(map(label_of, summary['swept']))}"
     )
     yield (
-        f"  {note['samples']} samples, at "
-        f"{', '.join(filter(None, (where, points if note['swept'] else '')))}"
+        f"  {summary['samples']} samples, at "
+        f"{', '.join(filter(None, (where, points if summary['swept'] else '')))}"
     )
-    if note["overrides"]:
+    if summary["overrides"]:
         yield (
             f"  overrides "
-            f"{'; '.join(f'{key} = {value}' for key, value in note['overrides'].items())}"
+            f"{'; '.join(f'{key} = {value}' for key, value in summary['overrides'].items())}"
         )
-    if note["histories"] > 1:
+    if summary["histories"] > 1:
         yield "  safe in every procedure; of the other answers the greatest of the procedures"
-    exact = note["design"] == "saltelli"
-    for answer in note["answers"]:
+    exact = summary["design"] == "saltelli"
+    for answer in summary["answers"]:
         yield ""
-        mean, what = answer["mean"], in_words(answer["name"])
+        mean, name = answer["mean"], in_words(answer["name"])
         if mean is None:
-            yield f"{what}: not known, as too many runs failed."
+            yield f"{name}: not known, as too many runs failed."
             continue
         percent = answer["units"] == "1"
 
-        def told(value: float | None, percent: bool = percent) -> str:
+        def answer_text(value: float | None, percent: bool = percent) -> str:
             return (
                 "none" if value is None else f"{100 * value:.1f} %" if percent else f"{value:.4g} %"
             )
 
         if answer["deviation"] is None:
-            yield f"{what}: {told(mean)} in every sample, whatever the unknowns are."
+            yield f"{name}: {answer_text(mean)} in every sample, whatever the unknowns are."
             continue
-        yield f"{what}: {told(mean)} on average"
+        yield f"{name}: {answer_text(mean)} on average"
         yield f"  {'unknown':26s}{'first':>16s}{'total':>16s}   where it is low, and high"
         for row in sorted(answer["unknowns"], key=lambda row: -row["first"]):
-            one = quantity(row["key"])
-            low, high = (one.text(row[end]["value"], units, 3) for end in ("low", "high"))
+            unknown = quantity(row["key"])
+            low, high = (unknown.text(row[end]["value"], units, 3) for end in ("low", "high"))
             yield (
                 f"  "
                 f"{label_of(row['key']):26s}{_index(row['first'], row['first_error']):>16s}{_total(row):>16s}   "
-                f"{told(row['low']['answer'])} at {low}, {told(row['high']['answer'])} at {high}"
+                f"{answer_text(row['low']['answer'])} at {low}, "
+                f"{answer_text(row['high']['answer'])} at {high}"
             )
     yield ""
-    first = note["measure_first"]
+    first = summary["measure_first"]
     if first is None:
-        constant = note["answers"][0]["deviation"] is None
+        constant = summary["answers"][0]["deviation"] is None
         yield (
             "No sample differs in whether it is safe: no measurement tells more about that."
             if constant
-            else _not_told(note)
+            else _undecided(summary)
         )
     else:
         alike = ", ".join(label_of(key) for key in first["alike"])
@@ -149,29 +150,29 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
             f"the doubt about a safe run{also}."
         )
     if not exact:
-        why = "the unknowns depend on each other" if note["dependent"] else "between these bounds"
-        yield f"Total: {why}; with uncertain.design: saltelli it is estimated."
+        reason = (
+            "the unknowns depend on each other" if summary["dependent"] else "between these bounds"
+        )
+        yield f"Total: {reason}; with uncertain.design: saltelli it is estimated."
 
 
-def _not_told(note: dict[str, Any]) -> str:
-    """Why no unknown is named: its part is lost in the error of so few samples, or no
-    unknown has one."""
+def _undecided(summary: dict[str, Any]) -> str:
+    """Why no unknown is to be measured first: the indices are within the error of so
+    few samples, or no unknown has an effect of its own."""
     from nsdrill.cli.words import label_of
 
-    rows = [row for row in note["answers"][0]["unknowns"] if row["first"] is not None]
+    rows = [row for row in summary["answers"][0]["unknowns"] if row["first"] is not None]
     best = max(rows, key=lambda row: float(row["first"]), default=None)
-    if best is None or best["first"] < LEAST_PART:
+    if best is None or best["first"] < MIN_INDEX:
         return (
             "No unknown by itself tells whether a run is safe: what counts is how they come "
             "together."
         )
     index = _index(best["first"], best["first_error"])
     return (
-        f"{note['samples']} samples cannot tell which unknown to measure first: the largest index "
-        f"of the safe run, "
-        f"that of {label_of(best['key'])}, is {index}, which may be chance. Run with four times "
-        f"as many: "
-        f"--set uncertain.samples={4 * note['samples']}."
+        f"{summary['samples']} samples cannot tell which unknown to measure first: the largest "
+        f"index of the safe run, that of {label_of(best['key'])}, is {index}, which may be "
+        f"chance. Run with four times as many: --set uncertain.samples={4 * summary['samples']}."
     )
 
 

@@ -12,10 +12,10 @@ from nsdrill.cli.reading import read
 from nsdrill.errors import InputError, printable
 from nsdrill.variables import AXES
 
-MOST_FAILED = 20
-MOST_INTERVALS = 40
-MOST_CHANGED = 12
-MOST_POINTS = 24
+MAX_FAILED = 20
+MAX_INTERVALS = 40
+MAX_CHANGED = 12
+MAX_POINTS = 24
 
 
 @click.command(
@@ -40,7 +40,7 @@ MOST_POINTS = 24
 )
 def command(file: str, as_json: bool, units: str, study: bool) -> int:
     """Say what is in FILE: a results file, the .part file of a run that goes on, a
-    trace, or branches, of which every special point is told in a sentence."""
+    trace, or branches, with a sentence on every special point."""
     if study and as_json:
         raise InputError("--study: found with --json; allowed: one of the two.")
     if study:
@@ -80,26 +80,25 @@ def _summary(file: str) -> dict[str, Any]:
 def lines(name: str, summary: dict[str, Any], units: str) -> Iterator[str]:
     """A summary of the file or data called ``name``, in words."""
     if summary["kind"] == "branches":
-        from nsdrill.cli.branches import lines as of_branches
+        from nsdrill.cli.branches import lines as branch_lines
 
-        return of_branches(name, summary, units)
-    return (_show_trace if summary["kind"] == "trace" else _show_results)(name, summary, units)
+        return branch_lines(name, summary, units)
+    return (_trace_lines if summary["kind"] == "trace" else _result_lines)(name, summary, units)
 
 
-def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
+def _result_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
     from nsdrill.cli.words import count as number_of
     from nsdrill.cli.words import label_of, point_text, value_text
 
-    # The log of a run may hold every point already and still wait for its last step,
-    # the file.
-    what = (
+    # A .part file may hold every point already, before the results file is written.
+    kind = (
         "results of a sweep"
         if s["finished"] and not file.endswith(".part")
         else "an unfinished sweep"
     )
-    yield printable(f"{file}: {what}. {s['title']}".rstrip())
+    yield printable(f"{file}: {kind}. {s['title']}".rstrip())
     yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
-    yield from _show_overrides(s["overrides"])
+    yield from _override_lines(s["overrides"])
     for name, axis in s["axes"].items():
         label = label_of(name)
         if "values" in axis:  # words
@@ -109,20 +108,20 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         if axis["points"] > 1:
             text += f" to {value_text(name, axis['to'], units)}, {axis['points']} values"
         yield f"  {label:14s} {text}"
-    yield from _show_string(s)
-    yield from _show_method(s["method"])
+    yield from _string_lines(s)
+    yield from _method_lines(s["method"])
     status = ", ".join(f"{count} {word}" for word, count in s["status"].items())
     if starts := s.get("starts"):
-        kind = f"a slice over {' and '.join(s['slice'])}" if s["slice"] else "drawn at random"
-        yield f"  starts         {starts} of every operating point, {kind}"
-    yield from _show_unknowns(s, units)
+        origin = f"a slice over {' and '.join(s['slice'])}" if s["slice"] else "drawn at random"
+        yield f"  starts         {starts} of every operating point, {origin}"
+    yield from _unknown_lines(s, units)
     yield f"  points         {s['points']}: {status}; {s['settled']} settled"
     if refinement := s.get("refinement"):
-        from nsdrill.cli.refined import saving
+        from nsdrill.cli.refined import refinement_text
 
-        yield f"  refined        {saving(refinement, units)}"
+        yield f"  refined        {refinement_text(refinement, units)}"
     if trust := s.get("trust"):
-        yield from _show_trust(trust)
+        yield from _trust_lines(trust)
     if s["thresholds"]:
         yield printable(f"  labels         with {', '.join(s['thresholds'])}")
     for procedure in s["procedures"]:
@@ -148,37 +147,39 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
             )
         for name, grades in s["severities"][procedure].items():
             if set(grades) - {"none"}:
-                what = in_words(name).removesuffix(" severity")
-                counted = ", ".join(f"{count} {in_words(word)}" for word, count in grades.items())
-                yield f"  severity, {what}: {counted}"
+                response = in_words(name).removesuffix(" severity")
+                counts_text = ", ".join(
+                    f"{count} {in_words(word)}" for word, count in grades.items()
+                )
+                yield f"  severity, {response}: {counts_text}"
     if intervals := s.get("intervals"):
-        yield from _show_intervals(intervals, units)
+        yield from _interval_lines(intervals, units)
     if "probabilities" in s:
-        yield from _show_probabilities(s, units)
+        yield from _probability_lines(s, units)
     if "operating_points" in s:
-        from nsdrill.cli.attractors import show_attractors
+        from nsdrill.cli.attractors import attractor_lines
 
-        yield from show_attractors(s, units)
+        yield from attractor_lines(s, units)
     if hysteresis := s.get("hysteresis"):
-        yield from _show_hysteresis(
+        yield from _hysteresis_lines(
             hysteresis, [name for name, axis in s["axes"].items() if axis["points"] > 1], units
         )
     if s["ranges"]:
         yield "\nLeast and greatest over all points:"
-        yield from _show_ranges(s["ranges"], units)
+        yield from _range_lines(s["ranges"], units)
     if failed := s["failed"]:
         yield f"\nFailed points ({len(failed)}), to look at with nsdrill replay:"
-        for point in failed[:MOST_FAILED]:
+        for point in failed[:MAX_FAILED]:
             where = point_text({name: point[name] for name in s["axes"]}, units)
             where += "".join(
                 f", {name} {point[name]}" for name in ("sample", "start") if name in point
             )
             yield f"  {in_words(point['status'])}: {where}, {point['procedure']}"
-        if len(failed) > MOST_FAILED:
-            yield f"  and {len(failed) - MOST_FAILED} more (all with --json)"
+        if len(failed) > MAX_FAILED:
+            yield f"  and {len(failed) - MAX_FAILED} more (all with --json)"
 
 
-def _show_unknowns(s: dict[str, Any], units: str) -> Iterator[str]:
+def _unknown_lines(s: dict[str, Any], units: str) -> Iterator[str]:
     from nsdrill.cli.words import label_of
     from nsdrill.quantity import quantity
 
@@ -193,8 +194,8 @@ def _show_unknowns(s: dict[str, Any], units: str) -> Iterator[str]:
         yield f"    {label_of(key):26s} {low} to {high}"
 
 
-def _show_probabilities(s: dict[str, Any], units: str) -> Iterator[str]:
-    """How probable each answer is at some of the operating points."""
+def _probability_lines(s: dict[str, Any], units: str) -> Iterator[str]:
+    """The probability of each answer at some of the operating points."""
     from nsdrill.cli.words import point_text, samples_text
 
     rows = s["probabilities"]
@@ -202,51 +203,54 @@ def _show_probabilities(s: dict[str, Any], units: str) -> Iterator[str]:
     swept = [name for name, axis in s["axes"].items() if axis["points"] > 1]
     names = [name for name in rows[0] if isinstance(rows[0][name], dict)]
     for history in histories:
-        here = [row for row in rows if row["history"] == history]
-        what = f", {history}" if history != "every" else ", whatever the history"
-        what = what if len(histories) > 1 else ""
+        history_rows = [row for row in rows if row["history"] == history]
+        condition = f", {history}" if history != "every" else ", whatever the history"
+        condition = condition if len(histories) > 1 else ""
         yield (
-            f"\nProbability{what}, in brackets its 95 % interval from "
+            f"\nProbability{condition}, in brackets its 95 % interval from "
             f"{samples_text(s['counted'], s['effective'])}:"
         )
         yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
-        for row in _evenly(here):
+        for row in _evenly_spaced(history_rows):
             where = point_text({name: row[name] for name in swept}, units) or "the operating point"
-            yield f"  {where:30s}" + "".join(f"{_share(row[name]):>22s}" for name in names)
-        if len(here) > MOST_POINTS:
+            yield f"  {where:30s}" + "".join(
+                f"{_probability_text(row[name]):>22s}" for name in names
+            )
+        if len(history_rows) > MAX_POINTS:
             yield (
-                f"  ({MOST_POINTS} of {len(here)} points; all with --json, or nsdrill plot --kind "
-                f"probability)"
+                f"  ({MAX_POINTS} of {len(history_rows)} points; all with --json, or nsdrill plot "
+                "--kind probability)"
             )
 
 
-def _share(one: dict[str, float]) -> str:
-    return f"{100 * one['probability']:.1f} % ({100 * one['low']:.0f} to {100 * one['high']:.0f})"
+def _probability_text(estimate: dict[str, float]) -> str:
+    low, high = 100 * estimate["low"], 100 * estimate["high"]
+    return f"{100 * estimate['probability']:.1f} % ({low:.0f} to {high:.0f})"
 
 
-def _evenly(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """At most :data:`MOST_POINTS` of them, the first and the last among them."""
-    if len(rows) <= MOST_POINTS:
+def _evenly_spaced(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """At most :data:`MAX_POINTS` of the ``rows``, evenly spaced, with the first and the
+    last."""
+    if len(rows) <= MAX_POINTS:
         return rows
-    return [rows[round(i * (len(rows) - 1) / (MOST_POINTS - 1))] for i in range(MOST_POINTS)]
+    return [rows[round(i * (len(rows) - 1) / (MAX_POINTS - 1))] for i in range(MAX_POINTS)]
 
 
-def _show_overrides(overrides: dict[str, str]) -> Iterator[str]:
+def _override_lines(overrides: dict[str, str]) -> Iterator[str]:
     if overrides:
         yield f"  overrides      {'; '.join(f'{key} = {value}' for key, value in overrides.items())}"
 
 
-def _show_string(s: dict[str, Any]) -> Iterator[str]:
-    """What is not as usual about the string: its drive, and the motions that it does
-    without."""
+def _string_lines(s: dict[str, Any]) -> Iterator[str]:
+    """The drive, unless it is ideal, and the frozen motions."""
     if s["drive"] != "ideal":
         yield f"  drive          {in_words(s['drive'])}"
     if s["frozen"]:
         yield f"  frozen         {' and '.join(s['frozen'])} motion"
 
 
-def _show_method(method: str) -> Iterator[str]:
-    """How friction was integrated, where not as usual."""
+def _method_lines(method: str) -> Iterator[str]:
+    """How friction was integrated, unless explicitly."""
     if method != "explicit":
         yield (
             f"  friction       integrated "
@@ -257,7 +261,7 @@ def _show_method(method: str) -> Iterator[str]:
 CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
 
 
-def _show_trust(trust: dict[str, Any]) -> Iterator[str]:
+def _trust_lines(trust: dict[str, Any]) -> Iterator[str]:
     from nsdrill.cli.words import count as number_of
 
     checked = (
@@ -278,17 +282,17 @@ def _show_trust(trust: dict[str, Any]) -> Iterator[str]:
     for check, failed in trust["failed_checks"].items():
         if failed:
             yield f"    {CHECKS[check]}: {failed} did not end well"
-    for row in trust["changed"][:MOST_CHANGED]:
+    for row in trust["changed"][:MAX_CHANGED]:
         change = f"{in_words(row['from'])} -> {in_words(row['to'])}"
         yield f"    {CHECKS[row['check']]:18s}{row['points']:6d}  {change}"
-    if len(trust["changed"]) > MOST_CHANGED:
+    if len(trust["changed"]) > MAX_CHANGED:
         yield (
-            f"    and {len(trust['changed']) - MOST_CHANGED} more kinds of change (all with --json)"
+            f"    and {len(trust['changed']) - MAX_CHANGED} more kinds of change (all with --json)"
         )
 
 
 def in_words(flag: str) -> str:
-    """``bit_bounce+stick_slip`` as people write it."""
+    """A flag in words: ``bit_bounce+stick_slip`` is bit-bounce + stick-slip."""
     for name, word in (
         ("bit_bounce", "bit-bounce"),
         ("stick_slip", "stick-slip"),
@@ -299,38 +303,38 @@ def in_words(flag: str) -> str:
     return flag.replace("+", " + ")
 
 
-def _show_intervals(intervals: list[dict[str, Any]], units: str) -> Iterator[str]:
+def _interval_lines(intervals: list[dict[str, Any]], units: str) -> Iterator[str]:
     from nsdrill.cli.words import count as number_of
     from nsdrill.cli.words import value_text
 
     yield "\nAlong the sweep:"
-    for row in intervals[:MOST_INTERVALS]:
+    for row in intervals[:MAX_INTERVALS]:
         name = row["axis"]
         ends = value_text(name, row["from"], units)
         if row["points"] > 1:
             ends += f" to {value_text(name, row['to'], units)}"
         points = number_of(row["points"], "point")
         yield f"  {row['procedure']:5s} {ends:32s} {points:>12s}  {in_words(row['response'])}"
-    if len(intervals) > MOST_INTERVALS:
-        yield f"  and {len(intervals) - MOST_INTERVALS} more (all with --json)"
+    if len(intervals) > MAX_INTERVALS:
+        yield f"  and {len(intervals) - MAX_INTERVALS} more (all with --json)"
 
 
-def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str], units: str) -> Iterator[str]:
+def _hysteresis_lines(rows: list[dict[str, Any]], swept: list[str], units: str) -> Iterator[str]:
     from nsdrill.cli.words import count as number_of
     from nsdrill.cli.words import label_of, point_text, value_text
 
     axis = rows[0]["axis"]
     held = [name for name in (*swept, "start") if name != axis and name in rows[0]]
     yield f"\nWhere up and down differ, along the {label_of(axis)}:"
-    before = None
-    for row in rows[:MOST_INTERVALS]:
-        here = ", ".join(
+    previous = None
+    for row in rows[:MAX_INTERVALS]:
+        place = ", ".join(
             f"start {row[name]}" if name == "start" else point_text({name: row[name]}, units)
             for name in held
         )
-        if here and here != before:
-            yield f"  at {here}"
-        before = here
+        if place and place != previous:
+            yield f"  at {place}"
+        previous = place
         ends = value_text(axis, row["from"], units)
         if row["points"] > 1:
             ends += f" to {value_text(axis, row['to'], units)}"
@@ -340,8 +344,8 @@ def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str], units: str) -
             f"{in_words(row['up'])}; "
             f"down {in_words(row['down'])}{'; open end' if row['open'] else ''}"
         )
-    if len(rows) > MOST_INTERVALS:
-        yield f"  and {len(rows) - MOST_INTERVALS} more (all with --json)"
+    if len(rows) > MAX_INTERVALS:
+        yield f"  and {len(rows) - MAX_INTERVALS} more (all with --json)"
     steps = [row["step"] for row in rows if row["step"] is not None]
     if steps:
         step = value_text(axis, max(steps), units)
@@ -350,7 +354,7 @@ def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str], units: str) -
         yield "  An end is open where the sweep ended or a point failed: nothing bounds it there."
 
 
-def _show_ranges(ranges: dict[str, Any], units: str) -> Iterator[str]:
+def _range_lines(ranges: dict[str, Any], units: str) -> Iterator[str]:
     from nsdrill.cli.words import in_units
     from nsdrill.quantity import sign
 
@@ -365,12 +369,12 @@ def _show_ranges(ranges: dict[str, Any], units: str) -> Iterator[str]:
         )
 
 
-def _show_trace(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
+def _trace_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
     from nsdrill.cli.words import knots_text, label_of, value_text
 
     yield printable(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
     yield f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}"
-    yield from _show_overrides(s["overrides"])
+    yield from _override_lines(s["overrides"])
     for name in AXES:
         label = label_of(name)
         if name in s.get("ramps", {}):
@@ -383,8 +387,8 @@ def _show_trace(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
             f"  {label_of(key):14s} "
             f"{value if isinstance(value, str) else value_text(key, value, units)}"
         )
-    yield from _show_string(s)
-    yield from _show_method(s.get("method", "explicit"))
+    yield from _string_lines(s)
+    yield from _method_lines(s.get("method", "explicit"))
     if "procedure" in s:
         yield f"  procedure      {s['procedure']}"
     yield (
@@ -393,4 +397,4 @@ def _show_trace(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
     )
     if s["ranges"]:
         yield "\nLeast and greatest:"
-        yield from _show_ranges(s["ranges"], units)
+        yield from _range_lines(s["ranges"], units)

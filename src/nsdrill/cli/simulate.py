@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     "--point",
     type=int,
     metavar="N",
-    help="With --orbit: the number of the point, as nsdrill show tells it.",
+    help="With --orbit: the number of the point, as nsdrill show prints it.",
 )
 @options.settings
 @options.units
@@ -77,26 +77,27 @@ def command(
     from nsdrill.cli.reading import load
 
     if orbit is not None or point is not None:
-        apart = {
+        point_options = {
             "--depth": depth,
             "--wob": wob,
             "--rotary-speed": rotary_speed,
             "--at": at or None,
             "--start": start,
         }
-        return _orbit(study, output, orbit, point, apart, duration, sample, overrides, overwrite)
-    given = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
-    # A number that is no operating value is one of the study, and is checked as if it
-    # stood there.
-    further = [
+        return _simulate_orbit(
+            study, output, orbit, point, point_options, duration, sample, overrides, overwrite
+        )
+    requested = options.point_values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
+    # A value of a key outside of `operation` overrides the study, which checks it.
+    study_values = [
         text
         for text in at
-        if text.partition("=")[0].strip() in given
+        if text.partition("=")[0].strip() in requested
         and "." in text.partition("=")[0]
         and not text.startswith("operation.")
     ]
-    loaded = load(study, [*overrides, *further])
-    options.keep_apart(study, output)
+    loaded = load(study, [*overrides, *study_values])
+    options.check_not_input(study, output)
 
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, simulate
     from nsdrill.store import claim_file
@@ -104,47 +105,48 @@ def command(
     claim_file(output, overwrite)
     result = simulate(
         loaded,
-        at_sample=given.get("sample"),
-        depth=given.get("depth"),
-        wob=given.get("wob"),
-        rotary_speed=given.get("rotary_speed"),
+        at_sample=requested.get("sample"),
+        depth=requested.get("depth"),
+        wob=requested.get("wob"),
+        rotary_speed=requested.get("rotary_speed"),
         start=start,
         duration=duration,
         sample=DEFAULT_SAMPLE if sample is None else sample,
     )
     click.echo(
-        f"Point: {_point(result.trace.attrs, given, units)}{_sample(loaded, given, units)}.",
+        f"Point: {_point_text(result.trace.attrs, requested, units)}"
+        f"{_sample_text(loaded, requested, units)}.",
         err=True,
     )
     return finish(result, output, overwrite)
 
 
-def _orbit(
+def _simulate_orbit(
     study: str,
     output: str,
     orbit: str | None,
     point: int | None,
-    apart: Mapping[str, Any],
+    point_options: Mapping[str, Any],
     duration: float | None,
     sample: float | None,
     overrides: tuple[str, ...],
     overwrite: bool,
 ) -> int:
-    """The motion of a point of a file of branches."""
+    """Simulate the motion of a point of a file of branches."""
     from nsdrill.cli.reading import load
     from nsdrill.errors import InputError
 
     if orbit is None or point is None:
-        found, lacking = ("--point", "--orbit") if orbit is None else ("--orbit", "--point")
-        raise InputError(f"{found}: found without {lacking}; allowed: with it.")
-    for option, value in apart.items():
+        option, missing = ("--point", "--orbit") if orbit is None else ("--orbit", "--point")
+        raise InputError(f"{option}: found without {missing}; allowed: with it.")
+    for option, value in point_options.items():
         if value is not None:
             raise InputError(
                 f"{option}: found with --orbit, whose point has its own; allowed: without --orbit."
             )
     loaded = load(study, overrides)
-    options.keep_apart(study, output)
-    options.keep_apart(orbit, output)
+    options.check_not_input(study, output)
+    options.check_not_input(orbit, output)
 
     from nsdrill.app.orbit import trace_of
     from nsdrill.quantity import quantity
@@ -152,7 +154,7 @@ def _orbit(
     from nsdrill.variables import dimension_of
 
     claim_file(output, overwrite)
-    result, wanted = trace_of(
+    result, branch_point = trace_of(
         loaded,
         lambda texts: load(study, [*overrides, *texts]),
         orbit,
@@ -161,24 +163,27 @@ def _orbit(
         sample=sample,
     )
     numbers = ", ".join(
-        quantity(dimension_of(key)).text(value, "si", 10) for key, value in wanted.values.items()
+        quantity(dimension_of(key)).text(value, "si", 10)
+        for key, value in branch_point.values.items()
     )
     stable = (
         "stable"
-        if wanted.unstable == 0
-        else f"unstable in {wanted.unstable} direction{'s'[: wanted.unstable - 1]}"
+        if branch_point.unstable == 0
+        else f"unstable in {branch_point.unstable} direction{'s'[: branch_point.unstable - 1]}"
     )
-    click.echo(f"Point {point}: {numbers}; period {wanted.period:.6g} s; {stable}.", err=True)
+    click.echo(f"Point {point}: {numbers}; period {branch_point.period:.6g} s; {stable}.", err=True)
     return finish(result, output, overwrite)
 
 
-def _point(attrs: Mapping[str, Any], given: Mapping[str, float], units: str) -> str:
-    """The operating values of a trace, in words; of one that moves its knots."""
-    from nsdrill.cli.words import as_asked, knots_text, label_of, point_text
+def _point_text(attrs: Mapping[str, Any], requested: Mapping[str, float], units: str) -> str:
+    """The operating values of a trace in words; of a ramp its knots."""
+    from nsdrill.cli.words import in_unit_of, knots_text, label_of, point_text
     from nsdrill.variables import AXES
 
     ramps = json.loads(attrs.get("ramps", "{}"))
-    fixed = {name: as_asked(name, float(attrs[name]), given) for name in AXES if name not in ramps}
+    fixed = {
+        name: in_unit_of(name, float(attrs[name]), requested) for name in AXES if name not in ramps
+    }
     moving = [
         f"{label_of(name)} {knots_text(name, times, values, units)}"
         for name, (times, values) in ramps.items()
@@ -186,25 +191,25 @@ def _point(attrs: Mapping[str, Any], given: Mapping[str, float], units: str) -> 
     return "; ".join(part for part in (point_text(fixed, units), *moving) if part)
 
 
-def _sample(study: Any, given: Mapping[str, float], units: str) -> str:
-    """The values of the sample that was asked for, but for those of the operation, and
-    its number."""
+def _sample_text(study: Any, requested: Mapping[str, float], units: str) -> str:
+    """The number of the requested sample, and its values except those of the operation;
+    "" without one."""
     from nsdrill.cli.words import point_text
     from nsdrill.variables import AXES, SAMPLE
 
-    if SAMPLE not in given:
+    if SAMPLE not in requested:
         return ""
-    number = int(given[SAMPLE])
+    number = int(requested[SAMPLE])
     drawn = {
-        one.name: float(study.drawn[one.short][number])
-        for one in study.unknowns
-        if one.short not in AXES
+        unknown.name: float(study.drawn[unknown.short][number])
+        for unknown in study.unknowns
+        if unknown.short not in AXES
     }
     return f"{f', {point_text(drawn, units)}' if drawn else ''}, sample {number}"
 
 
 def finish(result: Trajectory, output: str, overwrite: bool) -> int:
-    """Write the trace and say how the run ended."""
+    """Write the trace and print how the run ended; the exit code."""
     from nsdrill.cli.words import count
     from nsdrill.store import write_trace
     from nsdrill.variables import OK

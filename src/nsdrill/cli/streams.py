@@ -1,4 +1,4 @@
-"""Standard streams that may be closed, full, or read by nobody."""
+"""Standard streams that may be closed, full, or a pipe without a reader."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ import click
 from nsdrill.errors import CacheWarning
 
 
-class Leave(Exception):
-    """Leave with this message and exit code. click has ideas of its own about an
-    interrupt and a closed pipe."""
+class CommandExit(Exception):
+    """End the command with this message and exit code. click would choose its own for
+    an interrupt or a closed pipe."""
 
     def __init__(self, message: str, code: int) -> None:
         super().__init__(message)
@@ -24,24 +24,24 @@ class Leave(Exception):
 
 
 class _Stream:
-    """A standard stream whose errors go to ``lost``, so that they are not taken for
-    those of a file."""
+    """A standard stream whose errors go to ``on_error``, so that they are not mistaken
+    for those of a file."""
 
-    def __init__(self, stream: Any, lost: Callable[[OSError], None]) -> None:
-        self._stream, self._lost = stream, lost
+    def __init__(self, stream: Any, on_error: Callable[[OSError], None]) -> None:
+        self._stream, self._on_error = stream, on_error
 
     def write(self, text: str) -> int:
         try:
             self._stream.write(text)
         except OSError as error:
-            self._lost(error)
+            self._on_error(error)
         return len(text)
 
     def flush(self) -> None:
         try:
             self._stream.flush()
         except OSError as error:
-            self._lost(error)
+            self._on_error(error)
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
@@ -49,23 +49,23 @@ class _Stream:
 
 @contextmanager
 def standard_streams() -> Iterator[None]:
-    """Data that cannot be written raise :class:`Leave`; a message that reaches nobody
-    stops nothing. Warnings about the cache become messages."""
+    """Data that cannot be written raise :class:`CommandExit`; a message that cannot be
+    written is dropped. Warnings about the cache become messages."""
     _open_closed()
     data, messages = sys.stdout, sys.stderr
     with (
-        redirect_stdout(_Stream(data, _output_lost)),
+        redirect_stdout(_Stream(data, _output_failed)),
         redirect_stderr(_Stream(messages, lambda error: None)),
         warnings.catch_warnings(),
     ):
         warnings.simplefilter("always", CacheWarning)
-        otherwise = warnings.showwarning
+        original = warnings.showwarning
 
         def show(message: Any, category: type[Warning], *where: Any, **more: Any) -> None:
             if issubclass(category, CacheWarning):
                 click.echo(f"Warning: {message}", err=True)
             else:
-                otherwise(message, category, *where, **more)
+                original(message, category, *where, **more)
 
         warnings.showwarning = show
         try:
@@ -74,23 +74,23 @@ def standard_streams() -> Iterator[None]:
             for stream in (data, messages):
                 try:
                     stream.flush()
-                except OSError:  # which the end of the process would meet again
+                except OSError:  # or the interpreter fails with it at its end
                     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _open_closed() -> None:
-    """Give closed streams their numbers back: else the next file opened has one, and
-    what a library prints is in it. Output is opened for reading, so data that reach
-    nobody are still an error."""
+    """Open closed streams under their numbers: else the next file to be opened gets
+    one, and what a library prints goes into it. Output is opened for reading only, so
+    that writing data is still an error."""
     for name in ("stdin", "stdout", "stderr"):
         if getattr(sys, name) is None:
-            # the lowest number free
+            # takes the lowest free number
             null = os.open(os.devnull, os.O_RDWR if name == "stderr" else os.O_RDONLY)
             os.set_inheritable(null, True)
             setattr(sys, name, open(null, "r" if name == "stdin" else "w", encoding="utf-8"))  # noqa: SIM115
 
 
-def _output_lost(error: OSError) -> NoReturn:
+def _output_failed(error: OSError) -> NoReturn:
     if isinstance(error, BrokenPipeError):
-        raise Leave("", 0) from error  # the reader has seen enough (`| head`)
-    raise Leave(f"Error: standard output: cannot be written: {error.strerror}.", 1) from error
+        raise CommandExit("", 0) from error  # the reader has closed the pipe (`| head`)
+    raise CommandExit(f"Error: standard output: cannot be written: {error.strerror}.", 1) from error

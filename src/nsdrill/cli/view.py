@@ -59,10 +59,10 @@ def command(
             click.echo("The explorer stops with its page, or with Ctrl-C.", err=True)
             if not no_browser and not webbrowser.open(explorer.url):
                 click.echo("No browser could be opened: open the address above in one.", err=True)
-            words = explorer.wait(interrupt.look)
+            reason = explorer.wait(interrupt.look)
     except KeyboardInterrupt:
-        words = "Stopped."
+        reason = "Stopped."
     finally:
         explorer.close()
-    click.echo(words, err=True)
+    click.echo(reason, err=True)
     return 0

@@ -53,19 +53,19 @@ def command(
     from nsdrill.errors import printable
 
     data = read_for_window(results, severity)
-    part = None if confidence is None else confidence / 100.0
-    note = window_of(data, severity, part)
+    probability = None if confidence is None else confidence / 100.0
+    summary = window_of(data, severity, probability)
     if as_json:
-        click.echo(json_text(in_units(note, units), indent=2))
+        click.echo(json_text(in_units(summary, units), indent=2))
     else:
-        click.echo(printable(f"{results}: safe window. {note['title']}".rstrip()))
-        for line in lines(note, units):
+        click.echo(printable(f"{results}: safe window. {summary['title']}".rstrip()))
+        for line in lines(summary, units):
             click.echo(line)
     if output is not None:
         from nsdrill.plot import draw, save
 
         save(
-            draw(data, "window", units=units, severity=severity, confidence=part),
+            draw(data, "window", units=units, severity=severity, confidence=probability),
             output,
             overwrite=overwrite,
         )

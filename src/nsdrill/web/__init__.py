@@ -1,2 +1,2 @@
-"""What is shown in a browser: the explorer, a small server on this machine, and the
-report, a file of its own."""
+"""The pages for a browser: the explorer, served on this machine, and the report, a
+self-contained file."""

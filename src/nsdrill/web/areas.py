@@ -1,8 +1,8 @@
-"""Areas over two axes for a page: where it is safe, how probable that is, what the
-checks say, and basins of starts.
+"""Maps over two axes for a page: the safe window, probabilities, the verdicts of the
+checks, and basins of attraction.
 
 Each is a title with a reply in the form of :func:`nsdrill.web.diagrams.plane`: column
-``values`` [1, y, x], with ``outcome`` alike.
+``values`` [1, y, x], and ``outcome`` of the same shape.
 """
 
 from __future__ import annotations
@@ -32,19 +32,20 @@ from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import edges
 from nsdrill.plot.style import GREY, ORANGE, SKY, VERMILLION, WINE
 from nsdrill.variables import RESPONSES
-from nsdrill.web.diagrams import Reply, axis_of
-from nsdrill.web.shown import response_styles, told
+from nsdrill.web.diagrams import Reply, axis_data
+from nsdrill.web.shown import quantity_data, response_styles
 
-Titled = tuple[str, Reply]
-MOST = 4  # maps of a third axis
+TitledReply = tuple[str, Reply]
+MAX_MAPS = 4  # over a third axis
 
-WINDOW = {  # the colours of the pictures (nsdrill.plot.kinds.window); white is what is not known
+# The colours are those of the pictures (nsdrill.plot.kinds.window).
+WINDOW_CLASSES = {
     UNKNOWN: ("not known", "#FFFFFF"),
     CRITICAL: ("critical", "#6E6E6E"),
     HISTORY_DEPENDENT: ("depends on the history", "#E69F00"),
     SAFE_STATE: ("safe", "#D3ECFA"),
 }
-VERDICTS = {
+VERDICT_CLASSES = {
     UNCHECKED: ("not checked", GREY),
     AGREES: ("checks agree", SKY),
     FEATURES_DIFFER: ("response holds, numbers differ", ORANGE),
@@ -53,119 +54,123 @@ VERDICTS = {
 }
 
 
-def window_areas(results: Results, units: str) -> Iterator[Titled]:
+def window_areas(results: Results, units: str) -> Iterator[TitledReply]:
     """Safe, dependent on the history and critical over the axes of a window, for each
     of up to four values of a third axis; nothing where there are not two or three
     axes."""
     try:
-        found = classes(results)
+        window = classes(results)
     except InputError:
         return
-    if found.y is None or len(results.swept) > 3:
+    if window.y is None or len(results.swept) > 3:
         return
-    x, y = (axis_of(results, axis, units) for axis in (found.x, found.y))
-    names = {state - UNKNOWN: words for state, words in WINDOW.items()}
-    for number in chosen(len(found.state)):
+    x, y = (axis_data(results, axis, units) for axis in (window.x, window.y))
+    names = {state - UNKNOWN: words for state, words in WINDOW_CLASSES.items()}
+    for number in evenly_spaced(len(window.state)):
         where = ""
-        if found.third:
-            one = quantity(found.third, units)
-            where = f", {one.words.lower()} {one.value(float(found.values(found.third)[number]))}"
-        yield f"Safe window{where}", _area(x, y, found.state[number] - UNKNOWN, "Window", names)
+        if window.third:
+            third = quantity(window.third, units)
+            value = third.value(float(window.values(window.third)[number]))
+            where = f", {third.words.lower()} {value}"
+        yield f"Safe window{where}", _area(x, y, window.state[number] - UNKNOWN, "Window", names)
 
 
-def verdict_areas(results: Results, units: str, x: str, y: str) -> Iterator[Titled]:
-    """What the checks of each point say, over two axes, for each procedure; nothing
-    where there were none."""
+def verdict_areas(results: Results, units: str, x: str, y: str) -> Iterator[TitledReply]:
+    """The verdict of the checks at each point over two axes, for each procedure;
+    nothing where no point was checked."""
     if "trusted" not in results.variables or len(results.swept) != 2:
         return
     verdicts = verdict(results)
-    across, up = (axis_of(results, axis, units) for axis in (x, y))
+    x_axis, y_axis = (axis_data(results, axis, units) for axis in (x, y))
     names = [text(name) for name in results.coords["procedure"]]
     for number, name in enumerate(names):
-        plane = _turned(results, verdicts[number], x, y)
+        plane = _as_plane(results, verdicts[number], x, y)
         yield (
             f"Checks{f', {name}' if len(names) > 1 else ''}",
-            _area(across, up, plane, "Checks", VERDICTS),
+            _area(x_axis, y_axis, plane, "Checks", VERDICT_CLASSES),
         )
 
 
-def probability_areas(results: Results, units: str, x: str, y: str) -> Iterator[Titled]:
-    """How probable a safe run and each response that occurs are, over two axes, in
-    percent; whatever the history."""
-    found = chances(results, responses=model_in(results.attrs).responses)
-    across, up = (axis_of(results, axis, units) for axis in (x, y))
-    for name, words in outcomes_of(found):
-        share = _turned(results, 100.0 * found.of(name)[0], x, y)
-        head, columns = _area(across, up, share, f"Probability: {words}", None)
+def probability_areas(results: Results, units: str, x: str, y: str) -> Iterator[TitledReply]:
+    """The probabilities, in percent, of a safe run and of each response that occurs,
+    over two axes and whatever the history."""
+    probabilities = chances(results, responses=model_in(results.attrs).responses)
+    x_axis, y_axis = (axis_data(results, axis, units) for axis in (x, y))
+    for name, words in occurring_outcomes(probabilities):
+        share = _as_plane(results, 100.0 * probabilities.of(name)[0], x, y)
+        head, columns = _area(x_axis, y_axis, share, f"Probability: {words}", None)
         head["colour"] |= {"unit": "%"}
         head["limits"] = [0.0, 100.0]
         yield f"Probability: {words}", (head, columns)
 
 
 def probability_lines(results: Results, units: str, x: str) -> Reply:
-    """How probable a safe run and each response that occurs are along one axis, in
-    percent: a line for each."""
-    found = chances(results, responses=model_in(results.attrs).responses)
-    named = outcomes_of(found)
-    codes = [0 if name == SAFE else 1 << RESPONSES.index(name) for name, _ in named]
-    values = np.stack([100.0 * found.of(name)[0].ravel() for name, _ in named])
-    borders = edges(results.coords[x]) / quantity(x, units).scale
+    """The probabilities, in percent, of a safe run and of each response that occurs
+    along one axis: a line for each."""
+    probabilities = chances(results, responses=model_in(results.attrs).responses)
+    outcomes = occurring_outcomes(probabilities)
+    codes = [0 if name == SAFE else 1 << RESPONSES.index(name) for name, _ in outcomes]
+    values = np.stack([100.0 * probabilities.of(name)[0].ravel() for name, _ in outcomes])
+    x_edges = edges(results.coords[x]) / quantity(x, units).scale
     head = {
-        "x": axis_of(results, x, units),
-        "y": _named("Probability", "%"),
-        "head_told": [],
+        "x": axis_data(results, x, units),
+        "y": _plain_quantity("Probability", "%"),
+        "hover_quantities": [],
         "hysteresis": [],
-        "procedures": [words for _, words in named],
+        "procedures": [words for _, words in outcomes],
         "lines": [],
-        "edges": [borders[0], borders[-1]],
+        "edges": [x_edges[0], x_edges[-1]],
     }
     return head, {
         "values": values[..., np.newaxis],
         "outcome": np.broadcast_to(np.array(codes)[:, np.newaxis], values.shape),
-        "still": np.zeros(values.shape, bool),
+        "constant": np.zeros(values.shape, bool),
     }
 
 
-def outcomes_of(found: Chances) -> list[tuple[str, str]]:
+def occurring_outcomes(probabilities: Chances) -> list[tuple[str, str]]:
     """The outcomes that occur, safe first, each with its words."""
-    often = ", whatever the history" if EVERY in found.histories else ""
-    return [(SAFE, f"safe{often}")] + [
-        (name, f"{name.replace('_', '-')}{' in any procedure' if often else ''}")
-        for name in found.outcomes
-        if name != SAFE and found.of(name)[0].any()
+    suffix = ", whatever the history" if EVERY in probabilities.histories else ""
+    return [(SAFE, f"safe{suffix}")] + [
+        (name, f"{name.replace('_', '-')}{' in any procedure' if suffix else ''}")
+        for name in probabilities.outcomes
+        if name != SAFE and probabilities.of(name)[0].any()
     ]
 
 
-def basin_area(results: Results, units: str) -> Titled:
-    """Which response each start of a slice comes to, of one operating point."""
-    (across, x), (up, y) = slice_values(
+def basin_area(results: Results, units: str) -> TitledReply:
+    """The response that each start of a slice leads to, at one operating point."""
+    (x_name, x), (y_name, y) = slice_values(
         Starts(slice=results.slice), tuple(results["state"].tolist())
     ).items()
     codes = outcome(results["status"], results["response"]).reshape(-1, len(x), len(y))[0].T
-    styles = {code: (one["name"], one["colour"]) for code, one in enumerate(response_styles())}
+    styles = {
+        code: (style["name"], style["colour"]) for code, style in enumerate(response_styles())
+    }
     axes = [
-        {**told(name, units), "values": values / quantity(name, units).scale, "log": False}
-        for name, values in ((across, x), (up, y))
+        {**quantity_data(name, units), "values": values / quantity(name, units).scale, "log": False}
+        for name, values in ((x_name, x), (y_name, y))
     ]
     return "Response by the start", _area(axes[0], axes[1], codes, "Response", styles)
 
 
-def chosen(count: int) -> list[int]:
-    """Up to :data:`MOST` of so many numbers, evenly, the first and the last among
-    them."""
-    if count <= MOST:
+def evenly_spaced(count: int) -> list[int]:
+    """Up to :data:`MAX_MAPS` of the indices below ``count``, evenly spaced, with the
+    first and the last."""
+    if count <= MAX_MAPS:
         return list(range(count))
-    return [round(number * (count - 1) / (MOST - 1)) for number in range(MOST)]
+    return [round(number * (count - 1) / (MAX_MAPS - 1)) for number in range(MAX_MAPS)]
 
 
-def _turned(results: Results, values: Array, x: str, y: str) -> Array:
+def _as_plane(results: Results, values: Array, x: str, y: str) -> Array:
     """``values`` [axes] over the two axes that are swept, as [y, x]."""
     plane = values.reshape([len(results.coords[name]) for name in results.axes if name in (x, y)])
     return plane.T if results.axes.index(x) < results.axes.index(y) else plane
 
 
-def _named(words: str, unit: str = "") -> dict[str, Any]:
-    """What a page knows of a number that is no variable of a file."""
+def _plain_quantity(words: str, unit: str = "") -> dict[str, Any]:
+    """The data of a quantity that is no variable of a file, in the form of
+    :func:`nsdrill.web.shown.quantity_data`."""
     label = f"{words} [{unit}]" if unit else words
     return {
         "name": words,
@@ -182,20 +187,21 @@ def _area(
     y: Mapping[str, Any],
     values: Array,
     words: str,
-    named: Mapping[int, tuple[str, str]] | None,
+    styles: Mapping[int, tuple[str, str]] | None,
 ) -> Reply:
-    """``values`` [y, x] as a map: classes with their words and colours, or numbers."""
-    failed = values < 0 if named else np.zeros(values.shape, bool)
+    """``values`` [y, x] as a map: of classes, whose names and colours ``styles`` gives,
+    or of numbers."""
+    failed = values < 0 if styles else np.zeros(values.shape, bool)
     head = {
         "x": dict(x),
         "y": dict(y),
-        "colour": _named(words),
+        "colour": _plain_quantity(words),
         "procedures": [""],
         "place": None,
         "x_edges": edges(np.asarray(x["values"])),
         "y_edges": edges(np.asarray(y["values"])),
-        "classes": [{"name": of, "colour": colour} for of, colour in _in_order(named)]
-        if named
+        "classes": [{"name": name, "colour": colour} for name, colour in _in_order(styles)]
+        if styles
         else None,
         "limits": None,
     }
@@ -206,5 +212,5 @@ def _area(
     }
 
 
-def _in_order(named: Mapping[int, tuple[str, str]]) -> Sequence[tuple[str, str]]:
-    return [named[code] for code in range(len(named))]
+def _in_order(styles: Mapping[int, tuple[str, str]]) -> Sequence[tuple[str, str]]:
+    return [styles[code] for code in range(len(styles))]

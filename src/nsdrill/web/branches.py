@@ -1,5 +1,4 @@
-"""Branches of motions from a file of ``nsdrill continue``, as curves for a page: the
-file says by itself what it holds."""
+"""Branches of motions from a file of ``nsdrill continue``, as curves for a page."""
 
 from __future__ import annotations
 
@@ -23,16 +22,21 @@ from nsdrill.variables import AXES
 from nsdrill.web.shown import plain
 
 KIND = "branches"
-REGULAR, END = 0, 9  # labels of points that are none of note
+REGULAR, END_POINT = 0, 9  # labels of points that are not special
 
 
 @dataclass(frozen=True)
 class Branches:
-    """All branches of a file, their points one after the other: arrays [point].
-    ``along`` names the number that is continued, ``key`` is its key; ``sizes`` says how
-    many points each branch has, ``names`` what each is, ``ends`` why it ends; ``state``
-    [point, states] is that at the drive angle 0; ``meanings`` has the words of the
-    ``label``."""
+    """All branches of a file, their points one after the other.
+
+    * ``along``, ``key``: name and study key of the parameter that is continued;
+    * ``sizes``, ``names``, ``ends`` [branch]: the number of points, the kind of motion,
+      and why the branch ends;
+    * ``features`` [point], ``period`` [point] in s, ``unstable`` [point]: the number of
+      unstable directions;
+    * ``state`` [point, states]: the state at the drive angle 0;
+    * ``label`` [point], with its words in ``meanings``.
+    """
 
     path: str
     attrs: Mapping[str, Any]
@@ -50,12 +54,12 @@ class Branches:
 
     @property
     def numbers(self) -> Array:
-        """The values of the number that is continued [point]."""
+        """The values of the parameter that is continued [point]."""
         return self.features[self.along]
 
     @property
     def study(self) -> Study:
-        """The study that the branches were made from."""
+        """The study that the branches were continued from."""
         if "study_resolved" not in self.attrs:
             raise FileError(
                 f"{self.path}: found no study in the file; allowed: a file of nsdrill continue."
@@ -69,19 +73,19 @@ class Branches:
         return int(np.searchsorted(np.cumsum(self.sizes), point, side="right"))
 
     def name_of(self, point: int) -> str:
-        """Which branch a point is of, how stable it is, and its label where it has one
-        of note."""
+        """The branch of a point, its stability, and its label where the point is
+        special."""
         branch, count = self.branch_of(point), int(self.unstable[point])
         directions = f"unstable in {count} direction{'s' if count > 1 else ''}"
-        said = [f"branch {branch}", self.names[branch], directions if count else "stable"]
-        if (label := int(self.label[point])) not in (REGULAR, END):
-            said.append(self.meanings.get(label, str(label)))
-        return ", ".join(said)
+        parts = [f"branch {branch}", self.names[branch], directions if count else "stable"]
+        if (label := int(self.label[point])) not in (REGULAR, END_POINT):
+            parts.append(self.meanings.get(label, str(label)))
+        return ", ".join(parts)
 
 
 def is_branches(path: str | os.PathLike[str]) -> bool:
-    """Whether this is a file of branches; False for what is no file of nsdrill, of
-    which others say more."""
+    """Whether this is a file of branches. False for what is no file of nsdrill: its
+    reader raises the error."""
     try:
         with hdf5.opened(path) as file:
             return str(file.attrs["nsdrill_kind"]) == KIND
@@ -90,7 +94,8 @@ def is_branches(path: str | os.PathLike[str]) -> bool:
 
 
 def read_branches(path: str | os.PathLike[str]) -> Branches:
-    """The file of branches ``path``; FileError where it is none, or damaged."""
+    """The branches in the file ``path``; FileError where it is another kind of file, or
+    damaged."""
     with hdf5.opened(path) as file:
         if (kind := str(file.attrs["nsdrill_kind"])) != KIND:
             raise FileError(
@@ -114,7 +119,7 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
             features |= {
                 name: np.asarray(file[name][()], dtype=float) for name in AXES if name in file
             }
-            found = Branches(
+            branches = Branches(
                 str(path),
                 attrs,
                 along,
@@ -142,22 +147,22 @@ def read_branches(path: str | os.PathLike[str]) -> Branches:
     lengths = {
         len(values)
         for values in (
-            *found.features.values(),
-            found.state,
-            found.period,
-            found.unstable,
-            found.label,
+            *branches.features.values(),
+            branches.state,
+            branches.period,
+            branches.unstable,
+            branches.label,
         )
     }
     if (
-        along not in found.features
+        along not in branches.features
         or lengths != {int(sizes.sum())}
-        or len(found.ends) != len(sizes)
+        or len(branches.ends) != len(sizes)
     ):
         raise FileError(
             f"{path}: its branches do not have as many points as they say. {hdf5.EDITED}"
         )
-    return found
+    return branches
 
 
 def _plain(value: Any) -> Any:
@@ -173,39 +178,45 @@ def _name(motion: Any, lobes: Any) -> str:
     )
 
 
-def curves(found: Branches, name: str, units: str) -> tuple[dict[str, Any], dict[str, Array]]:
-    """The branches in a diagram of the feature ``name``: columns ``curve x``,
-    ``curve y`` and ``curve unstable`` [point]; of the head ``curves`` the sizes, the
-    words of each branch and its special points."""
-    x, y = quantity(found.along, units), quantity(name, units)
-    special = np.flatnonzero(~np.isin(found.label, (REGULAR, END)))
+def curves(branches: Branches, name: str, units: str) -> tuple[dict[str, Any], dict[str, Array]]:
+    """The branches in a diagram of the feature ``name``: columns ``curve x``, ``curve
+    y`` and ``curve unstable`` [point]. ``curves`` in the head has the sizes, the words
+    of each branch, and the special points."""
+    x, y = quantity(branches.along, units), quantity(name, units)
+    special = np.flatnonzero(~np.isin(branches.label, (REGULAR, END_POINT)))
     head = {
-        "sizes": found.sizes,
-        "names": found.names,
+        "sizes": branches.sizes,
+        "names": branches.names,
         "special": [
-            [int(i), found.meanings.get(int(found.label[i]), str(found.label[i]))] for i in special
+            [int(i), branches.meanings.get(int(branches.label[i]), str(branches.label[i]))]
+            for i in special
         ],
     }
     columns = {
-        "curve x": found.numbers / x.scale,
-        "curve y": found.features[name] / y.scale,
-        "curve unstable": found.unstable,
+        "curve x": branches.numbers / x.scale,
+        "curve y": branches.features[name] / y.scale,
+        "curve unstable": branches.unstable,
     }
     return {"curves": head}, columns
 
 
-def fits(found: Branches, results: Results, axis: str, place: Any, units: str) -> str:
-    """Why the branches are no curves in a diagram along ``axis`` through ``place``; ""
-    where they are."""
-    if other := other_string(found.attrs, results, {}, (found.key,)):
-        key, there, here = other[0]
-        return f"The branches are of another string: {key} is {there} there, {here} here."
-    if axis != found.along:
-        return f"The branches run along {plain(quantity(found.along).words)}."
+def mismatch(branches: Branches, results: Results, axis: str, place: Any, units: str) -> str:
+    """Why the branches do not belong in a diagram along ``axis`` through ``place``; ""
+    where they do."""
+    if other := other_string(branches.attrs, results, {}, (branches.key,)):
+        key, branch_value, sweep_value = other[0]
+        return (
+            f"The branches are of another string: {key} is {branch_value} there, "
+            f"{sweep_value} here."
+        )
+    if axis != branches.along:
+        return f"The branches run along {plain(quantity(branches.along).words)}."
     for name, i in zip(results.grid, place, strict=True):
-        if name in found.features and name != axis and name in results.axes:
-            here, there = float(results.coords[name][i]), float(found.features[name][0])
-            if abs(here - there) > 1e-9 * max(abs(here), abs(there)):
-                words = quantity(name, units)
-                return f"The branches are at {plain(words.words)} {words.value(there)}."
+        if name in branches.features and name != axis and name in results.axes:
+            sweep_number = float(results.coords[name][i])
+            branch_number = float(branches.features[name][0])
+            difference = abs(sweep_number - branch_number)
+            if difference > 1e-9 * max(abs(sweep_number), abs(branch_number)):
+                shown = quantity(name, units)
+                return f"The branches are at {plain(shown.words)} {shown.value(branch_number)}."
     return ""

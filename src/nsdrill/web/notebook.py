@@ -10,10 +10,11 @@ from nsdrill.web.server import Explorer
 
 
 class View:
-    """An explorer that goes on until :meth:`close`, or the end of this process. A
-    notebook shows it in a frame of ``height`` pixels where it is the value of a cell;
-    elsewhere :attr:`url` opens in a browser on this machine. With ``with`` it is closed
-    at the end."""
+    """An explorer that runs until :meth:`close`, or the end of this process.
+
+    A notebook shows it in a frame of ``height`` pixels where it is the value of a cell;
+    elsewhere :attr:`url` opens in a browser on this machine. As a context manager it
+    closes at the end of the block."""
 
     def __init__(self, explorer: Explorer, height: int) -> None:
         self._explorer, self._height = explorer, height
@@ -25,7 +26,7 @@ class View:
         return self._explorer.url
 
     def close(self) -> None:
-        """Stop; pages that are open stay as they are."""
+        """Stop the server; open pages keep what they show."""
         self._explorer.close()
 
     def __repr__(self) -> str:

@@ -1,9 +1,9 @@
-"""The report: results as one page of HTML that needs no network and no program, to
-send, to read and to print.
+"""The report: results as one self-contained page of HTML, to send, to read and to
+print.
 
-Text and tables are plain HTML. Diagrams and motions are drawn in the browser, by what
-the explorer draws with, from the same bodies (:mod:`nsdrill.web.packet`), which stand
-in the page as base64.
+Text and tables are plain HTML. The scripts of the explorer draw diagrams and motions in
+the browser, from the same bodies (:mod:`nsdrill.web.packet`), which the page holds in
+base64.
 """
 
 from __future__ import annotations
@@ -30,39 +30,40 @@ from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import Line, edges
 from nsdrill.variables import AXES, INFERRED, OK, SAMPLE
 from nsdrill.web.areas import (
-    MOST,
-    Titled,
+    MAX_MAPS,
+    TitledReply,
     basin_area,
-    chosen,
+    evenly_spaced,
     probability_areas,
     probability_lines,
     verdict_areas,
     window_areas,
 )
-from nsdrill.web.branches import END, REGULAR, Branches
-from nsdrill.web.diagrams import Reply, axis_of, longest, members, plane
+from nsdrill.web.branches import END_POINT, REGULAR, Branches
+from nsdrill.web.diagrams import Reply, axis_data, longest, member_dimension, plane
 from nsdrill.web.packet import packed
 from nsdrill.web.server import static
 from nsdrill.web.session import Session
-from nsdrill.web.shown import plain, response_styles, told
+from nsdrill.web.shown import plain, quantity_data, response_styles
 
 MOTION_SECONDS, MOTION_SAMPLE = 15.0, 0.01
-FEW = MOST  # values of a second axis, each with a diagram of its own; more make a map
-MOST_POINTS = 60_000  # peaks of one diagram in a page that is sent
+MAX_DIAGRAMS = MAX_MAPS  # one for each value of a second axis; with more values a map is drawn
+MAX_PEAKS = 60_000  # of one diagram
 
 
 @dataclass(frozen=True)
 class Part:
-    """What of one file is in the report: its ``session``; ``notes``, headings with
-    lines of text."""
+    """One file of the report: its ``session``, and ``summaries``: headings with lines
+    of text."""
 
     session: Session
-    notes: Sequence[tuple[str, Sequence[str]]]
+    summaries: Sequence[tuple[str, Sequence[str]]]
 
 
 @dataclass
 class _Page:
-    """The page as it grows: pieces of HTML, and bodies by number."""
+    """The page under construction: pieces of HTML, and the bodies that its drawings
+    refer to by number."""
 
     pieces: list[str] = field(default_factory=list)
     bodies: list[bytes] = field(default_factory=list)
@@ -70,11 +71,11 @@ class _Page:
     def add(self, *pieces: str) -> None:
         self.pieces.extend(pieces)
 
-    def drawing(
+    def add_drawing(
         self, kind: str, replies: Sequence[Reply], more: Mapping[str, Any], words: str
     ) -> None:
-        """A place where the script draws ``replies``; ``words`` for those who do not
-        see it."""
+        """An element in which the script draws ``replies``; ``words`` are its label for
+        screen readers."""
         first = len(self.bodies)
         self.bodies.extend(packed(*reply) for reply in replies)
         data = json_text({"kind": kind, "bodies": list(range(first, len(self.bodies))), **more})
@@ -85,8 +86,8 @@ class _Page:
 
 
 def report(parts: Sequence[Part], command: str, motions: int) -> str:
-    """The page. ``command`` is the command line that makes it again; of each file
-    ``motions`` points are drawn moving."""
+    """The page as HTML. ``command`` is the command line that writes it again; of each
+    file up to ``motions`` points are drawn moving."""
     page = _Page()
     titles = [part.session.title for part in parts]
     page.add(
@@ -101,18 +102,18 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
         page.add(f'<section id="file{number}">')
         if len(parts) > 1:
             page.add(f"<h2>{_text(titles[number])}</h2>")
-        _of_file(page, part, motions, stems[number])
+        _add_file(page, part, motions, stems[number])
         page.add("</section>")
     page.add(
-        "<section><h2>Made again</h2>",
-        f"<p>This page: <code>{_text(command)}</code></p></section></main>",
+        "<section><h2>How to reproduce this page</h2>",
+        f"<p><code>{_text(command)}</code></p></section></main>",
     )
     return _document(titles[0], page)
 
 
 def _stems(paths: Sequence[str]) -> list[str]:
-    """What the names of the files made again begin with: the name of each file, with a
-    number where two have one."""
+    """The beginnings of the file names in the command lines: the name of each file,
+    with a number where two are equal."""
     names = [Path(path).name.partition(".")[0] or "results" for path in paths]
     return [
         name if names.count(name) == 1 else f"{name}{number}"
@@ -120,9 +121,9 @@ def _stems(paths: Sequence[str]) -> list[str]:
     ]
 
 
-def _of_file(page: _Page, part: Part, motions: int, stem: str) -> None:
-    """The section of one file; the files that its command lines write begin with
-    ``stem``."""
+def _add_file(page: _Page, part: Part, motions: int, stem: str) -> None:
+    """The section of one file; the names of the files that its command lines write
+    begin with ``stem``."""
     session = part.session
     results = session.results
     if results is None:
@@ -130,58 +131,58 @@ def _of_file(page: _Page, part: Part, motions: int, stem: str) -> None:
             raise InputError(
                 f"{session.path}: found a study; allowed: results. Run it first: nsdrill run."
             )
-        _of_branches(page, session, session.branches, stem)
+        _add_branches(page, session, session.branches, stem)
         return
-    shown = representatives(results, motions)
-    _asked(page, session, results)
+    places = representatives(results, motions)
+    _add_origin(page, session, results)
     page.add("<h3>Diagrams</h3>", '<p class="screen">Point at a diagram for its numbers.</p>')
-    _diagrams(page, session, results)
-    for heading, lines in part.notes:
+    _add_diagrams(page, session, results)
+    for heading, lines in part.summaries:
         page.add(f"<h3>{_text(heading)}</h3>", f"<pre>{_text(chr(10).join(lines))}</pre>")
     study, again = (shlex.quote(f"{stem}_{name}") for name in ("study.yaml", "again.h5"))
     commands = [
         f"nsdrill show {shlex.quote(session.path)} --study > {study}",
         f"nsdrill run {study} -o {again}",
     ]
-    if shown:
+    if places:
         page.add("<h3>Motions</h3>", "<p>One point of each kind that is common, run once more.</p>")
-        for number, place in enumerate(shown, start=1):
+        for number, place in enumerate(places, start=1):
             trace = shlex.quote(f"{stem}_trace{number}.h5")
-            commands.append(_motion(page, session, place).replace(" -o trace.h5", f" -o {trace}"))
+            commands.append(
+                _add_motion(page, session, place).replace(" -o trace.h5", f" -o {trace}")
+            )
     page.add("<h3>From the command line</h3>")
     page.add(
         f"<p>Study, results, and the motions above:</p><pre>{_text(chr(10).join(commands))}</pre>"
     )
-    _study(page, session, results.attrs)
+    _add_study(page, session, results.attrs)
 
 
-def _study(page: _Page, session: Session, attrs: Mapping[str, Any]) -> None:
+def _add_study(page: _Page, session: Session, attrs: Mapping[str, Any]) -> None:
     text = _text(study_of(session.path, attrs))
     page.add(f"<details><summary>The study, every key</summary><pre>{text}</pre></details>")
 
 
-def _asked(page: _Page, session: Session, results: Results) -> None:
-    """What was asked, and what made it."""
+def _add_origin(page: _Page, session: Session, results: Results) -> None:
+    """The sweep, and what computed it."""
     meta, attrs = session.meta(), results.attrs
     rows = [("File", session.path), ("Model", meta["model"])]
     for name in results.axes:
-        one, values = (
-            told(name, session.units),
-            results.coords[name] / quantity(name, session.units).scale,
-        )
+        axis = quantity_data(name, session.units)
+        values = results.coords[name] / quantity(name, session.units).scale
         if words_along(name):
             rows.append(
                 (
-                    one["words"],
+                    axis["words"],
                     ", ".join(quantity(name).value(value) for value in results.coords[name]),
                 )
             )
             continue
         span = f"{values[0]:.6g} to {values[-1]:.6g}" if len(values) > 1 else f"{values[0]:.6g}"
-        ends = f"{span} {one['unit']}".strip() + (
+        ends = f"{span} {axis['unit']}".strip() + (
             f", {len(values)} values" if len(values) > 1 else ""
         )
-        rows.append((one["words"], ends))
+        rows.append((axis["words"], ends))
     procedures = [str(name) for name in results.coords["procedure"]]
     rows.append(
         (
@@ -191,7 +192,7 @@ def _asked(page: _Page, session: Session, results: Results) -> None:
             else "the same at every start",
         )
     )
-    if member := members(results):
+    if member := member_dimension(results):
         rows.append(
             (f"{member.capitalize()}s", f"{len(results.coords[member])} of every operating point")
         )
@@ -212,53 +213,51 @@ def _asked(page: _Page, session: Session, results: Results) -> None:
         "processor",
         "model_digest",
     )
-    made = [
+    software = [
         f"{name.removesuffix('_version').replace('_', ' ')} {attrs[name]}"
         for name in versions
         if name in attrs
     ]
-    rows.append(("With", ", ".join(made)))
+    rows.append(("With", ", ".join(software)))
     rows.append(("Study", f"SHA-256 {attrs.get('study_sha256', '')}"))
-    page.add("<h3>What was asked</h3>", _table(rows))
+    page.add("<h3>What was run</h3>", _table(rows))
 
 
-def _diagrams(page: _Page, session: Session, results: Results) -> None:
-    units, names = (
-        session.units,
-        sorted(
-            results.swept, key=lambda name: (bool(words_along(name)), -len(results.coords[name]))
-        ),
+def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
+    units = session.units
+    names = sorted(
+        results.swept, key=lambda name: (bool(words_along(name)), -len(results.coords[name]))
     )
     more = {"responses": response_styles()}
     if results.slice and not names:
-        _areas(page, [basin_area(results, units)])
+        _add_maps(page, [basin_area(results, units)])
         return
     if not names:
         page.add("<p>A single operating point.</p>")
         return
-    if members(results):
-        _of_members(page, session, results)
-    elif len(names) > 1 and len(results.coords[names[1]]) > FEW:
+    if member_dimension(results):
+        _add_members(page, session, results)
+    elif len(names) > 1 and len(results.coords[names[1]]) > MAX_DIAGRAMS:
         x, y = names[0], names[1]
-        carried = [str(name) for name in results.coords["procedure"]]
-        for held, where in _cuts(results, names[2:], units):
-            for number, procedure in enumerate(carried):
+        procedures = [str(name) for name in results.coords["procedure"]]
+        for held, where in _held_values(results, names[2:], units):
+            for number, procedure in enumerate(procedures):
                 words = ", ".join(
                     [
                         "Responses",
-                        *([procedure] if len(carried) > 1 else []),
+                        *([procedure] if len(procedures) > 1 else []),
                         *([where] if where else []),
                     ]
                 )
                 page.add(f"<h4>{_text(words)}</h4>")
-                page.drawing(
+                page.add_drawing(
                     "map",
                     [plane(results, units, "response", x, y, held)],
                     {**more, "procedure": number},
                     words,
                 )
     else:
-        for held, words in _cuts(results, names[1:], units):
+        for held, words in _held_values(results, names[1:], units):
             if words:
                 page.add(f"<h4>{_text(words)}</h4>")
             panels = drawn_in(results.attrs).panels
@@ -267,66 +266,67 @@ def _diagrams(page: _Page, session: Session, results: Results) -> None:
                 for p in panels
                 if p.greatest in results.variables
             ]
-            page.drawing("lines", replies, more, f"Peaks along {names[0]} {words}")
+            page.add_drawing("lines", replies, more, f"Peaks along {names[0]} {words}")
     if SAMPLE not in results.coords:
-        _areas(page, window_areas(results, units))
-    if len(names) == 2 and not members(results):
-        _areas(page, verdict_areas(results, units, names[0], names[1]))
+        _add_maps(page, window_areas(results, units))
+    if len(names) == 2 and not member_dimension(results):
+        _add_maps(page, verdict_areas(results, units, names[0], names[1]))
 
 
-def _areas(page: _Page, areas: Iterable[Titled]) -> None:
-    """Maps, each with its title."""
+def _add_maps(page: _Page, areas: Iterable[TitledReply]) -> None:
+    """Maps with their titles."""
     for words, reply in areas:
         page.add(f"<h4>{_text(words)}</h4>")
-        page.drawing("map", [reply], {"responses": response_styles(), "procedure": 0}, words)
+        page.add_drawing("map", [reply], {"responses": response_styles(), "procedure": 0}, words)
 
 
-def _of_branches(page: _Page, session: Session, found: Branches, stem: str) -> None:
-    """Branches by themselves: their curves, and what is special about them."""
-    x, meta = quantity(found.along, session.units), session.meta()
+def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) -> None:
+    """The section of a file of branches: their curves and special points."""
+    x, meta = quantity(branches.along, session.units), session.meta()
     rows = [("File", session.path), ("Model", meta["model"])]
-    ends = [float(found.attrs.get(name, np.nan)) for name in ("continue_from", "continue_to")]
+    ends = [float(branches.attrs.get(name, np.nan)) for name in ("continue_from", "continue_to")]
     ends = (
         ends
         if np.all(np.isfinite(ends))
-        else [float(found.numbers.min()), float(found.numbers.max())]
+        else [float(branches.numbers.min()), float(branches.numbers.max())]
     )
     rows.append((f"Along {plain(x.words).lower()}", " to ".join(map(x.value, ends))))
     for name in AXES:
-        if name != found.along and name in found.features:
-            one = quantity(name, session.units)
-            rows.append((plain(one.words), one.value(float(found.features[name][0]))))
-    rows.append(("Points", f"{len(found.label)} on {len(found.sizes)} branches"))
+        if name != branches.along and name in branches.features:
+            shown = quantity(name, session.units)
+            rows.append((plain(shown.words), shown.value(float(branches.features[name][0]))))
+    rows.append(("Points", f"{len(branches.label)} on {len(branches.sizes)} branches"))
     rows.append(("Changed by --set", "; ".join(meta["overrides"]) or "nothing"))
-    version = str(found.attrs.get("nsdrill_version", ""))
-    rows.append(("Made", f"{found.attrs.get('created', '')} by nsdrill {version}"))
-    rows.append(("Study", f"SHA-256 {found.attrs.get('study_sha256', '')}"))
-    page.add("<h3>What was asked</h3>", _table(rows), "<h3>Branches</h3>")
-    panels = [p for p in drawn_in(found.attrs).panels if p.greatest in found.features]
+    version = str(branches.attrs.get("nsdrill_version", ""))
+    rows.append(("Made", f"{branches.attrs.get('created', '')} by nsdrill {version}"))
+    rows.append(("Study", f"SHA-256 {branches.attrs.get('study_sha256', '')}"))
+    page.add("<h3>What was run</h3>", _table(rows), "<h3>Branches</h3>")
+    panels = [p for p in drawn_in(branches.attrs).panels if p.greatest in branches.features]
     replies = [session.diagram({"y": p.peaks}) for p in panels]
-    page.drawing(
-        "lines", replies, {"responses": response_styles()}, f"Branches along {found.along}"
+    page.add_drawing(
+        "lines", replies, {"responses": response_styles()}, f"Branches along {branches.along}"
     )
-    first, told_ = 0, []
+    first = 0
+    branch_rows: list[tuple[str, str]] = []
     for number, (size, name, end) in enumerate(
-        zip(found.sizes.tolist(), found.names, found.ends, strict=True)
+        zip(branches.sizes.tolist(), branches.names, branches.ends, strict=True)
     ):
-        part = found.numbers[first : first + size]
-        told_.append(
+        part = branches.numbers[first : first + size]
+        branch_rows.append(
             (
                 f"Branch {number}",
                 f"{name}, {x.value(part.min())} to {x.value(part.max())}; ends: {end}",
             )
         )
         for point in range(first, first + size):
-            if (label := int(found.label[point])) not in (REGULAR, END):
+            if (label := int(branches.label[point])) not in (REGULAR, END_POINT):
                 words = (
-                    f"{found.meanings.get(label, str(label))} at "
-                    f"{x.value(float(found.numbers[point]))}"
+                    f"{branches.meanings.get(label, str(label))} at "
+                    f"{x.value(float(branches.numbers[point]))}"
                 )
-                told_.append(("", f"{words} (point {point})"))
+                branch_rows.append(("", f"{words} (point {point})"))
         first += size
-    page.add(_table(told_), "<h3>From the command line</h3>")
+    page.add(_table(branch_rows), "<h3>From the command line</h3>")
     file, study, again, orbit = map(
         shlex.quote,
         (session.path, *(f"{stem}_{name}" for name in ("study.yaml", "again.h5", "orbit.h5"))),
@@ -342,15 +342,15 @@ def _of_branches(page: _Page, session: Session, found: Branches, stem: str) -> N
         "from a results file, continue needs it again: --seeds FILE."
     )
     page.add(f"<p>{words}</p><pre>{_text(chr(10).join(commands))}</pre>")
-    _study(page, session, found.attrs)
+    _add_study(page, session, branches.attrs)
 
 
-def _cuts(
+def _held_values(
     results: Results, others: Sequence[str], units: str
 ) -> Iterator[tuple[dict[str, int], str]]:
-    """The ``others`` of the axes held, in all combinations of few values, and the words
-    for it."""
-    values = [chosen(len(results.coords[name])) for name in others]
+    """All combinations of some values of the ``others`` of the axes, as indices by axis
+    and in words."""
+    values = [evenly_spaced(len(results.coords[name])) for name in others]
     for index in product(*values):
         words = [
             f"{plain(quantity(name, units).words)}: "
@@ -361,28 +361,28 @@ def _cuts(
 
 
 def _thinned(reply: Reply) -> Reply:
-    """A diagram with fewer peaks of each point where it has too many to be sent: the
-    last ones."""
+    """A diagram with at most about :data:`MAX_PEAKS` peaks: of each point the last
+    ones, or the first ones where some motions are constant."""
     head, columns = reply
     values = columns["values"]
-    keep = max(1, int(MOST_POINTS / max(1, values.shape[0] * values.shape[1])))
+    keep = max(1, int(MAX_PEAKS / max(1, values.shape[0] * values.shape[1])))
     return head, {
         **columns,
-        "values": values[..., :keep] if columns["still"].any() else values[..., -keep:],
+        "values": values[..., :keep] if columns["constant"].any() else values[..., -keep:],
     }
 
 
-def _of_members(page: _Page, session: Session, results: Results) -> None:
-    """Of samples their probabilities; of several starts a diagram in which each start
-    is a line of its own."""
-    units, axis, member = session.units, longest(results), members(results)
+def _add_members(page: _Page, session: Session, results: Results) -> None:
+    """The probabilities of samples, or the diagram of several starts with a line for
+    each start."""
+    units, axis, member = session.units, longest(results), member_dimension(results)
     if member == SAMPLE and len(results.swept) == 2:
         x, y = sorted(results.swept, key=lambda name: -len(results.coords[name]))
-        _areas(page, probability_areas(results, units, x, y))
+        _add_maps(page, probability_areas(results, units, x, y))
         return
     if member == SAMPLE and len(results.swept) == 1:
         words = f"Probabilities along {axis}"
-        page.drawing(
+        page.add_drawing(
             "lines",
             [probability_lines(results, units, axis)],
             {"responses": response_styles()},
@@ -393,22 +393,22 @@ def _of_members(page: _Page, session: Session, results: Results) -> None:
         page.add(f"<p>Several {member}s over several axes: see the numbers below.</p>")
         return
     place = [0 if name not in (axis, member) else slice(None) for name in results.grid]
-    one = Line(results, axis, tuple(place))
-    outcomes = np.swapaxes(outcome(one["status"], one["response"]), 0, 1)
-    borders = edges(one.x) / quantity(axis, units).scale
+    series = Line(results, axis, tuple(place))
+    outcomes = np.swapaxes(outcome(series["status"], series["response"]), 0, 1)
+    x_edges = edges(series.x) / quantity(axis, units).scale
     replies: list[Reply] = []
     for panel in drawn_in(results.attrs).panels:
         if panel.greatest not in results.variables:
             continue
-        values = np.swapaxes(np.asarray(one[panel.greatest], dtype=float), 0, 1)[..., np.newaxis]
+        values = np.swapaxes(np.asarray(series[panel.greatest], dtype=float), 0, 1)[..., np.newaxis]
         head = {
-            "x": axis_of(results, axis, units),
-            "y": told(panel.greatest, units),
-            "head_told": [],
+            "x": axis_data(results, axis, units),
+            "y": quantity_data(panel.greatest, units),
+            "hover_quantities": [],
             "hysteresis": [],
             "procedures": [f"{member} {i}" for i in range(len(outcomes))],
             "lines": [],
-            "edges": [borders[0], borders[-1]],
+            "edges": [x_edges[0], x_edges[-1]],
         }
         replies.append(
             (
@@ -416,11 +416,11 @@ def _of_members(page: _Page, session: Session, results: Results) -> None:
                 {
                     "values": values / quantity(panel.greatest, units).scale,
                     "outcome": outcomes,
-                    "still": np.zeros(outcomes.shape, bool),
+                    "constant": np.zeros(outcomes.shape, bool),
                 },
             )
         )
-    page.drawing(
+    page.add_drawing(
         "lines",
         replies,
         {"responses": response_styles()},
@@ -428,8 +428,9 @@ def _of_members(page: _Page, session: Session, results: Results) -> None:
     )
 
 
-def _motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
-    """The motion of one point, and the command line that gives it."""
+def _add_motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
+    """Add the motion of one point; return the command line that computes it, "" where
+    the run failed."""
     try:
         head, columns = session.replay({"place": list(place), "seconds": MOTION_SECONDS})
     except NsdrillError as error:
@@ -446,15 +447,15 @@ def _motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
         *drawn["histories"],
         *(n for pair in drawn["planes"] for n in pair),
     }
-    kept = {name: values[::step] for name, values in columns.items() if name in needed}
+    shown = {name: values[::step] for name, values in columns.items() if name in needed}
     head |= {
         "interval": head["interval"] * step,
-        "samples": len(kept["time"]),
+        "samples": len(shown["time"]),
         "features": [],
         "values": {},
         "state": None,
     }
-    head["channels"] = [one for one in head["channels"] if one["name"] in kept]
+    head["channels"] = [channel for channel in head["channels"] if channel["name"] in shown]
     title = ", ".join(f"{a} {b}" for a, b in head["from"])
     page.add(
         f"<figure><figcaption><strong>{_text(title)}</strong><br>{_text(', '.join(head['labels']))}<br>"
@@ -462,48 +463,48 @@ def _motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
     if head["ended"]:
         page.add(_text(f"It ended early: {head['ended']}."))
     else:
-        told_ = (
+        ending = (
             "the stored state, bit for bit"
             if head["same_bits"]
             else f"not the stored state: {head['differing']}"
         )
-        page.add(_text(f"Run again for this page, it ends in: {told_}."))
+        page.add(_text(f"Run again for this page, it ends in: {ending}."))
     page.add("</figcaption>")
-    page.drawing("motion", [(head, kept)], {"drawn": drawn}, f"The motion at {title}")
+    page.add_drawing("motion", [(head, shown)], {"drawn": drawn}, f"The motion at {title}")
     page.add("</figure>")
     return str(head["command"])
 
 
 def representatives(results: Results, most: int) -> list[tuple[int, ...]]:
-    """One point of each combination of responses, the commonest first: of its points
-    that have settled that in the middle of the longest row of them along the longest
-    axis."""
+    """A point for each combination of responses, the most frequent first, at most
+    ``most``. It is the middle of the longest interval of settled points with these
+    responses along the longest axis."""
     status, response = results["status"], results["response"]
-    good = (status == OK) & (status != INFERRED)
-    settled = good & (results["settled"] == 1) if "settled" in results.variables else good
+    valid = (status == OK) & (status != INFERRED)
+    settled = valid & (results["settled"] == 1) if "settled" in results.variables else valid
     axis = results.grid.index(longest(results)) if results.swept else len(results.grid) - 1
-    codes, counts = np.unique(response[good], return_counts=True)
-    found = []
+    codes, counts = np.unique(response[valid], return_counts=True)
+    places = []
     for code in codes[np.argsort(-counts, kind="stable")][:most]:
-        there = settled & (response == code)
-        there = there if there.any() else good & (response == code)
-        found.append(_middle(np.moveaxis(there, axis, -1), axis))
-    return found
+        mask = settled & (response == code)
+        mask = mask if mask.any() else valid & (response == code)
+        places.append(_middle_of_longest(np.moveaxis(mask, axis, -1), axis))
+    return places
 
 
-def _middle(there: Array, axis: int) -> tuple[int, ...]:
-    """The middle of the longest run of True along the last axis, which is ``axis`` of
-    the grid."""
-    best, place = 0, tuple(int(i) for i in np.argwhere(there)[0])
-    for row in np.ndindex(*there.shape[:-1]):
-        line = np.concatenate(([False], there[row], [False]))
+def _middle_of_longest(mask: Array, axis: int) -> tuple[int, ...]:
+    """The index of the middle of the longest run of True along the last axis of
+    ``mask``, which is ``axis`` of the grid."""
+    best, place = 0, tuple(int(i) for i in np.argwhere(mask)[0])
+    for row in np.ndindex(*mask.shape[:-1]):
+        line = np.concatenate(([False], mask[row], [False]))
         begins, ends = np.flatnonzero(~line[:-1] & line[1:]), np.flatnonzero(line[:-1] & ~line[1:])
         if not len(begins):
             continue
-        longest_ = int(np.argmax(ends - begins))
-        if ends[longest_] - begins[longest_] > best:
-            best = int(ends[longest_] - begins[longest_])
-            place = (*(int(i) for i in row), int(begins[longest_] + ends[longest_] - 1) // 2)
+        longest_run = int(np.argmax(ends - begins))
+        if ends[longest_run] - begins[longest_run] > best:
+            best = int(ends[longest_run] - begins[longest_run])
+            place = (*(int(i) for i in row), int(begins[longest_run] + ends[longest_run] - 1) // 2)
     *others, last = place
     return (*others[:axis], last, *others[axis:])
 
@@ -521,8 +522,8 @@ def _table(rows: Sequence[tuple[str, str]]) -> str:
 
 
 def _document(title: str, page: _Page) -> str:
-    """The whole page. Only the scripts and the style that stand here are allowed, and
-    nothing is loaded."""
+    """The whole page. Its policy allows only its own scripts and style, and loads
+    nothing."""
     scripts = [
         static(name).decode() for name in ("uplot/uPlot.iife.min.js", "charts.js", "report.js")
     ]

@@ -1,10 +1,14 @@
-"""The explorer's server: this machine only, one secret, no name of a file from outside.
+"""The explorer's HTTP server, for pages on this machine only.
 
-It listens on the loopback address alone. A request has to name that address (``Host``),
-so no other name that is made to lead here serves; one that a page of another origin
-sends is refused; and what has data needs the token, which a page has from the fragment
-of its URL, a part that browsers send nowhere. Static files are known by name. Answers
-forbid scripts from elsewhere, framing by other machines, and guesses of their type.
+* It listens on the loopback address alone.
+* A request must name that address in ``Host``: another name that resolves to it is
+  refused (DNS rebinding).
+* A request from a page of another origin is refused.
+* Data need a token. A page has it from the fragment of its URL, which browsers do not
+  send.
+* No file name comes from a request: the static files are a fixed table.
+* The headers of a response forbid foreign scripts, framing by other machines, and
+  guessing the content type.
 """
 
 from __future__ import annotations
@@ -30,21 +34,19 @@ from nsdrill.web.packet import packed
 from nsdrill.web.session import Session
 
 ADDRESS = "127.0.0.1"
-TOKEN = "X-Nsdrill-Token"
-MOST = 65536  # bytes of a request
-PATIENCE = (
-    # seconds without a page, after which the explorer stops: a page that is loaded anew
-    # is gone for a moment
-    3.0
-)
-DRAWN = 5.0  # seconds after which there is no waiting for a page any more
+TOKEN_HEADER = "X-Nsdrill-Token"
+MAX_REQUEST = 65536  # bytes
+# s without a page after which the explorer stops. A page that is reloaded is away for a
+# moment.
+CLOSE_DELAY = 3.0
+WARM_DELAY = 5.0  # s for the first page to get its diagram before anything is compiled
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' "
     "data: blob:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'self' http://localhost:* "
     "http://127.0.0.1:*"
 )
-STATIC = {
+STATIC_FILES = {
     "/": ("explorer.html", "text/html"),
     "/explorer.js": ("explorer.js", "text/javascript"),
     "/charts.js": ("charts.js", "text/javascript"),
@@ -61,17 +63,17 @@ def static(name: str) -> bytes:
 
 
 class Explorer:
-    """The server of one session, in threads of its own: :meth:`start`, :attr:`url`,
+    """The server of one session, in its own threads: :meth:`start`, :attr:`url`,
     :meth:`wait`, :meth:`close`.
 
-    InputError where the ``port`` is taken; 0 takes a free one.
+    InputError where the ``port`` is in use; 0 chooses a free one.
     """
 
     def __init__(self, session: Session, port: int = 0) -> None:
         self.session, self.token = session, secrets.token_urlsafe(24)
-        self.stopped, self._drawn = threading.Event(), threading.Event()
-        self.pages, self.seen, self.left = 0, False, 0.0
-        self._count = threading.Lock()
+        self.stopped, self._first_reply = threading.Event(), threading.Event()
+        self.pages, self.page_opened, self.page_closed_at = 0, False, 0.0
+        self._page_lock = threading.Lock()
         try:
             self._server = _Server((ADDRESS, port), self)
         except OSError as error:
@@ -86,56 +88,59 @@ class Explorer:
 
     @property
     def url(self) -> str:
-        """Where the page is; the token stands after the number sign."""
+        """The address of the page, with the token in the fragment."""
         return f"http://{ADDRESS}:{self.port}/#{self.token}"
 
     def start(self) -> None:
-        """Begin to answer, and make ready what computes, once the first page has its
-        diagram."""
+        """Start to serve, and load or compile the machine code once the first page has
+        its diagram."""
         threading.Thread(target=self._server.serve_forever, args=(0.1,), daemon=True).start()
         threading.Thread(target=self._warm, daemon=True).start()
 
     def _warm(self) -> None:
         if self.session.results is not None:
-            self._drawn.wait(DRAWN)
-        with suppress(NsdrillError, KeyboardInterrupt):  # a page is told when it asks
+            self._first_reply.wait(WARM_DELAY)
+        # An error is not reported here: a page gets it with its first request.
+        with suppress(NsdrillError, KeyboardInterrupt):
             self.session.warm()
 
     def wait(self, look: Callable[[], None]) -> str:
-        """Until the last page has gone, or ``look`` raises: why it ended, in words."""
+        """Wait until the last page is closed, or until ``look`` raises; the reason in
+        words."""
         while not self.stopped.wait(0.1):
             look()
-            with self._count:
-                gone = self.seen and not self.pages and time.monotonic() - self.left > PATIENCE
-            if gone:
+            with self._page_lock:
+                idle = time.monotonic() - self.page_closed_at
+                closed = self.page_opened and not self.pages and idle > CLOSE_DELAY
+            if closed:
                 return "The page was closed."
         return "Stopped."
 
     def close(self) -> None:
-        """Answer no more."""
+        """Stop the server."""
         if self.stopped.is_set():
             return
         self.stopped.set()
         self._server.shutdown()
         self._server.server_close()
 
-    def entered(self) -> None:
-        """A page is there."""
-        with self._count:
-            self.pages, self.seen = self.pages + 1, True
+    def add_page(self) -> None:
+        """Count a page that was opened."""
+        with self._page_lock:
+            self.pages, self.page_opened = self.pages + 1, True
 
-    def gone(self) -> None:
-        """A page has gone."""
-        with self._count:
-            self.pages, self.left = self.pages - 1, time.monotonic()
+    def remove_page(self) -> None:
+        """Count a page that was closed."""
+        with self._page_lock:
+            self.pages, self.page_closed_at = self.pages - 1, time.monotonic()
 
-    def answer(self, name: str, asked: Mapping[str, Any]) -> tuple[str, bytes]:
-        """The type and the body of the answer to one of :data:`NAMES`."""
+    def answer(self, name: str, request: Mapping[str, Any]) -> tuple[str, bytes]:
+        """The content type and the body of the reply to one of :data:`REQUESTS`."""
         session = self.session
         if name == "meta":
             return "application/json", json_text(session.meta()).encode()
         if name == "saved":
-            return "application/json", json_text(session.saved(asked)).encode()
+            return "application/json", json_text(session.saved(request)).encode()
         reply = {
             "diagram": session.diagram,
             "plane": session.plane,
@@ -144,15 +149,15 @@ class Explorer:
             "local": session.local,
             "section": session.section,
             "orbit": session.orbit,
-        }[name](asked)
+        }[name](request)
         body = packed(*reply)
-        self._drawn.set()
+        self._first_reply.set()
         return "application/octet-stream", body
 
 
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
-    allow_reuse_address = os.name == "posix"  # elsewhere that lets two processes have one port
+    allow_reuse_address = os.name == "posix"  # elsewhere two processes could share a port
     request_queue_size = 64
 
     def __init__(self, address: tuple[str, int], explorer: Explorer) -> None:
@@ -160,7 +165,7 @@ class _Server(ThreadingHTTPServer):
         super().__init__(address, _Handler)
 
     def server_bind(self) -> None:
-        # Without a look-up of the machine's name, which may take seconds.
+        # Without looking up the name of the machine, which may take seconds.
         if self.allow_reuse_address:
             self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         self.socket.bind(self.server_address)
@@ -168,7 +173,7 @@ class _Server(ThreadingHTTPServer):
         self.server_name, self.server_port = ADDRESS, self.server_address[1]
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A page that went away in the middle of an answer is no error."""
+        """Ignore the error: a page may close in the middle of a reply."""
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -180,15 +185,15 @@ class _Handler(BaseHTTPRequestHandler):
     server: _Server
 
     def do_GET(self) -> None:
-        """The page and its parts; and ``/api/alive``, which lasts as long as the page."""
-        if not self._welcome():
+        """The static files, and ``/api/alive``, which lasts as long as the page."""
+        if not self._check_origin():
             return
         path = self.path.partition("?")[0]
         if path == "/api/alive":
-            if self._has_token():
-                self._alive()
-        elif path in STATIC:
-            name, kind = STATIC[path]
+            if self._check_token():
+                self._keep_alive()
+        elif path in STATIC_FILES:
+            name, kind = STATIC_FILES[path]
             self._send(200, f"{kind}; charset=utf-8", static(name))
         else:
             self._refuse(404, "There is no such page.")
@@ -199,29 +204,29 @@ class _Handler(BaseHTTPRequestHandler):
             size = int(self.headers.get("Content-Length", ""))
         except ValueError:
             size = -1
-        if not 0 <= size <= MOST or "Transfer-Encoding" in self.headers:
+        if not 0 <= size <= MAX_REQUEST or "Transfer-Encoding" in self.headers:
             self.close_connection = True
             self._refuse(
-                413 if size > MOST else 411,
-                f"A request has at most {MOST} bytes, and says how many.",
+                413 if size > MAX_REQUEST else 411,
+                f"A request has at most {MAX_REQUEST} bytes, and says how many.",
             )
             return
         body = self.rfile.read(size)
-        if not self._welcome() or not self._has_token():
+        if not self._check_origin() or not self._check_token():
             return
         first, name = self.path.rpartition("/")[::2]
         try:
-            asked = json.loads(body or b"{}", parse_constant=_no_constant)
-            if not isinstance(asked, dict):
-                raise ValueError("no object")
+            request = json.loads(body or b"{}", parse_constant=_refuse_constant)
+            if not isinstance(request, dict):
+                raise ValueError("not an object")
         except (ValueError, RecursionError):
             self._refuse(400, "The request is no JSON object.")
             return
         try:
-            if first != "/api" or name not in NAMES:
+            if first != "/api" or name not in REQUESTS:
                 self._refuse(404, "There is no such question.")
                 return
-            kind, found = self.server.explorer.answer(name, asked)
+            kind, reply = self.server.explorer.answer(name, request)
         except NsdrillError as error:
             self._refuse(400, str(error))
         except MemoryError:
@@ -237,10 +242,11 @@ class _Handler(BaseHTTPRequestHandler):
                 f"({type(error).__name__}: {error}).",
             )
         else:
-            self._send(200, kind, found)
+            self._send(200, kind, reply)
 
-    def _welcome(self) -> bool:
-        """Whether the request is meant for here, and comes from a page of here."""
+    def _check_origin(self) -> bool:
+        """Whether the request names this server and comes from one of its pages; else
+        it is refused."""
         port = self.server.server_port
         hosts = {f"{name}:{port}" for name in (ADDRESS, "localhost")}
         origin = self.headers.get("Origin")
@@ -251,10 +257,11 @@ class _Handler(BaseHTTPRequestHandler):
             return False
         return True
 
-    def _has_token(self) -> bool:
-        given = self.headers.get(TOKEN, "")
+    def _check_token(self) -> bool:
+        """Whether the request has the token; else it is refused."""
+        token = self.headers.get(TOKEN_HEADER, "")
         if hmac.compare_digest(
-            given.encode("latin-1", "replace"), self.server.explorer.token.encode()
+            token.encode("latin-1", "replace"), self.server.explorer.token.encode()
         ):
             return True
         self._refuse(
@@ -263,15 +270,15 @@ class _Handler(BaseHTTPRequestHandler):
         )
         return False
 
-    def _alive(self) -> None:
-        """An answer without end: that it breaks off tells the page that the explorer
-        has stopped, and the explorer that the page has gone."""
+    def _keep_alive(self) -> None:
+        """A response without end. Its end shows the page that the explorer has
+        stopped, and the explorer that the page was closed."""
         explorer = self.server.explorer
         self.close_connection = True
-        explorer.entered()
+        explorer.add_page()
         try:
             self.send_response(200)
-            self._heads("application/octet-stream")
+            self._send_headers("application/octet-stream")
             self.send_header("Connection", "close")
             self.end_headers()
             self.wfile.write(b".")
@@ -284,12 +291,12 @@ class _Handler(BaseHTTPRequestHandler):
         except OSError:
             pass
         finally:
-            explorer.gone()
+            explorer.remove_page()
 
     def _refuse(self, code: int, words: str) -> None:
         self._send(code, "application/json", json_text({"error": words}).encode())
 
-    def _heads(self, kind: str) -> None:
+    def _send_headers(self, kind: str) -> None:
         self.send_header("Content-Type", kind)
         self.send_header("Cache-Control", "no-store")
         self.send_header("Content-Security-Policy", POLICY)
@@ -299,18 +306,18 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _send(self, code: int, kind: str, body: bytes) -> None:
         self.send_response(code)
-        self._heads(kind)
+        self._send_headers(kind)
         self.send_header("Content-Length", str(len(body)))
         self.end_headers()
         if self.command != "HEAD":
             self.wfile.write(body)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Nothing: the terminal is for what matters."""
+        """Log nothing: the terminal shows only messages to the user."""
 
 
-NAMES = ("meta", "diagram", "plane", "replay", "live", "local", "section", "orbit", "saved")
+REQUESTS = ("meta", "diagram", "plane", "replay", "live", "local", "section", "orbit", "saved")
 
 
-def _no_constant(name: str) -> None:
+def _refuse_constant(name: str) -> None:
     raise ValueError(name)

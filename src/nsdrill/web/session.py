@@ -1,9 +1,11 @@
-"""What the explorer knows of one file, and what it answers: no HTTP here.
+"""The explorer of one file, without HTTP: the data of the file, and the replies to the
+requests of a page.
 
-A session holds a results file (or the ``.part`` of a run that goes on) or a study. It
-has no memory of what was asked: a page sends the state from which to go on, so several
-pages of one session do not disturb each other. Requests are mappings of plain data from
-outside: nothing in them is trusted, and a wrong one is an :class:`InputError` in words.
+A session holds a results file (or the ``.part`` file of a run in progress), branches or
+a study. It keeps no state between requests: a page sends the state from which a motion
+continues, so that several pages of one session do not disturb each other. Requests are
+mappings of plain data from outside: every value is checked, and a wrong one raises
+:class:`InputError`.
 """
 
 from __future__ import annotations
@@ -30,32 +32,32 @@ from nsdrill.plot.labels import operating_point, quantity, retold
 from nsdrill.plot.registry import is_study
 from nsdrill.quantity import find
 from nsdrill.variables import OK, POINT, dimension_of
-from nsdrill.web.branches import Branches, curves, fits, is_branches, read_branches
-from nsdrill.web.diagrams import Reply, choices, diagram, members, plane
-from nsdrill.web.shown import in_words, response_styles, rows, told, verdict_words
+from nsdrill.web.branches import Branches, curves, is_branches, mismatch, read_branches
+from nsdrill.web.diagrams import Reply, choices, diagram, member_dimension, plane
+from nsdrill.web.shown import in_words, label_words, quantity_data, response_styles, value_rows
 
 if TYPE_CHECKING:
     from nsdrill.app.motions import Motion, Motions
     from nsdrill.study.keys import Leaf
     from nsdrill.study.study import Study
 
-NUMBERS = ("quantity", "number")  # kinds of leaves that vary without a step
-USUAL = ("rotary_speed", "wob", "depth")  # the numbers with a slider from the beginning
-SHOWN_SECONDS, LONGEST = 20.0, 2000.0  # of a motion
+CONTINUOUS = ("quantity", "number")  # kinds of leaves that vary without a step
+DEFAULT_SLIDERS = ("rotary_speed", "wob", "depth")  # the sliders that a page opens with
+DEFAULT_SECONDS, MAX_SECONDS = 20.0, 2000.0  # of a motion
 SAMPLE = 0.005  # s
-SAMPLES = 40_000  # of one motion on a page
-# Of a local diagram: how many points, and how long each is run. A slow string has fewer
-# points.
-POINTS, FEWEST = 96, 12
+MAX_SAMPLES = 40_000  # of one motion on a page
+# A local diagram: the number of points, fewer where the string is slow to compute; the
+# times of each point in s; and the half width of the diagram relative to the value.
+MAX_POINTS, MIN_POINTS = 96, 12
 SETTLE, OBSERVE = 60.0, 40.0
-WORTH = 1.2e6  # steps of a string of eight states in a second, on few and old processors
-WIDE = 0.2  # of the value on both sides
+MAX_STEPS = 1.2e6  # of all points, of a string of eight states: about 1 s on few, old processors
+HALF_WIDTH = 0.2
 
 
 class Session:
     """The explorer of the file ``path``: results, an unfinished run, branches, or a
-    study with ``overrides`` applied; of results with the branches of the file ``over``
-    above them.
+    study with ``overrides`` applied. Over the diagrams of results lie the branches of
+    the file ``over``, if given.
 
     FileError or InputError where it is something else.
     """
@@ -69,7 +71,7 @@ class Session:
     ) -> None:
         self.path, self.units = os.fspath(path), units
         self.branches: Branches | None = None if over is None else read_branches(over)
-        self._turn = threading.Lock()  # to compute
+        self._compute_lock = threading.Lock()
         self._motions: Motions | None = None
         self.results: Results | None = None
         if is_study(path):
@@ -112,16 +114,19 @@ class Session:
                 f"{self.path}: found a trace; allowed: results, or a study. Draw it "
                 f"with nsdrill plot."
             )
-        wanted = None
+        names = None
         if os.path.lexists(self.path):
-            wanted = [v.name for v in variables_in(self.path) if v.room in _READ or v.dims == POINT]
-        found = read_any(self.path, wanted)
-        assert not isinstance(found, Trace)
-        return found
+            names = [
+                v.name for v in variables_in(self.path) if v.room in _READ_GROUPS or v.dims == POINT
+            ]
+        results = read_any(self.path, names)
+        assert not isinstance(results, Trace)
+        return results
 
     @property
     def motions(self) -> Motions:
-        """What computes; imported when it is first needed, as it brings the compiler."""
+        """The motions of the string; imported at first use, as this loads the
+        compiler."""
         if self._motions is None:
             from nsdrill.app.motions import Motions
 
@@ -129,31 +134,30 @@ class Session:
         return self._motions
 
     def warm(self) -> None:
-        """Load, or make, the machine code of what a first click, slider and local
-        diagram need. A page is served between these, and while what it does not need is
-        compiled."""
+        """Load or compile the machine code that a first click, slider and local diagram
+        need. The lock is released in between, so that a page is served meanwhile."""
         values = self.motions.own
         study = self.motions.at(values)
         state = self.motions.start(study)
-        with self._turn:
+        with self._compute_lock:
             self.motions.glance(study, state)
         self.motions.ready(study, state)
-        time.sleep(0.01)  # who waits has the turn first
-        with self._turn:
+        time.sleep(0.01)  # a waiting request takes the lock first
+        with self._compute_lock:
             motion = self.motions.go_on(study, state, 0.1, SAMPLE)
         if motion.status == OK:
-            near = np.linspace(0.99, 1.01, POINTS) * values["rotary_speed"]
+            near = np.linspace(0.99, 1.01, MAX_POINTS) * values["rotary_speed"]
             self.motions.ready(study, motion.final, "rotary_speed", near)
             time.sleep(0.01)
-            with self._turn:
+            with self._compute_lock:
                 self.motions.around(
                     study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01
                 )
 
-    # What there is
+    # ---- the file
 
     def meta(self) -> dict[str, Any]:
-        """What a page needs to begin: names, words, units, colours, sliders."""
+        """What a page needs at the beginning: names, words, units, colours, sliders."""
         model, attrs = described(self.study.model), self._attrs
         head: dict[str, Any] = {
             "kind": "results"
@@ -168,19 +172,19 @@ class Session:
                 f"{key} = {value}" for key, value in overrides(attrs, thresholds=True).items()
             ],
             "units": self.units,
-            "seconds": SHOWN_SECONDS,
+            "seconds": DEFAULT_SECONDS,
             "longest": self.study.simulation.transient + self.study.simulation.observe,
-            "drawn": self._drawn(),
+            "drawn": self._motion_drawing(),
             "responses": response_styles(),
             "sliders": self._sliders(),
-            "usual": list(dict.fromkeys([*USUAL, *self.study.swept])),
+            "usual": list(dict.fromkeys([*DEFAULT_SLIDERS, *self.study.swept])),
             "command": f"nsdrill view {shlex.quote(self.path)}",
         }
         if self.results is not None:
             head["choices"] = choices(self.results, self.units)
             head["points"] = int(self.results["status"].size)
         elif self.branches is not None:
-            head["choices"] = self._of_branches()
+            head["choices"] = self._branch_choices()
             head["points"] = len(self.branches.label)
         return head
 
@@ -190,19 +194,20 @@ class Session:
         where it has none."""
         axes = self.study.axes
         values = {
-            name: axes.get(name, np.array([getattr(self.study.operation, name)])) for name in USUAL
+            name: axes.get(name, np.array([getattr(self.study.operation, name)]))
+            for name in DEFAULT_SLIDERS
         }
         held = {name: float(of[0]) for name, of in values.items() if len(of) == 1}
         return retold(
             " ".join(self.study.title.split()), operating_point(held, self.units)
         ) or os.path.basename(self.path)
 
-    def _of_branches(self) -> dict[str, Any]:
-        """What can be drawn of branches alone."""
+    def _branch_choices(self) -> dict[str, Any]:
+        """What can be drawn of branches without a sweep."""
         assert self.branches is not None
-        there = self.branches.features
-        panels = [one for one in drawn_in(self._attrs).panels if one.greatest in there]
-        axis = told(self.branches.along, self.units)
+        features = self.branches.features
+        panels = [panel for panel in drawn_in(self._attrs).panels if panel.greatest in features]
+        axis = quantity_data(self.branches.along, self.units)
         return {
             "axes": [
                 {**axis, "key": self.branches.key, "dimension": 0, "values": [], "log": False}
@@ -213,10 +218,10 @@ class Session:
             "responses": response_styles(),
             "dimensions": 0,
             "panels": [
-                {**told(one.peaks, self.units), "mode": one.mode, "trace": one.trace}
-                for one in panels
+                {**quantity_data(panel.peaks, self.units), "mode": panel.mode, "trace": panel.trace}
+                for panel in panels
             ],
-            "features": [told(name, self.units) for name in there if name in BY_NAME],
+            "features": [quantity_data(name, self.units) for name in features if name in BY_NAME],
         }
 
     @property
@@ -231,8 +236,8 @@ class Session:
             "study_overrides": json_text(list(self.study.overrides)),
         }
 
-    def _drawn(self) -> dict[str, Any]:
-        """What pictures show of a motion of this model."""
+    def _motion_drawing(self) -> dict[str, Any]:
+        """What is drawn of a motion of this model."""
         drawn, traced = drawn_in(self._attrs), {v.name for v in described(self.study.model).trace}
         orbit = {"x", "y"} <= traced and "lateral" not in frozen_modes(self._attrs)
         return {
@@ -243,15 +248,14 @@ class Session:
         }
 
     @cached_property
-    def _movable(self) -> dict[str, Leaf]:
-        """The keys of the study that may be changed while the string turns: its
-        numbers, and its words."""
+    def _adjustable(self) -> dict[str, Leaf]:
+        """The keys of the study that may change while the string rotates: numbers and
+        choices of a word."""
         from nsdrill.study.keys import keys_of
 
         keys = keys_of(self.study.model)
         physical = (*keys.model.sections, "operation")
-        # with another, a number has other units
-        fixed = keys.model.deciding
+        fixed = keys.model.deciding  # another choice of these changes the units of a number
         words = {
             key: leaf
             for key, leaf in keys.leaves.items()
@@ -260,19 +264,20 @@ class Session:
         return {
             name: leaf
             for name, leaf in {**keys.axes, **words}.items()
-            if leaf.kind in (*NUMBERS, "whole", "choice") and leaf.key.partition(".")[0] in physical
+            if leaf.kind in (*CONTINUOUS, "whole", "choice")
+            and leaf.key.partition(".")[0] in physical
         }
 
     def _sliders(self) -> list[dict[str, Any]]:
-        """The numbers of the study that may be moved while the string turns, each with
+        """The numbers of the study that may change while the string rotates, each with
         its range, and the words, each with its ``choices``."""
-        found = []
-        own = self.study.axes
-        for name, leaf in self._movable.items():
+        sliders: list[dict[str, Any]] = []
+        axes = self.study.axes
+        for name, leaf in self._adjustable.items():
             value = _value_at(self.study.resolved, leaf.key)
             if leaf.kind == "choice":
                 if value is not None:
-                    found.append(
+                    sliders.append(
                         {
                             "key": name,
                             "words": in_words(name),
@@ -282,8 +287,8 @@ class Session:
                         }
                     )
                 continue
-            axis = own.get(name, np.empty(0))
-            if not isinstance(value, float) or (one := find(name)) is None:
+            axis = axes.get(name, np.empty(0))
+            if not isinstance(value, float) or (known := find(name)) is None:
                 continue
             if leaf.kind == "whole":
                 low, high = leaf.low, min(leaf.high, max(4 * value, 8.0))
@@ -295,141 +300,143 @@ class Session:
             else:
                 low, high = 0.0, min(leaf.high, 1.0)
             low, high = max(low, leaf.low), min(high, leaf.high)
-            if low <= 0.0 < leaf.low or (name in USUAL and low <= 0.0):
+            if low <= 0.0 < leaf.low or (name in DEFAULT_SLIDERS and low <= 0.0):
                 low = max(leaf.low, 0.02 * high)
-            shown = told(dimension_of(name), self.units)
-            found.append(
+            shown = quantity_data(dimension_of(name), self.units)
+            sliders.append(
                 {
                     "key": name,
                     "words": shown["words"],
                     "unit": shown["unit"],
                     "scale": shown["scale"],
-                    "meaning": leaf.meaning or one.long_name,
+                    "meaning": leaf.meaning or known.long_name,
                     "low": low,
                     "high": high,
                     "value": value,
                     "whole": leaf.kind == "whole",
                 }
             )
-        return found
+        return sliders
 
-    # What is asked
+    # ---- requests
 
-    def diagram(self, asked: Mapping[str, Any]) -> Reply:
-        """Peaks or a feature along an axis: ``y``, and perhaps ``x``, ``held`` and
+    def diagram(self, request: Mapping[str, Any]) -> Reply:
+        """Peaks or a feature ``y`` along an axis; optional ``x``, ``held`` and
         ``member``."""
-        y = _word(asked, "y")
-        panel = next((one for one in drawn_in(self._attrs).panels if one.peaks == y), None)
+        y = _name(request, "y")
+        panel = next((panel for panel in drawn_in(self._attrs).panels if panel.peaks == y), None)
         name = panel.greatest if panel else y
         if self.results is None and self.branches is not None:
-            return self._curves_alone(y, name)
-        results = self._swept()
+            return self._branch_diagram(y, name)
+        results = self._sweep_results()
         head, columns = diagram(
             results,
             self.units,
             y,
-            _word(asked, "x", None),
-            _counts(asked),
-            _whole(asked, "member", 0),
+            _name(request, "x", None),
+            _held_indices(request),
+            _integer(request, "member", 0),
         )
         if self.branches is not None:
-            why = fits(self.branches, results, head["x"]["name"], head["place"], self.units)
-            if not why and name in self.branches.features:
+            reason = mismatch(self.branches, results, head["x"]["name"], head["place"], self.units)
+            if not reason and name in self.branches.features:
                 more, lines = curves(self.branches, name, self.units)
                 return head | more, columns | lines
-            head["note"] = why or "The branches have no such feature."
+            head["note"] = reason or "The branches have no such feature."
         return head, columns
 
-    def _curves_alone(self, y: str, name: str) -> Reply:
-        """Branches without a sweep beneath."""
+    def _branch_diagram(self, y: str, name: str) -> Reply:
+        """The curves of branches without a sweep."""
         assert self.branches is not None
         if name not in self.branches.features or name not in BY_NAME:
             raise InputError(f"y: found {y}; allowed: peaks or a feature of these branches.")
         more, lines = curves(self.branches, name, self.units)
-        across = lines["curve x"]
+        x = lines["curve x"]
         head = {
-            "x": self._of_branches()["axes"][0],
-            "y": told(y, self.units),
+            "x": self._branch_choices()["axes"][0],
+            "y": quantity_data(y, self.units),
             "procedures": [""],
-            "head_told": [],
+            "hover_quantities": [],
             "place": None,
             "hysteresis": [],
             "lines": [],
-            "edges": [across.min(), across.max()],
+            "edges": [x.min(), x.max()],
         }
-        none: dict[str, Array] = {
+        no_points: dict[str, Array] = {
             "values": np.empty((1, 0, 1)),
             "outcome": np.empty((1, 0)),
-            "still": np.empty((1, 0)),
+            "constant": np.empty((1, 0)),
         }
-        return head | more, none | lines
+        return head | more, no_points | lines
 
-    def orbit(self, asked: Mapping[str, Any]) -> Reply:
-        """The motion of a ``point`` of the branches: one period where it is unstable,
-        else so long as others."""
-        found, point = self.branches, _whole(asked, "point", -1)
-        if found is None or not 0 <= point < len(found.label):
+    def orbit(self, request: Mapping[str, Any]) -> Reply:
+        """The motion of a ``point`` of the branches: over one period where it is
+        unstable, else over whole periods of :data:`DEFAULT_SECONDS` or more."""
+        branches, point = self.branches, _integer(request, "point", -1)
+        if branches is None or not 0 <= point < len(branches.label):
             raise InputError(f"point: found {point}; allowed: a point of the branches.")
-        here = {
-            name: float(found.features[name][point]) for name in USUAL if name in found.features
+        values = {
+            name: float(branches.features[name][point])
+            for name in DEFAULT_SLIDERS
+            if name in branches.features
         }
-        here[found.key] = float(found.numbers[point])
-        period = float(found.period[point])
-        if not 0.0 < period < LONGEST:  # of steady drilling
-            period = SHOWN_SECONDS
+        values[branches.key] = float(branches.numbers[point])
+        period = float(branches.period[point])
+        if not 0.0 < period < MAX_SECONDS:  # steady drilling has none
+            period = DEFAULT_SECONDS
         seconds = period * (
-            1 if found.unstable[point] else max(1, math.ceil(SHOWN_SECONDS / period))
+            1 if branches.unstable[point] else max(1, math.ceil(DEFAULT_SECONDS / period))
         )
-        with self._turn:
-            study = self.motions.at(self.motions.own | here)
-            fine = replace(
-                study.simulation, rtol=float(found.attrs.get("rtol", study.simulation.rtol))
+        with self._compute_lock:
+            study = self.motions.at(self.motions.own | values)
+            simulation = replace(
+                study.simulation, rtol=float(branches.attrs.get("rtol", study.simulation.rtol))
             )
-            study = replace(study, simulation=fine)
-            state = np.append(found.state[point], 0.0)
+            study = replace(study, simulation=simulation)
+            state = np.append(branches.state[point], 0.0)
             motion = self.motions.go_on(study, state, seconds, min(SAMPLE, period / 400))
-        # Whether both halves of a window agree says nothing of a motion that repeats
-        # after another time.
+        # "settled" compares the halves of the observation, which says nothing of a
+        # motion with another period.
         labels = {name: value for name, value in motion.found.items() if name != "settled"}
-        head, columns = self._told(motion, study, {"status": motion.status, **labels})
+        head, columns = self._motion_reply(motion, study, {"status": motion.status, **labels})
         if motion.status == OK:
-            head["features"] = rows(described(study.model).shown, motion.found, self.units)
-        file = shlex.quote(found.path)
+            head["features"] = value_rows(described(study.model).shown, motion.found, self.units)
+        file = shlex.quote(branches.path)
         head |= {
-            "begins": f"Point {point}, {found.name_of(point)}: run for {seconds:.4g} s, its "
+            "begins": f"Point {point}, {branches.name_of(point)}: run for {seconds:.4g} s, its "
             f"period is {period:.4g} s.",
-            "changes": here,
+            "changes": values,
             "command": f"nsdrill show {file} --study > branches_study.yaml && nsdrill simulate "
             f"branches_study.yaml "
             f"--orbit {file} --point {point} -o trace.h5",
         }
         return head, columns
 
-    def plane(self, asked: Mapping[str, Any]) -> Reply:
-        """A label or feature over two axes: ``colour``, ``x``, ``y``, and perhaps
+    def plane(self, request: Mapping[str, Any]) -> Reply:
+        """A label or feature ``colour`` over two axes ``x`` and ``y``; optional
         ``held`` and ``member``."""
         return plane(
-            self._swept(),
+            self._sweep_results(),
             self.units,
-            _word(asked, "colour"),
-            _word(asked, "x"),
-            _word(asked, "y"),
-            _counts(asked),
-            _whole(asked, "member", 0),
+            _name(request, "colour"),
+            _name(request, "x"),
+            _name(request, "y"),
+            _held_indices(request),
+            _integer(request, "member", 0),
         )
 
-    def replay(self, asked: Mapping[str, Any]) -> Reply:
-        """The stored point at ``place`` once more, its last ``seconds``."""
-        place, results = self._place(asked), self._swept()
-        seconds = _seconds(asked)
-        with self._turn:
+    def replay(self, request: Mapping[str, Any]) -> Reply:
+        """The last ``seconds`` of the stored point at ``place``, run again."""
+        place, results = self._place(request), self._sweep_results()
+        seconds = _seconds(request)
+        with self._compute_lock:
             motion = self.motions.replay(place, seconds, _sample(seconds))
             values = self.motions.values(place)
             study = self.motions.at(values)
         stored = {
             name: v[place].item() for name, v in results.variables.items() if v.ndim == len(place)
         }
-        head, columns = self._told(motion, study, stored)
+        head, columns = self._motion_reply(motion, study, stored)
         names = [
             name for name in stored if BY_NAME[name].dtype == "f8" and math.isfinite(stored[name])
         ]
@@ -437,24 +444,25 @@ class Session:
             "place": list(place),
             "same_bits": motion.same_bits,
             "command": self._command(place),
-            "features": rows(names, stored, self.units),
+            "features": value_rows(names, stored, self.units),
             "differing": [] if motion.same_bits else self._differing(),
-            "from": self._words(place),
+            "from": self._point_rows(place),
             "begins": "stored",
         }
         return head, columns
 
-    def live(self, asked: Mapping[str, Any]) -> Reply:
-        """On from ``state`` with ``changes``; from the study's own start where no state
-        is given. ``settle`` and ``observe`` are those of a point of a local diagram."""
-        values = self._values(asked)
-        seconds = _seconds(asked)
+    def live(self, request: Mapping[str, Any]) -> Reply:
+        """The motion from ``state`` on with ``changes``; from the study's own start
+        where no state is given. ``settle`` and ``observe`` are those of a point of a
+        local diagram."""
+        values = self._values(request)
+        seconds = _seconds(request)
         settle, observe = (
-            _number(asked, name, 0.0, LONGEST, 0.0) for name in ("settle", "observe")
+            _number(request, name, 0.0, MAX_SECONDS, 0.0) for name in ("settle", "observe")
         )
-        with self._turn:
-            study = self.motions.at(values, self._changes(asked))
-            state = self._from(asked, study)
+        with self._compute_lock:
+            study = self.motions.at(values, self._changes(request))
+            state = self._start_state(request, study)
             if state is None:
                 state = self.motions.start(study)
                 settle, observe = study.simulation.transient, study.simulation.observe
@@ -462,73 +470,75 @@ class Session:
                 study, state, seconds, _sample(seconds), settle=settle, observe=observe
             )
         names = described(study.model).shown
-        head, columns = self._told(motion, study, {"status": motion.status, **motion.found})
+        head, columns = self._motion_reply(motion, study, {"status": motion.status, **motion.found})
         if motion.status == OK:
-            head["features"] = rows(names, motion.found, self.units)
-        ran = f"for {motion.seconds:g} s{', with changed numbers' if asked.get('changes') else ''}"
-        if asked.get("state"):
-            head["begins"] = f"Run on from the present state {ran}."
+            head["features"] = value_rows(names, motion.found, self.units)
+        duration = (
+            f"for {motion.seconds:g} s{', with changed numbers' if request.get('changes') else ''}"
+        )
+        if request.get("state"):
+            head["begins"] = f"Run on from the present state {duration}."
         else:
-            head["begins"] = f"Run from the study's start {ran}.{self._middle()}"
+            head["begins"] = f"Run from the study's start {duration}.{self._middle_of_sweep()}"
         return head, columns
 
-    def _middle(self) -> str:
-        """Of a study that sweeps, at which values its page begins."""
-        own = self.motions.own
+    def _middle_of_sweep(self) -> str:
+        """The values at which the page of a study that sweeps begins, as a sentence."""
+        values = self.motions.own
         swept = (
             [name for name in self.study.swept if not words_of(name)]
             if self.results is None
             else []
         )
-        said = rows(
+        texts = value_rows(
             list(map(dimension_of, swept)),
-            {dimension_of(name): own[name] for name in swept},
+            {dimension_of(name): values[name] for name in swept},
             self.units,
         )
         return (
-            f" The study sweeps; this is the middle: {', '.join(map(' '.join, said))}."
-            if said
+            f" The study sweeps; this is the middle: {', '.join(map(' '.join, texts))}."
+            if texts
             else ""
         )
 
-    def local(self, asked: Mapping[str, Any]) -> Reply:
-        """A diagram around the present point along ``key``, each point from ``state``."""
-        values, key = self._values(asked), _word(asked, "key")
-        leaf = self._movable.get(key)
-        if leaf is None or leaf.kind not in NUMBERS:
+    def local(self, request: Mapping[str, Any]) -> Reply:
+        """A diagram around the present point along ``key``; each of its points is run
+        from ``state``."""
+        values, key = self._values(request), _name(request, "key")
+        leaf = self._adjustable.get(key)
+        if leaf is None or leaf.kind not in CONTINUOUS:
             raise InputError(f"key: found {key}; allowed: a number of the study that has a slider.")
-        with self._turn:
-            study = self.motions.at(values, self._changes(asked))
-            state = self._from(asked, study)
+        with self._compute_lock:
+            study = self.motions.at(values, self._changes(request))
+            state = self._start_state(request, study)
             state = self.motions.start(study) if state is None else state
             centre = float(_value_at(study.resolved, leaf.key) or 0.0)
-            width = _number(asked, "wide", 0.001, 10.0, WIDE) * (abs(centre) or 1.0)
+            width = _number(request, "wide", 0.001, 10.0, HALF_WIDTH) * (abs(centre) or 1.0)
             low, high = max(leaf.low, centre - width), min(leaf.high, centre + width)
-            for end in (low, high):
-                # valid at both ends
-                self.motions.at(values, {**self._changes(asked), key: leaf.text(end)})
-            probe = self.motions.go_on(study, state, SHOWN_SECONDS, SHOWN_SECONDS)
-            cost = max(1.0, len(state) / 9) * probe.steps / SHOWN_SECONDS * (SETTLE + OBSERVE)
-            points = int(np.clip(WORTH / cost, FEWEST, POINTS))
-            across = np.linspace(low, high, points)
-            found = self.motions.around(study, state, key, across, settle=SETTLE, observe=OBSERVE)
-        return self._local(study, key, across, found, centre, state)
+            for end in (low, high):  # InputError where the study is not valid there
+                self.motions.at(values, {**self._changes(request), key: leaf.text(end)})
+            probe = self.motions.go_on(study, state, DEFAULT_SECONDS, DEFAULT_SECONDS)
+            cost = max(1.0, len(state) / 9) * probe.steps / DEFAULT_SECONDS * (SETTLE + OBSERVE)
+            points = int(np.clip(MAX_STEPS / cost, MIN_POINTS, MAX_POINTS))
+            x = np.linspace(low, high, points)
+            columns = self.motions.around(study, state, key, x, settle=SETTLE, observe=OBSERVE)
+        return self._local(study, key, x, columns, centre, state)
 
     def _local(
         self,
         study: Study,
         key: str,
-        across: Array,
-        found: Mapping[str, Array],
+        x: Array,
+        point_columns: Mapping[str, Array],
         centre: float,
         state: Array,
     ) -> Reply:
         from nsdrill.analysis.outcome import outcome
 
-        axis = told(dimension_of(key), self.units)
+        axis = quantity_data(dimension_of(key), self.units)
         head: dict[str, Any] = {
-            "x": {**axis, "key": key, "values": across / axis["scale"], "log": False},
-            "exact": across,
+            "x": {**axis, "key": key, "values": x / axis["scale"], "log": False},
+            "exact": x,
             "centre": centre / axis["scale"],
             "settle": SETTLE,
             "observe": OBSERVE,
@@ -538,26 +548,26 @@ class Session:
             "states": self.motions.states(study),
         }
         columns: dict[str, Array] = {
-            "outcome": outcome(found["status"], found["response"])[np.newaxis]
+            "outcome": outcome(point_columns["status"], point_columns["response"])[np.newaxis]
         }
         for panel in drawn_in(self._attrs).panels:
-            values = found[panel.peaks].copy()
-            still = np.asarray(~np.isfinite(values).any(axis=1))
-            values[:, 0] = np.where(still, found[panel.greatest], values[:, 0])
-            shown = told(panel.peaks, self.units)
+            values = point_columns[panel.peaks].copy()
+            constant = np.asarray(~np.isfinite(values).any(axis=1))
+            values[:, 0] = np.where(constant, point_columns[panel.greatest], values[:, 0])
+            shown = quantity_data(panel.peaks, self.units)
             head["panels"].append({**shown, "mode": panel.mode, "trace": panel.trace})
             columns[panel.peaks] = values[np.newaxis] / shown["scale"]
-            columns[f"{panel.peaks} still"] = still[np.newaxis]
+            columns[f"{panel.peaks} constant"] = constant[np.newaxis]
         return head, columns
 
-    def section(self, asked: Mapping[str, Any]) -> Reply:
-        """The returns to the Poincare section of the stored point at ``place``, in the
+    def section(self, request: Mapping[str, Any]) -> Reply:
+        """The returns of the stored point at ``place`` to the Poincare section, in the
         planes of the model."""
-        place, results = self._place(asked), self._swept()
+        place, results = self._place(request), self._sweep_results()
         drawn = drawn_in(results.attrs)
         stored = all(name in results.variables for name in drawn.section) and bool(drawn.section)
         if stored:
-            found = {
+            returns = {
                 name: results[name][place]
                 for name in results.variables
                 if name.startswith("section_")
@@ -567,64 +577,67 @@ class Session:
             from nsdrill.plot.kinds.section import section_of
 
             simulation = self.study.simulation
-            with self._turn:
+            with self._compute_lock:
                 motion = self.motions.replay(
-                    place, simulation.observe, max(0.01, simulation.observe / SAMPLES)
+                    place, simulation.observe, max(0.01, simulation.observe / MAX_SAMPLES)
                 )
             speed = self.motions.values(place)["rotary_speed"]
             attrs = {
                 "transient": motion.time[0] if len(motion.time) else 0.0,
                 "rotary_speed": speed,
             }
-            found = section_of(Trace(motion.time, motion.variables, attrs))
+            returns = section_of(Trace(motion.time, motion.variables, attrs))
             source = "returns in the observed time"
         columns, planes = {}, []
-        for across, up in drawn.section_planes:
-            if across not in found or up not in found:
+        for pair in drawn.section_planes:
+            if not all(name in returns for name in pair):
                 continue
-            planes.append([told(across, self.units), told(up, self.units)])
-            for name in (across, up):
-                columns[name] = found[name] / quantity(name, self.units).scale
+            planes.append([quantity_data(name, self.units) for name in pair])
+            for name in pair:
+                columns[name] = returns[name] / quantity(name, self.units).scale
         count = int(np.isfinite(next(iter(columns.values()))).sum()) if columns else 0
         return {"planes": planes, "words": f"{count} {source}"}, columns
 
-    def saved(self, asked: Mapping[str, Any]) -> dict[str, Any]:
-        """The present point as a study file: ``text``, and a ``name`` to offer for it."""
+    def saved(self, request: Mapping[str, Any]) -> dict[str, Any]:
+        """The present point as a study file: its ``text``, and a ``name`` to
+        propose."""
         from nsdrill.study import parse_study
         from nsdrill.study.write import study_text
 
-        study = self.motions.at(self._values(asked), self._changes(asked))
+        study = self.motions.at(self._values(request), self._changes(request))
         head = [f"One operating point, saved from the explorer of {os.path.basename(self.path)}"]
-        operation = {name: getattr(study.operation, name) for name in USUAL}
+        operation = {name: getattr(study.operation, name) for name in DEFAULT_SLIDERS}
         title = f"One operating point, {operating_point(operation, self.units)}"
-        state, resolved = self._from(asked, study), {**study.resolved, "title": title}
-        own = study_text(resolved, head)
+        state, resolved = self._start_state(request, study), {**study.resolved, "title": title}
+        plain_text = study_text(resolved, head)
         if state is None:
-            return {"text": own, "name": "point.yaml"}
-        begun = self.motions.with_start(study, state)
-        if begun is not None:
+            return {"text": plain_text, "name": "point.yaml"}
+        with_start = self.motions.with_start(study, state)
+        if with_start is not None:
             text = study_text(
-                {**begun, "title": title}, [*head, "Its start is the state that the page showed"]
+                {**with_start, "title": title},
+                [*head, "Its start is the state that the page showed"],
             )
             try:
                 parse_study(text, "point.yaml")
             except InputError:
-                pass  # a state that no study may begin in, deep in the wall say
+                pass  # a study may not start there, for example deep in the wall
             else:
                 return {"text": text, "name": "point.yaml"}
-        parse_study(own, "point.yaml")
+        parse_study(plain_text, "point.yaml")
         head.append(
             "Its start is that of the study: the state that the page showed cannot be "
             "written as one"
         )
         return {"text": study_text(resolved, head), "name": "point.yaml"}
 
-    # Of what it is made
+    # ---- helpers
 
-    def _from(self, asked: Mapping[str, Any], study: Study) -> Array | None:
-        """The state from which a page goes on, as the string of ``study`` has it: with
-        another drive it has others."""
-        state, names = _state(asked), asked.get("states")
+    def _start_state(self, request: Mapping[str, Any], study: Study) -> Array | None:
+        """The state of the request in the states of the string of ``study``, which may
+        differ from those of the page: another drive has others. None where the request
+        has no state."""
+        state, names = _state(request), request.get("states")
         if state is None or names is None:
             return state
         if (
@@ -635,8 +648,8 @@ class Session:
             raise InputError("states: found something else; allowed: the names of the state.")
         return self.motions.fitted(study, dict(zip(names, state.tolist(), strict=True)))
 
-    def _told(self, motion: Motion, study: Study, labels: Mapping[str, Any]) -> Reply:
-        """A motion for a page."""
+    def _motion_reply(self, motion: Motion, study: Study, labels: Mapping[str, Any]) -> Reply:
+        """The reply with a motion."""
         from nsdrill.app.wording import ENDINGS
 
         status = (BY_NAME["status"].flag_meanings or "").split()[motion.status]
@@ -645,11 +658,11 @@ class Session:
         hole = model.hole(study.parameters) if model.hole else None
         x = quantity("x", self.units) if hole and "x" in variables else None
         head = {
-            "channels": [told(name, self.units) for name in names],
+            "channels": [quantity_data(name, self.units) for name in names],
             "interval": float(motion.time[1] - motion.time[0]) if len(motion.time) > 1 else 0.0,
             "begin": float(motion.time[0]) if len(motion.time) else 0.0,
             "samples": len(motion.time),
-            "labels": verdict_words(labels),
+            "labels": label_words(labels),
             "outcome": int(labels["response"])
             if motion.status == OK and "response" in labels
             else -2,
@@ -659,7 +672,7 @@ class Session:
             "state": motion.final if motion.status == OK else None,
             "states": self.motions.states(study),
             "values": {
-                key: _value_at(study.resolved, leaf.key) for key, leaf in self._movable.items()
+                key: _value_at(study.resolved, leaf.key) for key, leaf in self._adjustable.items()
             },
             "hole": [radius / x.scale for radius in hole] if hole and x else None,
             "features": [],
@@ -673,13 +686,13 @@ class Session:
             )
         return head, columns
 
-    def _swept(self) -> Results:
+    def _sweep_results(self) -> Results:
         if self.results is None:
             raise InputError("found a study, which has no points; allowed: with results.")
         return self.results
 
-    def _place(self, asked: Mapping[str, Any]) -> tuple[int, ...]:
-        place, shape = asked.get("place"), self._swept().shape
+    def _place(self, request: Mapping[str, Any]) -> tuple[int, ...]:
+        place, shape = request.get("place"), self._sweep_results().shape
         if (
             not isinstance(place, list)
             or len(place) != len(shape)
@@ -694,21 +707,21 @@ class Session:
             )
         return tuple(place)
 
-    def _values(self, asked: Mapping[str, Any]) -> dict[str, float]:
-        """The values of the axes at the point from which a page started."""
-        if self.results is None or asked.get("place") is None:
+    def _values(self, request: Mapping[str, Any]) -> dict[str, float]:
+        """The values of the axes at the point that the page started from."""
+        if self.results is None or request.get("place") is None:
             return self.motions.own
-        return self.motions.values(self._place(asked))
+        return self.motions.values(self._place(request))
 
-    def _changes(self, asked: Mapping[str, Any]) -> dict[str, str]:
-        """Changed keys with their values as a study has them: numbers are in SI, texts
-        have a unit."""
-        changes = asked.get("changes") or {}
+    def _changes(self, request: Mapping[str, Any]) -> dict[str, str]:
+        """The changed keys with their values as a study writes them. In a request,
+        numbers are in SI and texts have a unit."""
+        changes = request.get("changes") or {}
         if not isinstance(changes, dict):
             raise InputError("changes: found something else; allowed: a mapping by keys.")
-        found = {}
+        texts = {}
         for key, value in changes.items():
-            leaf = self._movable.get(key)
+            leaf = self._adjustable.get(key)
             if leaf is None:
                 raise InputError(
                     f"{str(key)[:60]}: found an unknown key; allowed: a number or a "
@@ -721,38 +734,38 @@ class Session:
                 and len(value) <= 60
                 and not set(value) & set("{}[]&*!|>%@`#:,\"'\n")
             ):
-                found[key] = value
+                texts[key] = value
             elif (
                 isinstance(value, int | float)
                 and not isinstance(value, bool)
                 and math.isfinite(value)
             ):
-                found[key] = leaf.text(value if leaf.kind == "whole" else float(value))
+                texts[key] = leaf.text(value if leaf.kind == "whole" else float(value))
             else:
                 raise InputError(f"{key}: found {str(value)[:60]}; allowed: {leaf.allowed()}.")
-        return found
+        return texts
 
-    def _words(self, place: tuple[int, ...]) -> list[list[str]]:
-        """Which point it is: words and values."""
-        results = self._swept()
-        found = []
+    def _point_rows(self, place: tuple[int, ...]) -> list[list[str]]:
+        """The axes of a point and their values, in words."""
+        results = self._sweep_results()
+        point: list[list[str]] = []
         for name, i in zip(results.grid, place, strict=True):
             value = results.coords[name][i]
             if name == "procedure":
                 if len(results.coords[name]) > 1 or str(value) != "same":
-                    found.append(["Carried", str(value)])
-            elif name == members(results):
-                found.append([name.capitalize(), str(int(value))])
+                    point.append(["Carried", str(value)])
+            elif name == member_dimension(results):
+                point.append([name.capitalize(), str(int(value))])
             else:
-                found += rows([name], {name: float(value)}, self.units)
-        return found
+                point += value_rows([name], {name: float(value)}, self.units)
+        return point
 
     def _command(self, place: tuple[int, ...]) -> str:
-        """The command line that gives the trace of a point."""
+        """The command line that writes the trace of a point."""
         from nsdrill.app.trajectory import option_of
         from nsdrill.study.keys import keys_of
 
-        results, leaves = self._swept(), keys_of(self.study.model).axes
+        results, leaves = self._sweep_results(), keys_of(self.study.model).axes
         parts = ["nsdrill replay", shlex.quote(self.path)]
         keys = {axis.name: axis.key for axis in results.more}
         for name in results.swept:
@@ -766,7 +779,7 @@ class Session:
             parts.append(option_of(key, text))
         if len(results.coords["procedure"]) > 1:
             parts.append(f"--procedure {results.coords['procedure'][place[0]]}")
-        if member := members(results):
+        if member := member_dimension(results):
             parts.append(
                 f"--start {place[-1]}" if member == "start" else f"--at {member}={place[-1]}"
             )
@@ -775,14 +788,14 @@ class Session:
     def _differing(self) -> list[str]:
         from nsdrill.app.provenance import unlike
 
-        return unlike(self._swept().attrs, "numpy_version", "processor")
+        return unlike(self._sweep_results().attrs, "numpy_version", "processor")
 
 
-_READ = ("run", "feature", "label", "trust", "peaks", "section", "states")
+_READ_GROUPS = ("run", "feature", "label", "trust", "peaks", "section", "states")
 
 
 def _value_at(resolved: Mapping[str, Any], key: str) -> float | str | None:
-    """The number or the word at a key."""
+    """The number or the word at a dotted key; None where there is neither."""
     value: Any = resolved
     for part in key.split("."):
         value = value.get(part) if isinstance(value, dict) else None
@@ -791,8 +804,8 @@ def _value_at(resolved: Mapping[str, Any], key: str) -> float | str | None:
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 
-def _word(asked: Mapping[str, Any], name: str, default: Any = "") -> Any:
-    value = asked.get(name, default)
+def _name(request: Mapping[str, Any], name: str, default: Any = "") -> Any:
+    value = request.get(name, default)
     if value is default and default != "":
         return default
     if not isinstance(value, str) or len(value) > 100:
@@ -800,37 +813,39 @@ def _word(asked: Mapping[str, Any], name: str, default: Any = "") -> Any:
     return value
 
 
-def _whole(asked: Mapping[str, Any], name: str, default: int) -> int:
-    value = asked.get(name, default)
+def _integer(request: Mapping[str, Any], name: str, default: int) -> int:
+    value = request.get(name, default)
     if isinstance(value, bool) or not isinstance(value, int):
         raise InputError(f"{name}: found {str(value)[:60]}; allowed: a whole number.")
     return value
 
 
-def _number(asked: Mapping[str, Any], name: str, low: float, high: float, default: float) -> float:
-    value = asked.get(name, default)
+def _number(
+    request: Mapping[str, Any], name: str, low: float, high: float, default: float
+) -> float:
+    value = request.get(name, default)
     if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
         raise InputError(f"{name}: found {str(value)[:60]}; allowed: {low:g} to {high:g}.")
     return float(value)
 
 
-def _seconds(asked: Mapping[str, Any]) -> float:
-    return _number(asked, "seconds", 0.1, 1e6, SHOWN_SECONDS)
+def _seconds(request: Mapping[str, Any]) -> float:
+    return _number(request, "seconds", 0.1, 1e6, DEFAULT_SECONDS)
 
 
 def _sample(seconds: float) -> float:
-    return max(SAMPLE, seconds / SAMPLES)
+    return max(SAMPLE, seconds / MAX_SAMPLES)
 
 
-def _counts(asked: Mapping[str, Any]) -> dict[str, int]:
-    held = asked.get("held") or {}
+def _held_indices(request: Mapping[str, Any]) -> dict[str, int]:
+    held = request.get("held") or {}
     if not isinstance(held, dict):
         raise InputError("held: found something else; allowed: a mapping of axes to numbers.")
     return held
 
 
-def _state(asked: Mapping[str, Any]) -> Array | None:
-    state = asked.get("state")
+def _state(request: Mapping[str, Any]) -> Array | None:
+    state = request.get("state")
     if state is None:
         return None
     if (

@@ -17,23 +17,27 @@ _DOT = "\u0307"  # over the letter before it
 
 
 def plain(text: str) -> str:
-    """A label of a picture without the marks of its mathematics: ``$\\dot r$`` is an r
-    with a dot."""
-    text = re.sub(r"\\dot\s*(\w)", lambda found: found[1] + _DOT, text)
+    """A label of a picture without its mathematical markup: ``$\\dot r$`` is an r with
+    a dot."""
+    text = re.sub(r"\\dot\s*(\w)", lambda match: match[1] + _DOT, text)
     return text.replace("$", "")
 
 
-def told(name: str, units: str) -> dict[str, Any]:
-    """Of a quantity its ``name``, ``words``, ``unit``, the ``label`` of an axis and its
-    ``long`` name, and how many SI units one ``unit`` is."""
-    shown, found = quantity(name, units), find(name)
+def quantity_data(name: str, units: str) -> dict[str, Any]:
+    """A quantity as plain data:
+
+    * ``name``, ``words`` and the ``long`` name,
+    * ``unit``, and ``label`` for an axis,
+    * ``scale``: how many SI units one ``unit`` is.
+    """
+    shown, known = quantity(name, units), find(name)
     return {
         "name": name,
         "words": plain(shown.words),
         "unit": shown.unit,
         "label": plain(shown.label),
         "scale": shown.scale,
-        "long": found.long_name if found else name,
+        "long": known.long_name if known else name,
     }
 
 
@@ -42,43 +46,45 @@ def in_words(key: str) -> str:
     return key.replace(".", " ").replace("_", " ").capitalize()
 
 
-def number(shown: Shown, value: float) -> str:
-    """An SI value as people see it, with its unit."""
+def value_text(shown: Shown, value: float) -> str:
+    """An SI value in the unit that is shown, with that unit; a dash for NaN."""
     if value != value:  # not measured
         return "–"
     return shown.value(value).strip()
 
 
-def rows(names: Any, values: Mapping[str, Any], units: str) -> list[list[str]]:
-    """Words and values of those quantities that there are."""
+def value_rows(names: Any, values: Mapping[str, Any], units: str) -> list[list[str]]:
+    """Words and values of those ``names`` that ``values`` has."""
     return [
-        [plain(quantity(name, units).words), number(quantity(name, units), float(values[name]))]
+        [plain(quantity(name, units).words), value_text(quantity(name, units), float(values[name]))]
         for name in names
         if name in values
     ]
 
 
 def response_styles() -> list[dict[str, str]]:
-    """Of each combination of critical responses its name, colour and marker; see
+    """The name, colour and marker of each combination of critical responses; see
     :mod:`nsdrill.plot.style`."""
     from nsdrill.plot.style import RESPONSES
 
-    return [{"name": one.name, "colour": one.colour, "marker": one.marker} for one in RESPONSES]
+    return [
+        {"name": style.name, "colour": style.colour, "marker": style.marker} for style in RESPONSES
+    ]
 
 
 def outcome_words(code: int) -> str:
-    """What became of a point, by its outcome (:mod:`nsdrill.analysis.outcome`)."""
+    """The outcome of a point (:mod:`nsdrill.analysis.outcome`) in words."""
     from nsdrill.plot.style import RESPONSES
 
     return {PENDING_POINT: "not run yet", FAILED_POINT: "failed"}.get(code) or RESPONSES[code].name
 
 
 def classes(name: str) -> list[dict[str, str]]:
-    """Of each value of a label its words and a colour."""
+    """The words and the colour of each value of a label."""
     from nsdrill.plot import style
 
     if name == "motion":
-        return [{"name": one.name, "colour": one.colour} for one in style.MOTIONS]
+        return [{"name": motion.name, "colour": motion.colour} for motion in style.MOTIONS]
     words = (BY_NAME[name].flag_meanings or "").split()
     colours = (
         style.GREY,
@@ -95,14 +101,14 @@ def classes(name: str) -> list[dict[str, str]]:
     ]
 
 
-def verdict_words(values: Mapping[str, Any]) -> list[str]:
-    """In words what a point with these labels is: its responses first."""
+def label_words(values: Mapping[str, Any]) -> list[str]:
+    """The labels of a point in words: its responses first."""
     status = int(values.get("status", OK))
     if status == INFERRED:
         return [f"{outcome_words(int(values['response']))} (inferred from its neighbours, not run)"]
     if has_failed(status) or status != OK:
         return [(BY_NAME["status"].flag_meanings or "").split()[status].replace("_", " ")]
-    said = [outcome_words(int(values["response"]))]
+    texts = [outcome_words(int(values["response"]))]
     for name, value in values.items():
         variable = BY_NAME.get(name)
         if (
@@ -111,26 +117,24 @@ def verdict_words(values: Mapping[str, Any]) -> list[str]:
             or name in ("response", "attractor", "trusted")
         ):
             continue
-        words, code = (variable.flag_meanings or "").split(), int(value)
+        meanings, code = (variable.flag_meanings or "").split(), int(value)
         if name == "period":
             if code:
-                said.append(f"period {code}")
+                texts.append(f"period {code}")
         elif name == "settled":
-            said.append(words[code].replace("_", " "))
-        elif code and code < len(words):
-            told_ = words[code].replace("_", " ")
-            if name.endswith("_severity"):  # beside the response that it is of, where that is said
-                grade, parts = (
-                    name.removesuffix("_severity").replace("_", "-"),
-                    said[0].split(" + "),
-                )
-                if there := [i for i, part in enumerate(parts) if part.endswith(grade)]:
-                    parts[there[0]] += f" ({told_})"
-                    said[0] = " + ".join(parts)
+            texts.append(meanings[code].replace("_", " "))
+        elif code and code < len(meanings):
+            meaning = meanings[code].replace("_", " ")
+            if name.endswith("_severity"):  # behind the name of its response, if that occurs
+                severity = name.removesuffix("_severity").replace("_", "-")
+                responses = texts[0].split(" + ")
+                if matches := [i for i, word in enumerate(responses) if word.endswith(severity)]:
+                    responses[matches[0]] += f" ({meaning})"
+                    texts[0] = " + ".join(responses)
                 else:
-                    said.append(f"{grade}: {told_}")
+                    texts.append(f"{severity}: {meaning}")
             else:
-                said.append(f"{told_} whirl" if "whirl" in name else told_)
+                texts.append(f"{meaning} whirl" if "whirl" in name else meaning)
     if "trusted" in values:
-        said.append("checks agree" if int(values["trusted"]) else "checks disagree")
-    return list(dict.fromkeys(said))  # two labels may have one word
+        texts.append("checks agree" if int(values["trusted"]) else "checks disagree")
+    return list(dict.fromkeys(texts))  # two labels may have the same words

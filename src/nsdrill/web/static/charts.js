@@ -1,13 +1,13 @@
 "use strict";
-// What both the explorer and the report draw. uPlot makes the axes, the zoom and the cursor; what lies between the axes is
-// drawn here, as samples that lie closer than pixels need their least and greatest value in each.
+// The charts of the explorer and of the report. uPlot draws the axes, the zoom and the cursor. The data are drawn here:
+// samples closer than a pixel are drawn as the least and greatest value of each pixel column.
 window.nsdrill = (() => {
   const FONT = '11px "DejaVu Sans", Verdana, sans-serif';
   const INK = "#1b1b1b", GRID = "#e8e8e8", BLUE = "#0072B2", VERMILLION = "#D55E00", REFERENCE = "#4D4D4D";
-  const MANY = 20000; // markers, above which they are squares
+  const MAX_MARKERS = 20000; // above, markers are drawn as squares
   const ratio = () => window.devicePixelRatio || 1;
 
-  // A body of the server: the head, and its columns as arrays with a shape.
+  // Decode a reply (nsdrill/web/packet.py): the head, and the columns as arrays with a shape.
   function unpack(buffer) {
     const size = new DataView(buffer).getUint32(0, true);
     const head = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, size)));
@@ -20,9 +20,10 @@ window.nsdrill = (() => {
     return { head, columns };
   }
 
-  function make(tag, more = {}, ...children) {
+  // A new element with properties, attributes and listeners (names that begin with "on").
+  function make(tag, properties = {}, ...children) {
     const node = document.createElement(tag);
-    for (const [name, value] of Object.entries(more)) {
+    for (const [name, value] of Object.entries(properties)) {
       if (name === "class") node.className = value;
       else if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
       else if (name in node && name !== "list") node[name] = value;
@@ -32,7 +33,7 @@ window.nsdrill = (() => {
     return node;
   }
 
-  // A number as people read it, to so many digits.
+  // A number as text with `count` significant digits.
   function digits(value, count = 4) {
     if (!Number.isFinite(value)) return "–";
     if (value !== 0 && (Math.abs(value) >= 1e6 || Math.abs(value) < 1e-4)) return value.toExponential(count - 1);
@@ -40,10 +41,10 @@ window.nsdrill = (() => {
   }
 
   const amount = (value, unit, count) => `${digits(value, count)}${unit ? ` ${unit}` : ""}`;
-  // A value of an axis `d`, by its number: with its unit, or the word that stands there.
+  // The value number `i` of an axis `d`: with its unit, or the word of an axis of words.
   const valueOf = (d, i, count) => (d.texts ? d.texts[i] : amount(d.values[i], d.unit, count));
-  // The marks along an axis of words.
-  const marks = (d) => (d.texts ? { splits: () => [...d.values], values: () => d.texts, grid: { show: false } } : {});
+  // The ticks of an axis of words.
+  const wordTicks = (d) => (d.texts ? { splits: () => [...d.values], values: () => d.texts, grid: { show: false } } : {});
 
   function limits(...arrays) {
     let low = Infinity, high = -Infinity;
@@ -56,28 +57,28 @@ window.nsdrill = (() => {
     return low <= high ? [low, high] : [0, 1];
   }
 
-  // Whether values differ by rounding alone, of their size or of one unit in which they are shown.
-  const level = (low, high) => high - low <= 1e-9 * Math.max(1, Math.abs(low), Math.abs(high));
+  // Whether values differ only by rounding, relative to their size or to one unit that is shown.
+  const isConstant = (low, high) => high - low <= 1e-9 * Math.max(1, Math.abs(low), Math.abs(high));
 
   function padded([low, high], part = 0.05) {
-    // What varies by less than a thousandth is drawn as nearly level: its last digits are no news.
-    const most = Math.max(Math.abs(low), Math.abs(high));
-    const room = level(low, high) ? Math.max(0.02 * most, 1e-3) : Math.max((high - low) * part, most * 5e-4);
+    // A range below a thousandth of the values is widened: its last digits do not matter.
+    const largest = Math.max(Math.abs(low), Math.abs(high));
+    const room = isConstant(low, high) ? Math.max(0.02 * largest, 1e-3) : Math.max((high - low) * part, largest * 5e-4);
     return [low - room, high + room];
   }
 
-  // How many decimals numbers have that stand a step apart; 7 for more.
+  // The number of decimals of values that are a step apart; 7 for more than 6.
   function decimals(step) {
     let count = 0;
     while (count < 7 && Math.abs(step * 10 ** count - Math.round(step * 10 ** count)) > 1e-6 * step * 10 ** count) count += 1;
     return count;
   }
 
-  // Axes around a drawing. `o.x`, `o.y` are the ranges, read again at every update; `o.draw(context, X, Y, chart)` draws, in
-  // pixels of the canvas; `o.over` draws on a sheet above, which is cheap to draw anew.
+  // A chart with axes. `o.x`, `o.y`: the ranges, read at every update; `o.draw(context, X, Y, plot)` draws in pixels of the
+  // canvas; `o.over` draws on an overlay above it, which is cheap to redraw.
   function chart(box, o) {
     box.classList.add("chart");
-    const sheet = make("canvas", { class: "over" });
+    const overlay = make("canvas", { class: "over" });
     let ready = false;
     const data = () => [[o.x[0], o.x[1]], [o.y[0], o.y[1]]];
     const axis = (label, size, more) => ({
@@ -102,8 +103,8 @@ window.nsdrill = (() => {
         },
         series: [{}, { points: { show: false }, paths: () => null }],
         axes: [
-          axis(o.bare ? null : o.xlabel, o.bare ? 4 : 26, { space: 60, ...(o.bare ? { values: () => [] } : { ...numbers(o.log), ...o.xmarks }) }),
-          axis(o.ylabel, o.ymarks && o.ymarks.values ? 110 : 58, { space: 26, ...numbers(false), ...o.ymarks }),
+          axis(o.bare ? null : o.xlabel, o.bare ? 4 : 26, { space: 60, ...(o.bare ? { values: () => [] } : { ...numbers(o.log), ...o.xticks }) }),
+          axis(o.ylabel, o.yticks && o.yticks.values ? 110 : 58, { space: 26, ...numbers(false), ...o.yticks }),
         ],
         hooks: { draw: [draw], setSize: [fit], ready: [(u) => { fit(u); if (ready) over(); }] },
       },
@@ -142,14 +143,14 @@ window.nsdrill = (() => {
     }
     function fit(u) {
       const canvas = u.root.querySelector("canvas");
-      sheet.width = canvas.width;
-      sheet.height = canvas.height;
-      sheet.style.width = canvas.style.width;
-      sheet.style.height = canvas.style.height;
+      overlay.width = canvas.width;
+      overlay.height = canvas.height;
+      overlay.style.width = canvas.style.width;
+      overlay.style.height = canvas.style.height;
     }
     function over() {
-      const context = sheet.getContext("2d");
-      context.clearRect(0, 0, sheet.width, sheet.height);
+      const context = overlay.getContext("2d");
+      context.clearRect(0, 0, overlay.width, overlay.height);
       if (o.over) clipped(context, () => o.over(context, X, Y, plot));
     }
     const self = {
@@ -158,7 +159,7 @@ window.nsdrill = (() => {
       resize() { if (box.clientWidth) plot.setSize({ width: Math.max(120, box.clientWidth), height: o.height }); },
       end() { observer.disconnect(); plot.destroy(); box.replaceChildren(); },
     };
-    plot.root.append(sheet);
+    plot.root.append(overlay);
     let width = box.clientWidth;
     const observer = new ResizeObserver(() => {
       if (box.clientWidth && Math.abs(box.clientWidth - width) > 1) {
@@ -167,7 +168,7 @@ window.nsdrill = (() => {
       }
     });
     observer.observe(box);
-    // A click, but not the end of a zoom.
+    // A click that is not the end of a zoom.
     let pressed = null;
     plot.over.addEventListener("mousedown", (event) => { pressed = [event.clientX, event.clientY]; });
     plot.over.addEventListener("click", (event) => {
@@ -179,7 +180,7 @@ window.nsdrill = (() => {
     return self;
   }
 
-  // One marker as a picture to stamp.
+  // The picture of one marker, drawn once.
   const sprites = new Map();
   function sprite(marker, colour, filled, size) {
     const key = [marker, colour, filled, size].join();
@@ -190,19 +191,19 @@ window.nsdrill = (() => {
     c.fillStyle = c.strokeStyle = colour;
     c.lineWidth = Math.max(1, size / 6);
     c.beginPath();
-    const corners = (n, turn, radius, inner) => {
+    const polygon = (n, angle0, radius, inner) => {
       for (let i = 0; i < n; i++) {
-        const angle = turn + (2 * Math.PI * i) / n, reach = inner && i % 2 ? inner : radius;
+        const angle = angle0 + (2 * Math.PI * i) / n, reach = inner && i % 2 ? inner : radius;
         c.lineTo(reach * Math.cos(angle), reach * Math.sin(angle));
       }
       c.closePath();
     };
     const up = -Math.PI / 2;
-    if (marker === "^") corners(3, up, r * 1.15);
+    if (marker === "^") polygon(3, up, r * 1.15);
     else if (marker === "s") c.rect(-r * 0.85, -r * 0.85, r * 1.7, r * 1.7);
-    else if (marker === "p") corners(5, up, r * 1.1);
-    else if (marker === "D") corners(4, up, r * 1.1);
-    else if (marker === "*") corners(10, up, r * 1.3, r * 0.55);
+    else if (marker === "p") polygon(5, up, r * 1.1);
+    else if (marker === "D") polygon(4, up, r * 1.1);
+    else if (marker === "*") polygon(10, up, r * 1.3, r * 0.55);
     else if (marker === "P" || marker === "X") {
       c.rotate(marker === "X" ? Math.PI / 4 : 0);
       const a = r * 0.38, b = r * 1.05;
@@ -218,13 +219,13 @@ window.nsdrill = (() => {
 
   function swatch(marker, colour, filled = true) {
     const canvas = make("canvas", { class: "swatch", width: 28, height: 28 });
-    const mark = sprite(marker, colour, filled, 16);
-    canvas.getContext("2d").drawImage(mark, (28 - mark.width) / 2, (28 - mark.height) / 2);
+    const image = sprite(marker, colour, filled, 16);
+    canvas.getContext("2d").drawImage(image, (28 - image.width) / 2, (28 - image.height) / 2);
     return canvas;
   }
 
-  // Peaks along an axis. `d`: head and columns of a diagram, `y` what is shown, `values`, `still`; `o` has `visible`
-  // procedures, `live` marks [[x, [values]]], `chosen` [procedure, point], and what to do on `move` and `pick`.
+  // Peaks along an axis. `d`: head and columns of a diagram (nsdrill/web/diagrams.py). `o`: `visible` procedures, `live`
+  // rings [[x, [values]]], `chosen` [procedure, point], and the listeners `move` and `pick`.
   function scatter(box, d, o) {
     const [P, N, K] = d.values.shape, xs = d.x.values;
     const visible = o.visible || Array(P).fill(true);
@@ -236,7 +237,7 @@ window.nsdrill = (() => {
     for (const line of d.lines || [])
       if (line.y[1] <= range[1] + 1.5 * (range[1] - range[0])) range = limits(range, line.y);
     const frame = {
-      x: d.edges || padded(limits(xs)), y: padded(range), xlabel: d.x.label, ylabel: d.y.label, log: d.x.log, bare: o.bare, xmarks: marks(d.x),
+      x: d.edges || padded(limits(xs)), y: padded(range), xlabel: d.x.label, ylabel: d.y.label, log: d.x.log, bare: o.bare, xticks: wordTicks(d.x),
       height: o.height || 260, sync: o.sync, cross: false,
       draw(c, X, Y, u) {
         const dpr = ratio();
@@ -257,15 +258,15 @@ window.nsdrill = (() => {
         for (let code = 0; code < o.responses.length; code++)
           for (let p = 0; p < P; p++) {
             if (!visible[p]) continue;
-            const style = o.responses[code], many = count > MANY;
-            const mark = sprite(style.marker, style.colour, !open(p), size), half = mark.width / 2;
+            const style = o.responses[code], many = count > MAX_MARKERS;
+            const marker = sprite(style.marker, style.colour, !open(p), size), half = marker.width / 2;
             c.fillStyle = style.colour;
             const dot = Math.max(1, Math.round(size / 2.2));
             for (let i = 0; i < N; i++) {
               if (d.outcome[p * N + i] !== code) continue;
               const x = X(xs[i]), begin = (p * N + i) * K;
               if (x < u.bbox.left - size || x > u.bbox.left + u.bbox.width + size) continue;
-              if (d.still && d.still[p * N + i]) {
+              if (d.constant && d.constant[p * N + i]) {
                 const y = Y(d.values[begin]);
                 c.fillRect(x - size * 0.8, y - dpr / 2, size * 1.6, Math.max(1, dpr));
                 continue;
@@ -274,7 +275,7 @@ window.nsdrill = (() => {
                 const value = d.values[begin + k];
                 if (!(value === value)) continue;
                 if (many) c.fillRect(Math.round(x - dot / 2), Math.round(Y(value) - dot / 2), dot, dot);
-                else c.drawImage(mark, Math.round(x - half), Math.round(Y(value) - half));
+                else c.drawImage(marker, Math.round(x - half), Math.round(Y(value) - half));
               }
             }
           }
@@ -317,7 +318,7 @@ window.nsdrill = (() => {
       move(px, py, u) { o.move && o.move(nearest(px, py, u)); },
       click(px, py, u) { const hit = nearest(px, py, u); if (hit) o.pick(hit); },
     };
-    // Branches: solid where stable, dashed where not; special points by their first letters.
+    // Branches: solid where stable, dashed where not; circles and words at the special points.
     function branches(c, X, Y, u) {
       const dpr = ratio();
       let first = 0;
@@ -327,7 +328,7 @@ window.nsdrill = (() => {
           c.lineWidth = (stable ? 1.8 : 1.2) * dpr;
           c.setLineDash(stable ? [] : [4 * dpr, 3 * dpr]);
           c.beginPath();
-          let pen = false; // a stretch is one line, or its dashes would begin anew at every point
+          let pen = false; // a segment is one line: its dashes continue from point to point
           for (let i = first; i + 1 < first + size; i++) {
             if ((curve.unstable[i] === 0 && curve.unstable[i + 1] === 0) === stable) {
               if (!pen) c.moveTo(X(curve.x[i]), Y(curve.y[i]));
@@ -342,7 +343,7 @@ window.nsdrill = (() => {
       c.setLineDash([]);
       c.font = `bold ${10 * dpr}px "DejaVu Sans", Verdana, sans-serif`;
       c.textAlign = "left";
-      const written = []; // no word over another, nor over a point
+      const written = []; // places of words, which cover no other word and no point
       const points = d.curves.special.map(([i]) => [X(curve.x[i]), Y(curve.y[i])]);
       for (const [i, words] of d.curves.special) {
         c.fillStyle = "#fff";
@@ -360,7 +361,7 @@ window.nsdrill = (() => {
             x > u.bbox.left && x + wide < u.bbox.left + u.bbox.width && y > u.bbox.top && y + high < u.bbox.top + u.bbox.height &&
             !written.some(([a, b, w]) => x < a + w + near && a < x + wide + near && Math.abs(y - b) < high + dpr) &&
             !points.some(([a, b]) => a > x - 3 * dpr && a < x + wide + 3 * dpr && b > y - 3 * dpr && b < y + high + 3 * dpr));
-        if (!box) continue; // the pointer tells it
+        if (!box) continue; // no room: the words are shown at the pointer
         written.push([...box, wide]);
         c.lineWidth = 3 * dpr;
         c.strokeStyle = "rgba(255, 255, 255, 0.85)";
@@ -369,7 +370,7 @@ window.nsdrill = (() => {
         c.fillText(words, box[0], box[1] + 0.85 * high);
       }
     }
-    // The peak nearest to a place in the plot; of none near, the nearest point along the axis.
+    // The peak nearest to a position in the plot; where none is near, the nearest point along the axis.
     function nearest(px, py, u) {
       let best = null, least = Infinity, column = null, gap = Infinity;
       for (let i = 0; i < N; i++) {
@@ -396,57 +397,57 @@ window.nsdrill = (() => {
       let p = visible.indexOf(true);
       return p < 0 ? null : { p, i: column, value: d.values[(p * N + column) * K] };
     }
-    const made = chart(box, frame);
+    const base = chart(box, frame);
     return {
-      ...made,
-      choose(p, i) { o.chosen = [p, i]; made.over(); },
-      show(list) { list.forEach((on, p) => { visible[p] = on; }); made.plot.redraw(); },
-      live(marks) { o.live = marks; made.over(); },
+      ...base,
+      choose(p, i) { o.chosen = [p, i]; base.over(); },
+      show(list) { list.forEach((on, p) => { visible[p] = on; }); base.plot.redraw(); },
+      live(rings) { o.live = rings; base.over(); },
     };
   }
 
-  // Which branch a point of the curves is of, in words.
+  // The branch and the stability of a point of the curves, in words.
   function branchWords(d, i) {
     let first = 0, number = 0;
     while (i >= first + d.curves.sizes[number]) first += d.curves.sizes[number++];
     const special = d.curves.special.find(([at]) => at === i), count = d["curve unstable"][i];
-    const stands = count ? `unstable in ${count} direction${count > 1 ? "s" : ""}` : "stable";
-    return `branch ${number}, ${d.curves.names[number]}, ${stands}${special ? `: ${special[1]}` : ""}`;
+    const stability = count ? `unstable in ${count} direction${count > 1 ? "s" : ""}` : "stable";
+    return `branch ${number}, ${d.curves.names[number]}, ${stability}${special ? `: ${special[1]}` : ""}`;
   }
 
-  // The entries of a legend for the lines of a diagram that are not data.
+  // The legend entries for the reference lines of a diagram.
   function lineEntries(d) {
-    return (d.lines || []).map((one) => {
+    return (d.lines || []).map((line) => {
       const canvas = make("canvas", { class: "swatch", width: 28, height: 28 }), c = canvas.getContext("2d");
       c.strokeStyle = REFERENCE;
       c.lineWidth = 2;
-      c.setLineDash(one.words === "set speed" ? [8, 4] : []);
+      c.setLineDash(line.words === "set speed" ? [8, 4] : []);
       c.beginPath();
       c.moveTo(0, 14);
       c.lineTo(28, 14);
       c.stroke();
-      return make("li", {}, canvas, one.words);
+      return make("li", {}, canvas, line.words);
     });
   }
 
-  // Classes or values over two axes.
-  const RAMP = ["#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725"];
-  function mix(part) {
-    const at = Math.min(Math.max(part, 0), 1) * (RAMP.length - 1), i = Math.min(Math.floor(at), RAMP.length - 2), f = at - i;
+  // Classes or values over two axes; the colour map is viridis.
+  const VIRIDIS = ["#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725"];
+  function viridis(part) {
+    const at = Math.min(Math.max(part, 0), 1) * (VIRIDIS.length - 1), i = Math.min(Math.floor(at), VIRIDIS.length - 2), f = at - i;
     const rgb = (hex, k) => parseInt(hex.slice(1 + 2 * k, 3 + 2 * k), 16);
-    return [0, 1, 2].map((k) => Math.round(rgb(RAMP[i], k) * (1 - f) + rgb(RAMP[i + 1], k) * f));
+    return [0, 1, 2].map((k) => Math.round(rgb(VIRIDIS[i], k) * (1 - f) + rgb(VIRIDIS[i + 1], k) * f));
   }
   function colourOf(d, value) {
     if (!(value === value)) return null;
     if (d.classes) return d.classes[value] ? d.classes[value].colour : null;
     const [low, high] = d.limits;
-    return `rgb(${mix((value - low) / (high - low || 1)).join()})`;
+    return `rgb(${viridis((value - low) / (high - low || 1)).join()})`;
   }
   function cells(box, d, o) {
     const [, ny, nx] = d.values.shape, xe = d.x_edges, ye = d.y_edges, p = o.procedure;
     const frame = {
       x: [xe[0], xe[nx]], y: [ye[0], ye[ny]], xlabel: d.x.label, ylabel: d.y.label, log: d.x.log, height: o.height || 460,
-      xmarks: marks(d.x), ymarks: marks(d.y),
+      xticks: wordTicks(d.x), yticks: wordTicks(d.y),
       cross: false, zoom: true,
       draw(c, X, Y) {
         for (let j = 0; j < ny; j++)
@@ -487,12 +488,12 @@ window.nsdrill = (() => {
       const i = place(xe, u.posToVal(px, "x")), j = place(ye, u.posToVal(py, "y"));
       return i < 0 || j < 0 ? null : { p, i, j, value: d.values[(p * ny + j) * nx + i], outcome: d.outcome[(p * ny + j) * nx + i] };
     }
-    const made = chart(box, frame);
-    return { ...made, choose(i, j) { o.chosen = [i, j]; made.over(); } };
+    const base = chart(box, frame);
+    return { ...base, choose(i, j) { o.chosen = [i, j]; base.over(); } };
   }
 
-  // A line of many samples: the least and greatest of each column of pixels, else the line itself.
-  function trail(c, X, Y, time, values, u, colour) {
+  // A time series: the least and greatest value of each pixel column where samples are closer than pixels.
+  function timeSeries(c, X, Y, time, values, u, colour) {
     const dpr = ratio(), n = time.length, left = u.bbox.left, right = left + u.bbox.width;
     c.strokeStyle = colour;
     c.lineWidth = dpr;
@@ -517,7 +518,7 @@ window.nsdrill = (() => {
       };
       for (let i = first; i <= last; i++) {
         const pixel = Math.round(X(time[i]));
-        if (pixel !== column) { // a column begins where the one before ended, so that the line has no gaps
+        if (pixel !== column) { // starting from the last value of the column before: the line has no gaps
           flush();
           column = pixel;
           low = before === before ? before : Infinity;
@@ -532,6 +533,7 @@ window.nsdrill = (() => {
     c.stroke();
   }
 
+  // A line through samples, broken at NaN.
   function path(c, X, Y, xs, ys, colour, width) {
     c.strokeStyle = colour;
     c.lineWidth = width * ratio();
@@ -547,27 +549,27 @@ window.nsdrill = (() => {
     c.stroke();
   }
 
-  // The motion of a point: the collar in its hole, to scale, phase planes, histories. `show` puts another motion in place.
+  // The motion of a point: the collar in its hole to scale, phase planes, time histories. `show` replaces the motion.
   function motion(box, drawn, o = {}) {
     const row = make("div", { class: drawn.orbit ? "orbitrow" : "orbitrow bare" }), read = make("p", { class: "read" });
     const orbit = make("div", { class: "orbit" }), planes = make("div", { class: "planes" }), histories = make("div");
     const canvas = make("canvas", { role: "img", "aria-label": "The collar in the hole, to scale" });
-    const play = make("button", { type: "button", title: "Let the collar move" }, "Play");
+    const play = make("button", { type: "button", title: "Animate the collar" }, "Play");
     const slide = make("input", { type: "range", min: 0, max: 1, step: "any", value: 1, "aria-label": "Time" });
     const clock = make("output", {}, "");
     orbit.append(canvas);
     if (drawn.orbit) row.append(orbit);
     row.append(planes);
     box.append(make("div", { class: "player" }, play, slide, clock), row, read, histories);
-    let m = null, charts = {}, back = null, at = 0, playing = null;
+    let m = null, charts = {}, background = null, at = 0, playing = null;
 
-    const named = (name) => m.head.channels.find((one) => one.name === name);
+    const channelOf = (name) => m.head.channels.find((channel) => channel.name === name);
     const column = (name) => m.columns[name];
 
-    // The part of the motion that orbit and planes show: twenty turns at most lie over each other and can be told apart.
-    function recent() {
-      const n = m.head.samples, most = Math.round(20 / (m.head.interval || 1));
-      return Math.max(0, n - most);
+    // Orbit and planes show the last 20 s of the motion: more revolutions cannot be distinguished.
+    function firstShown() {
+      const n = m.head.samples, shown = Math.round(20 / (m.head.interval || 1));
+      return Math.max(0, n - shown);
     }
 
     function index(time) {
@@ -575,12 +577,12 @@ window.nsdrill = (() => {
       return Math.min(n - 1, Math.max(0, Math.round((time - m.head.begin) / (m.head.interval || 1))));
     }
 
-    function backdrop() {
+    function drawBackground() {
       const size = Math.round(Math.max(160, Math.min(orbit.clientWidth || 320, 420)) * ratio());
       canvas.width = canvas.height = size;
       const [hole, collar] = m.head.hole, scale = (0.485 * size) / hole, dpr = ratio();
-      back = make("canvas", { width: size, height: size });
-      const c = back.getContext("2d");
+      background = make("canvas", { width: size, height: size });
+      const c = background.getContext("2d");
       c.fillStyle = "#f3efe6";
       c.fillRect(0, 0, size, size);
       c.translate(size / 2, size / 2);
@@ -598,7 +600,7 @@ window.nsdrill = (() => {
       c.strokeStyle = "#999";
       c.stroke();
       c.setLineDash([]);
-      const begin = recent(), xs = column("x").subarray(begin), ys = column("y").subarray(begin);
+      const begin = firstShown(), xs = column("x").subarray(begin), ys = column("y").subarray(begin);
       const X = (value) => value * scale, Y = (value) => -value * scale;
       path(c, X, Y, xs, ys, BLUE, 0.8);
       const wall = column("wall_force");
@@ -608,7 +610,7 @@ window.nsdrill = (() => {
       }
       c.fillStyle = INK;
       c.font = `${11 * dpr}px "DejaVu Sans", Verdana, sans-serif`;
-      const unit = named("x").unit, nice = [1, 2, 5, 10, 20, 50, 100, 200, 500].filter((v) => v < hole * 0.7).pop() || digits(hole / 3, 1);
+      const unit = channelOf("x").unit, nice = [1, 2, 5, 10, 20, 50, 100, 200, 500].filter((v) => v < hole * 0.7).pop() || digits(hole / 3, 1);
       c.strokeStyle = INK;
       c.lineWidth = 2 * dpr;
       c.beginPath();
@@ -628,7 +630,7 @@ window.nsdrill = (() => {
       if (!drawn.orbit || !m.head.hole || !column("x")) return;
       const c = canvas.getContext("2d"), size = canvas.width, [hole, collar] = m.head.hole, scale = (0.485 * size) / hole;
       const dpr = ratio(), x = size / 2 + column("x")[i] * scale, y = size / 2 - column("y")[i] * scale;
-      c.drawImage(back, 0, 0);
+      c.drawImage(background, 0, 0);
       c.beginPath();
       c.arc(x, y, collar * scale, 0, 2 * Math.PI);
       c.fillStyle = "rgba(90, 100, 110, 0.28)";
@@ -637,7 +639,7 @@ window.nsdrill = (() => {
       c.lineWidth = 1.5 * dpr;
       c.stroke();
       const angle = column("bit angle");
-      if (angle) { // the mark turns with the bit
+      if (angle) { // a line that rotates with the bit
         c.beginPath();
         c.moveTo(x, y);
         c.lineTo(x + collar * scale * Math.cos(angle[i]), y - collar * scale * Math.sin(angle[i]));
@@ -657,14 +659,14 @@ window.nsdrill = (() => {
     play.addEventListener("click", () => {
       if (playing) return stop();
       play.textContent = "Pause";
-      const begin = m.head.begin + recent() * m.head.interval, end = m.head.begin + (m.head.samples - 1) * m.head.interval;
+      const begin = m.head.begin + firstShown() * m.head.interval, end = m.head.begin + (m.head.samples - 1) * m.head.interval;
       let before = null, time = at >= end - 0.05 ? begin : at;
       const tick = (now) => {
         if (before !== null) time += (now - before) / 1000;
         before = now;
         if (time >= end) time = begin;
         frameAt(time);
-        mark();
+        drawOverlays();
         playing = requestAnimationFrame(tick);
       };
       playing = requestAnimationFrame(tick);
@@ -673,27 +675,27 @@ window.nsdrill = (() => {
       if (!m) return;
       stop();
       frameAt(m.head.begin + slide.value * (m.head.samples - 1) * m.head.interval);
-      mark();
-      told();
+      drawOverlays();
+      showValues();
     });
-    function mark() { for (const one of Object.values(charts)) one.over(); }
-    function told() {
+    function drawOverlays() { for (const c of Object.values(charts)) c.over(); }
+    function showValues() {
       const i = index(at);
-      const said = drawn.histories.filter((name) => column(name)).map((name) => {
-        const one = named(name);
-        return `${one.words} ${amount(column(name)[i], one.unit)}`;
+      const texts = drawn.histories.filter((name) => column(name)).map((name) => {
+        const channel = channelOf(name);
+        return `${channel.words} ${amount(column(name)[i], channel.unit)}`;
       });
-      read.textContent = `At ${digits(column("time")[i], 6)} s: ${said.join(", ")}`;
+      read.textContent = `At ${digits(column("time")[i], 6)} s: ${texts.join(", ")}`;
     }
 
     function history(name, last) {
-      const channel = named(name), values = column(name);
+      const channel = channelOf(name), values = column(name);
       const span = [m.head.begin, m.head.begin + (m.head.samples - 1) * m.head.interval];
       const frame = {
         x: span[1] > span[0] ? span : [span[0], span[0] + 1], y: padded(limits(values), 0.08), xlabel: "Time [s]",
         ylabel: null, height: last ? 118 : 84, bare: !last, sync: o.sync || "motion", cross: false,
         title: channel.label,
-        draw(c, X, Y, u) { trail(c, X, Y, column("time"), column(name), u, BLUE); },
+        draw(c, X, Y, u) { timeSeries(c, X, Y, column("time"), column(name), u, BLUE); },
         over(c, X, Y, u) {
           c.strokeStyle = INK;
           c.lineWidth = ratio();
@@ -702,18 +704,18 @@ window.nsdrill = (() => {
           c.lineTo(X(at), u.bbox.top + u.bbox.height);
           c.stroke();
         },
-        move(px, py, u) { if (!playing) { frameAt(u.posToVal(px, "x")); mark(); told(); } },
+        move(px, py, u) { if (!playing) { frameAt(u.posToVal(px, "x")); drawOverlays(); showValues(); } },
       };
       return frame;
     }
 
     function plane(across, up) {
-      const a = named(across), b = named(up);
+      const a = channelOf(across), b = channelOf(up);
       return {
-        x: padded(limits(column(across).subarray(recent()))), y: padded(limits(column(up).subarray(recent()))),
+        x: padded(limits(column(across).subarray(firstShown()))), y: padded(limits(column(up).subarray(firstShown()))),
         xlabel: a.label, ylabel: b.label, height: o.planeHeight || 150, zoom: false, cross: false,
         draw(c, X, Y) {
-          const begin = recent();
+          const begin = firstShown();
           path(c, X, Y, column(across).subarray(begin), column(up).subarray(begin), BLUE, 0.7);
         },
         over(c, X, Y) {
@@ -726,7 +728,7 @@ window.nsdrill = (() => {
       };
     }
 
-    // Frames are kept from motion to motion: only their ranges and data change.
+    // Add or update a chart: between motions only ranges and data change.
     function put(key, home, frame) {
       if (charts[key]) {
         Object.assign(charts[key].frame, { x: frame.x, y: frame.y });
@@ -735,8 +737,7 @@ window.nsdrill = (() => {
       }
       const place = make("div");
       home.append(place);
-      const made = chart(place, frame);
-      charts[key] = Object.assign(made, { frame });
+      charts[key] = Object.assign(chart(place, frame), { frame });
     }
 
     function show(reply) {
@@ -744,20 +745,20 @@ window.nsdrill = (() => {
       m = reply;
       if (!m.head.samples) { read.textContent = "There is nothing to draw."; return; }
       at = m.head.begin + (m.head.samples - 1) * m.head.interval;
-      if (drawn.orbit && m.head.hole && column("x")) backdrop();
+      if (drawn.orbit && m.head.hole && column("x")) drawBackground();
       const names = drawn.histories.filter((name) => column(name));
       names.forEach((name, i) => put(`h ${name}`, histories, history(name, i === names.length - 1)));
       for (const [across, up] of drawn.planes)
         if (column(across) && column(up)) put(`p ${across}`, planes, plane(across, up));
       frameAt(at);
-      mark();
+      drawOverlays();
       read.textContent = "Point at a history for its numbers; drag to zoom, double-click for all.";
     }
-    new ResizeObserver(() => { if (m && drawn.orbit && m.head.hole && column("x")) { backdrop(); frameAt(at); } }).observe(orbit);
+    new ResizeObserver(() => { if (m && drawn.orbit && m.head.hole && column("x")) { drawBackground(); frameAt(at); } }).observe(orbit);
     return { show, stop, get reply() { return m; } };
   }
 
-  // Points in planes: the returns to a section.
+  // The returns to a Poincaré section, as points in planes.
   function section(box, reply) {
     box.replaceChildren(make("p", { class: "read" }, reply.head.words));
     const home = make("div", { class: "planes" });
@@ -765,12 +766,12 @@ window.nsdrill = (() => {
     for (const [across, up] of reply.head.planes) {
       const xs = reply.columns[across.name], ys = reply.columns[up.name], place = make("div");
       home.append(place);
-      const open = (values) => {
-        const [low, high] = limits(values), middle = (low + high) / 2, half = Math.max((high - low) * 0.55, 0.01 * Math.max(Math.abs(low), Math.abs(high)), level(low, high) ? 1e-3 : 0);
+      const range = (values) => {
+        const [low, high] = limits(values), middle = (low + high) / 2, half = Math.max((high - low) * 0.55, 0.01 * Math.max(Math.abs(low), Math.abs(high)), isConstant(low, high) ? 1e-3 : 0);
         return [middle - half, middle + half];
       };
       chart(place, {
-        x: open(xs), y: open(ys), xlabel: across.label, ylabel: up.label, height: 190, zoom: false, cross: false,
+        x: range(xs), y: range(ys), xlabel: across.label, ylabel: up.label, height: 190, zoom: false, cross: false,
         draw(c, X, Y) {
           c.fillStyle = BLUE;
           for (let i = 0; i < xs.length; i++)
@@ -784,36 +785,36 @@ window.nsdrill = (() => {
     }
   }
 
-  // The local maxima of samples, as the peaks of a diagram.
-  function peaks(values, most = 64) {
-    const found = [];
-    for (let i = values.length - 2; i > 0 && found.length < most; i--)
-      if (values[i] > values[i - 1] && values[i] >= values[i + 1]) found.push(values[i]);
-    return found;
+  // The last local maxima of samples, as the peaks of a diagram.
+  function peaks(values, limit = 64) {
+    const maxima = [];
+    for (let i = values.length - 2; i > 0 && maxima.length < limit; i--)
+      if (values[i] > values[i - 1] && values[i] >= values[i + 1]) maxima.push(values[i]);
+    return maxima;
   }
 
-  // The drawings and legends of each part as one picture: what stands between them on the page, controls say, is left out.
+  // The drawings and legends of the parts of a page as one picture, without the controls between them.
   function picture(parts, title, lines) {
     const dpr = ratio(), gap = 8 * dpr, drawn = [], font = (size, bold) => `${bold ? "bold " : ""}${size * dpr}px "DejaVu Sans", Verdana, sans-serif`;
     const measure = make("canvas").getContext("2d");
     let left = gap, bottom = 0;
     const top = (30 + 18 * lines.length) * dpr;
     for (const part of parts) {
-      const box = part.getBoundingClientRect(), found = [];
-      for (const one of part.querySelectorAll("canvas, .legend li, #legend li, #local-title")) {
-        const at = one.getBoundingClientRect();
-        if (!at.width || !at.height || (one.localName === "canvas" && (!one.width || one.className === "swatch"))) continue;
-        found.push({ one, x: (at.left - box.left) * dpr, y: at.top * dpr, w: at.width * dpr, h: at.height * dpr });
+      const box = part.getBoundingClientRect(), items = [];
+      for (const element of part.querySelectorAll("canvas, .legend li, #legend li, #local-title")) {
+        const rect = element.getBoundingClientRect();
+        if (!rect.width || !rect.height || (element.localName === "canvas" && (!element.width || element.className === "swatch"))) continue;
+        items.push({ element, x: (rect.left - box.left) * dpr, y: rect.top * dpr, w: rect.width * dpr, h: rect.height * dpr });
       }
-      if (!found.length) continue;
-      found.sort((a, b) => a.y - b.y);
-      let end = found[0].y, shift = found[0].y - top, wide = 0; // of the page, and how far up all that comes now moves
-      for (const each of found) {
-        if (each.y > end + gap) shift += each.y - end - gap;
-        end = Math.max(end, each.y + each.h);
-        drawn.push({ ...each, x: each.x + left, y: each.y - shift });
-        wide = Math.max(wide, each.x + each.w);
-        bottom = Math.max(bottom, each.y + each.h - shift);
+      if (!items.length) continue;
+      items.sort((a, b) => a.y - b.y);
+      let end = items[0].y, shift = items[0].y - top, wide = 0; // in the page, and the distance by which the next items move up
+      for (const item of items) {
+        if (item.y > end + gap) shift += item.y - end - gap;
+        end = Math.max(end, item.y + item.h);
+        drawn.push({ ...item, x: item.x + left, y: item.y - shift });
+        wide = Math.max(wide, item.x + item.w);
+        bottom = Math.max(bottom, item.y + item.h - shift);
       }
       left += wide + 2 * gap;
     }
@@ -827,18 +828,18 @@ window.nsdrill = (() => {
     c.fillText(title, gap, 18 * dpr);
     c.font = font(12);
     lines.forEach((line, i) => c.fillText(line, gap, (38 + 18 * i) * dpr));
-    for (const { one, x, y, w, h } of drawn) {
-      if (one.localName === "canvas") {
-        c.drawImage(one, x, y, w, h);
+    for (const { element, x, y, w, h } of drawn) {
+      if (element.localName === "canvas") {
+        c.drawImage(element, x, y, w, h);
         continue;
       }
-      const mark = one.querySelector("canvas");
-      const size = mark ? 12 * dpr : 0;
-      if (mark) c.drawImage(mark, x, y + (h - size) / 2, size, size);
-      c.fillText(one.textContent, x + size + (mark ? 4 * dpr : 0), y + h * 0.75);
+      const swatchCanvas = element.querySelector("canvas");
+      const size = swatchCanvas ? 12 * dpr : 0;
+      if (swatchCanvas) c.drawImage(swatchCanvas, x, y + (h - size) / 2, size, size);
+      c.fillText(element.textContent, x + size + (swatchCanvas ? 4 * dpr : 0), y + h * 0.75);
     }
     return canvas;
   }
 
-  return { branchWords, lineEntries, unpack, make, digits, decimals, amount, valueOf, limits, chart, scatter, cells, colourOf, mix, motion, section, swatch, peaks, picture };
+  return { branchWords, lineEntries, unpack, make, digits, decimals, amount, valueOf, limits, chart, scatter, cells, colourOf, viridis, motion, section, swatch, peaks, picture };
 })();

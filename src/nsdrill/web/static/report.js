@@ -1,5 +1,5 @@
 "use strict";
-// Draws what the report holds: no network, no server.
+// Draws the diagrams of a report from the bodies in its page.
 (() => {
   const N = window.nsdrill, { make, amount } = N;
 
@@ -12,68 +12,68 @@
 
   let count = 0;
   for (const place of document.querySelectorAll(".drawing")) {
-    const what = JSON.parse(place.dataset.draw), replies = what.bodies.map(body);
-    const word = (code) => (code === -1 ? "not run" : code === -2 ? "failed" : what.responses[code].name);
-    const said = make("p", { class: "hover" }), legend = make("ul", { class: "legend" });
+    const drawing = JSON.parse(place.dataset.draw), replies = drawing.bodies.map(body);
+    const word = (code) => (code === -1 ? "not run" : code === -2 ? "failed" : drawing.responses[code].name);
+    const text = make("p", { class: "hover" }), legend = make("ul", { class: "legend" });
     count += 1;
-    if (what.kind === "motion") {
-      N.motion(place, what.drawn, { sync: `motion${count}`, planeHeight: 200 }).show(replies[0]);
-    } else if (what.kind === "map") {
+    if (drawing.kind === "motion") {
+      N.motion(place, drawing.drawn, { sync: `motion${count}`, planeHeight: 200 }).show(replies[0]);
+    } else if (drawing.kind === "map") {
       const d = { ...replies[0].head, ...replies[0].columns }, box = make("div");
-      place.append(box, legend, said);
+      place.append(box, legend, text);
       N.cells(box, d, {
-        procedure: what.procedure, height: 420, pick() {},
+        procedure: drawing.procedure, height: 420, pick() {},
         move(hit) {
           if (!hit) return;
           const shown = hit.outcome < 0 ? word(hit.outcome) : d.classes ? (d.classes[hit.value] || {}).name || "–" : `${d.colour.words} ${amount(hit.value, d.colour.unit, 3)}`;
-          said.textContent = `${d.x.words} ${amount(d.x.values[hit.i], d.x.unit, 5)}, ${d.y.words} ${amount(d.y.values[hit.j], d.y.unit, 5)}: ${shown}`;
+          text.textContent = `${d.x.words} ${amount(d.x.values[hit.i], d.x.unit, 5)}, ${d.y.words} ${amount(d.y.values[hit.j], d.y.unit, 5)}: ${shown}`;
         },
       });
       const values = new Set(d.values);
       legend.append(
         ...(d.classes
-          ? d.classes.filter((_, code) => values.has(code)).map((one) => make("li", {}, N.swatch("s", one.colour), one.name))
-          : [0, 0.25, 0.5, 0.75, 1].map((part) => make("li", {}, N.swatch("s", `rgb(${N.mix(part).join()})`), amount(d.limits[0] + part * (d.limits[1] - d.limits[0]), d.colour.unit, 3)))),
+          ? d.classes.filter((_, code) => values.has(code)).map((style) => make("li", {}, N.swatch("s", style.colour), style.name))
+          : [0, 0.25, 0.5, 0.75, 1].map((part) => make("li", {}, N.swatch("s", `rgb(${N.viridis(part).join()})`), amount(d.limits[0] + part * (d.limits[1] - d.limits[0]), d.colour.unit, 3)))),
       );
       if (d.outcome.includes(-2)) legend.append(make("li", {}, N.swatch("X", "#000"), "failed"));
     } else {
-      const all = replies.map(({ head, columns }) => ({ ...head, ...columns })), seen = new Set();
+      const all = replies.map(({ head, columns }) => ({ ...head, ...columns })), codes = new Set();
       all.forEach((d, number) => {
         const box = make("div");
         place.append(box);
         N.scatter(box, d, {
-          responses: what.responses, height: number === all.length - 1 ? 222 : 190, bare: number < all.length - 1, sync: `sweep${count}`,
+          responses: drawing.responses, height: number === all.length - 1 ? 222 : 190, bare: number < all.length - 1, sync: `sweep${count}`,
           pick() {},
           move(hit) {
             if (!hit) return;
             if ("curve" in hit) {
-              said.replaceChildren(
+              text.replaceChildren(
                 make("span", { class: "name" }, `${d.x.words} ${amount(hit.at, d.x.unit, 6)}: ${N.branchWords(d, hit.curve)}`),
                 make("br"), `${d.y.words} ${amount(hit.value, d.y.unit)}`,
               );
               return;
             }
-            const n = d.x.values.length, f = d.head_told.length;
-            const numbers = d.head_told.map((one, k) => [one, d.told[(hit.p * n + hit.i) * f + k]]).filter(([, value]) => Number.isFinite(value));
-            said.replaceChildren(
+            const n = d.x.values.length, f = d.hover_quantities.length;
+            const numbers = d.hover_quantities.map((quantity, k) => [quantity, d.hover[(hit.p * n + hit.i) * f + k]]).filter(([, value]) => Number.isFinite(value));
+            text.replaceChildren(
               make("span", { class: "name" }, `${d.x.words} ${amount(d.x.values[hit.i], d.x.unit, 5)}${d.procedures.length > 1 ? `, ${d.procedures[hit.p]}` : ""}: ${word(d.outcome[hit.p * n + hit.i])}`),
               make("br"), Number.isFinite(hit.value) ? `${d.y.words} ${amount(hit.value, d.y.unit)}` : "",
-              make("br"), numbers.map(([one, value]) => `${one.words} ${amount(value, one.unit, 3)}`).join(" · "),
+              make("br"), numbers.map(([quantity, value]) => `${quantity.words} ${amount(value, quantity.unit, 3)}`).join(" · "),
             );
           },
         });
-        for (const code of d.outcome) seen.add(code);
+        for (const code of d.outcome) codes.add(code);
       });
       const d = all[0];
-      legend.append(...what.responses.map((one, code) => [one, code]).filter(([, code]) => seen.has(code)).map(([one]) => make("li", {}, N.swatch(one.marker, one.colour), one.name)));
+      legend.append(...drawing.responses.filter((_, code) => codes.has(code)).map((style) => make("li", {}, N.swatch(style.marker, style.colour), style.name)));
       if (d && d.procedures.includes("down") && d.procedures.length > 1)
         legend.append(make("li", {}, N.swatch("o", "#4D4D4D"), "up: filled"), make("li", {}, N.swatch("o", "#4D4D4D", false), "down: open"));
       if (d && d.hysteresis.length) legend.append(make("li", {}, N.swatch("s", "#E8D47A"), "up and down differ"));
       if (d && d.curves) legend.append(make("li", {}, "black line: branch, solid where stable, dashed where not"));
       legend.append(...all.flatMap(N.lineEntries));
       if (d && d.note) legend.append(make("li", {}, d.note));
-      if (seen.has(-2)) legend.append(make("li", {}, N.swatch("X", "#000"), "failed"));
-      place.append(legend, said);
+      if (codes.has(-2)) legend.append(make("li", {}, N.swatch("X", "#000"), "failed"));
+      place.append(legend, text);
     }
   }
   document.body.dataset.ready = "1";
