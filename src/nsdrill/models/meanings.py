@@ -1,5 +1,5 @@
-"""What each key of a study means that several models have, in one line. A model's own
-``meanings``, or those beside its numbers, come before these."""
+"""The meaning, in one line, of each study key that several models have. A model's own
+``meanings``, or those beside its numbers, take precedence."""
 
 from __future__ import annotations
 
