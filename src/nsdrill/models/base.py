@@ -303,14 +303,14 @@ class Model(ABC):
         significant."""
 
     def difference(
-        self, one: Mapping[str, Array], two: Mapping[str, Array], units: Mapping[str, Array]
+        self, first: Mapping[str, Array], second: Mapping[str, Array], units: Mapping[str, Array]
     ) -> Array:
         """The largest difference between two runs of each point, over the ``compared``
         features of the description, each in its natural scale (:meth:`scales`, in
         ``units``); NaN where a run did not end well."""
         compared = described(self.name).compared
         parts = [
-            np.abs(one[name] - two[name]) / (units[scale] if scale else 1.0)
+            np.abs(first[name] - second[name]) / (units[scale] if scale else 1.0)
             for name, scale in compared.items()
         ]
         return np.asarray(np.max(parts, axis=0))

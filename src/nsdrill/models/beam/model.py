@@ -125,8 +125,10 @@ class ElasticCollar(ScalarModel):
 
     def sliced(self, points: Values, number: Array) -> dict[str, Array]:
         """In the study's start, the states of the first mode have no number."""
-        found = slice_points(points.initial, (*FIRST_MODE, *COMMON, "drive_angle"), number)
-        return {f"{name}_1" if name in FIRST_MODE else name: value for name, value in found.items()}
+        values = slice_points(points.initial, (*FIRST_MODE, *COMMON, "drive_angle"), number)
+        return {
+            f"{name}_1" if name in FIRST_MODE else name: value for name, value in values.items()
+        }
 
     def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
         """The starts of the lumped model, with the first mode for its lateral motion;

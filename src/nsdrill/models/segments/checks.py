@@ -137,10 +137,10 @@ def every_derived_quantity(
 def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
     """Warnings of a study, whose ``corners`` are the values at the ends of all axes and
     ramps; None where there is nothing to warn of."""
-    found = [_overloaded(corners, format_value), _unstable(study, corners, format_value)]
+    messages = [_overloaded(corners, format_value), _unstable(study, corners, format_value)]
     if study.swept or not study.ramped:  # else nothing is observed
-        found.append(_few_periods(study, corners))
-    return found
+        messages.append(_few_periods(study, corners))
+    return messages
 
 
 def _overloaded(corners: list[Values], format_value: FormatValue) -> str | None:
@@ -181,7 +181,7 @@ def _few_periods(study: Any, corners: list[Values]) -> str | None:
     if study.simulation.observe >= LEAST_PERIODS * period:
         return None
     return (
-        f"Short: the torsional period is {period:.3g} s at most; the observed window of "
-        f"{study.simulation.observe:g} s holds fewer than {LEAST_PERIODS}. Lengthen "
+        f"Short: the torsional period is {period:.3g} s at most; an observation of "
+        f"{study.simulation.observe:g} s has fewer than {LEAST_PERIODS}. Lengthen "
         f"simulation.observe."
     )

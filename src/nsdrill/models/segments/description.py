@@ -97,7 +97,7 @@ DESCRIPTION = Description(
     explicit_only=lambda parameters: None,
     meanings={
         "drillstring": "The string",
-        "segments": "How the string is cut, and what there is at its ends",
+        "segments": "The division of the string, and what is at its ends",
         "segments.top": "What the string hangs from",
         "segments.kelly": "The kelly, a rigid body",
         "segments.material_damping": "Damping of a segment over its stiffness",
@@ -109,13 +109,13 @@ DESCRIPTION = Description(
         "a table that turns",
         "well": "The hole",
         "bit": "The bit on its lobed surface",
-        "bit.lobes": "Lobes a turn: 3 for a roller cone, 1 for a PDC bit",
+        "bit.lobes": "Lobes per revolution: 3 for a roller cone, 1 for a PDC bit",
         "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] "
         "sqrt(w[rad/s]) + c2",
         "bit.cutting.speed": "The speed in the ROP law: live, that of the bit, or mean, the set "
         "speed",
         "bit.friction": "Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w)",
-        "drive": "What turns the string; each kind reads its own keys",
+        "drive": "The drive at the top of the string; each kind reads its own keys",
         "drive.kind": "A motor at constant voltage, with gains or a regulator; a top that keeps "
         "its speed; or a drive "
         "whose torque a controller sets",

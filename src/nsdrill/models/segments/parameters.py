@@ -50,7 +50,7 @@ class DrillPipe(Pipe):
 
 @dataclass(frozen=True)
 class Drillstring(Checked):
-    """What the string is made of."""
+    """The string: collars, pipe and their steel."""
 
     collar: Collar = field(default_factory=Collar)
     pipe: DrillPipe = field(default_factory=DrillPipe)
@@ -203,7 +203,7 @@ class Segments(Checked):
         low=1,
         high=MOST_SEGMENTS,
         usual="5 to 20",
-        meaning="Into how many segments the pipe is cut",
+        meaning="Number of segments of the pipe",
     )
     collar: int = parameter(
         10,
@@ -213,7 +213,7 @@ class Segments(Checked):
         low=1,
         high=MOST_SEGMENTS,
         usual="5 to 20",
-        meaning="Into how many segments the collars are cut",
+        meaning="Number of segments of the collars",
     )
     top: Top = field(default_factory=Top)
     kelly: Kelly = field(default_factory=Kelly)
@@ -252,7 +252,7 @@ class Mud(Checked):
         "high",
         high=1e3,
         usual="0.001 to 0.1 Pa s",
-        meaning="Viscosity between the turning string and the wall",
+        meaning="Viscosity between the rotating string and the wall",
     )
 
 
@@ -421,7 +421,7 @@ class Drive(Checked):
         low=1e-3,
         high=1e3,
         usual="1 to 12",
-        meaning="Turns of the motor for one of the table",
+        meaning="Revolutions of the motor for one of the table",
     )
     motor_inertia: float = parameter(
         23.0,

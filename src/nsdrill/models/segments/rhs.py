@@ -67,8 +67,9 @@ from nsdrill.models.segments.names import AUX, BY_TORQUE, PARAMETERS
 ITERATIONS = 4  # for the speed of a bit whose cutting torque is implicit
 
 # Acceleration of a node: the second difference along the chain times stiffness over
-# mass, and the drag. The drag v |v| holds for flow in either direction. The bit's
-# tanh w is 1 - 2 / (1 + 2^(2 w log2 e)).
+# mass, and the drag. The drag v |v| holds for flow in either direction. The bit's tanh
+# w is 1 - 2 / (1 + 2^(2 w log2 e)). In this text ``b`` is the lane buffer; u, a and the
+# names that end in an underscore are offsets of rows in it.
 HELPERS = """
 def axial_node(b, n, u, a, K_, time_, annulus_, bore_, up_, down_, mean_):
     for i in range(n):
@@ -224,7 +225,7 @@ def newton_step(  # type: ignore[no-untyped-def]
     """One Newton iteration for the bit speed at ``x``, which is tau where the bit
     creeps (``creep_start`` > 0) and |omega| elsewhere.
 
-    ``omega_free`` is the bit speed without friction [rad/s], ``relaxed`` the stage's
+    ``omega_free`` is the bit speed without this torque [rad/s], ``relaxed`` the stage's
     relaxation time times the arm of cutting over the bit's inertia, ``elastic`` the
     rock's elastic force [N], ``surface_slope`` d(surface height)/d(bit angle) [m/rad],
     ``v`` the bit's axial velocity [m/s], ``eps`` the smoothing [s/rad]; the other
@@ -258,7 +259,7 @@ def newton_step(  # type: ignore[no-untyped-def]
     slope = fma(r * dspeed, fma(load, dg, load_slope * g), load * g * dr)
     residual = fma(-relaxed, load * g * r, abs(omega_free) - speed)
     derivative = fma(relaxed, slope, dspeed)
-    # The floor holds where the load falls too fast for the length of the step.
+    # The slope is left out where the load falls too fast with speed for the step.
     derivative = derivative if derivative > 0.1 * dspeed else dspeed
     return load, load_slope, g, r, slope, residual / max(derivative, 1e-300)
 
