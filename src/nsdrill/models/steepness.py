@@ -38,8 +38,8 @@ def implicit(method: str, model: str, points: Values) -> Array:
 
 
 def advice(method: str, model: str, points: Values) -> str:
-    """The advice about runs that reach the limit of their steps, as the end of a
-    sentence."""
+    """The advice about runs that reach the limit of their steps: a sentence without its
+    full stop."""
     description = described(model)
     rates = {key: float(np.max(rate)) for key, rate in description.friction_rates(points).items()}
     key, rate = max(rates.items(), key=lambda item: item[1], default=("", 0.0))

@@ -167,13 +167,9 @@ def pipe(string: Drillstring, depth: Any) -> tuple[Any, Any]:
 
 def torque(bit: Bit, wob: Any, speed: Any) -> Any:
     """The torque of the rock [N m] at a bit ``speed`` [rad/s], in plain numpy."""
-    friction = bit.friction
-    coefficient = (friction.static - friction.dynamic) / (
-        1 + friction.decay * abs(speed)
-    ) + friction.dynamic
-    return (
-        wob * 2 / 3 * bit.radius * coefficient * 2 / math.pi * np.arctan(friction.smoothing * speed)
-    )
+    law = bit.friction
+    coefficient = (law.static - law.dynamic) / (1 + law.decay * abs(speed)) + law.dynamic
+    return wob * 2 / 3 * bit.radius * coefficient * 2 / math.pi * np.arctan(law.smoothing * speed)
 
 
 class Torsion(ScalarModel):
@@ -227,7 +223,7 @@ class Torsion(ScalarModel):
             points.parameters.bit,
             points.operation,
         )
-        friction, stuck, (inertia, stiffness) = (
+        law, stuck, (inertia, stiffness) = (
             bit.friction,
             thresholds.stuck_below,
             pipe(string, depth),
@@ -235,15 +231,15 @@ class Torsion(ScalarModel):
         others = (
             string.damping,
             speed,
-            wob * 2 / 3 * bit.radius * friction.static,
-            friction.smoothing,
-            friction.decay,
+            wob * 2 / 3 * bit.radius * law.static,
+            law.smoothing,
+            law.decay,
         )
         inertia = string.collar_inertia + inertia / 3
         return dict(
             zip(
                 NAMES.parameters,
-                (inertia, stiffness, *others, friction.dynamic / friction.static, stuck),
+                (inertia, stiffness, *others, law.dynamic / law.static, stuck),
                 strict=True,
             )
         )
@@ -261,11 +257,9 @@ class Torsion(ScalarModel):
         """Twists up to one and a half times the one under the torque at rest, bit
         speeds up to twice that of the drive."""
         q, table = points.initial.spread, self.columns(points, Thresholds())
-        steady_twist = (table["torque"] + table["damping"] * table["drive_speed"]) / table[
-            "stiffness"
-        ]
+        twist = (table["torque"] + table["damping"] * table["drive_speed"]) / table["stiffness"]
         return {
-            "twist": -1.5 * q * steady_twist * shape[:, 0],
+            "twist": -1.5 * q * twist * shape[:, 0],
             "drive_angle": 2 * math.pi * shape[:, 2],
             "bit_speed": points.operation[2] * (1 + q * (2 * shape[:, 1] - 1)),
         }
