@@ -12,7 +12,13 @@ from scipy.integrate import simpson, solve_ivp
 
 from models.collar import Collar
 from nsdrill.app.trajectory import simulate
-from nsdrill.models.beam.columns import bent, coefficients, shape, stiffnesses, values_of
+from nsdrill.models.beam.columns import (
+    bent_against_wall,
+    coefficients,
+    shape,
+    stiffnesses,
+    values_of,
+)
 from nsdrill.models.beam.forces import at_place, energy, powers
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import model_named
@@ -273,7 +279,7 @@ def test_a_force_of_the_wall_at_the_start() -> None:
     """The collar stands where the wall presses it so, bent as a force there bends it:
     every mode has the same force."""
     of = study(PAPER, initial__wall_force="1 MN", operation__wob="150 kN")
-    modes = bent(points(of))
+    modes = bent_against_wall(points(of))
     found = [
         stiff * modes[f"x_{n}"] / shape(0.1, n)
         for n, stiff in enumerate(stiffnesses(of.parameters, 5000.0, 150e3, 3.0), start=1)

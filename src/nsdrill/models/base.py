@@ -1,9 +1,9 @@
 """What a model of a drill string is to the rest of the package.
 
-A model is stateless: what differs from run to run stands in arrays over the points,
-what is fixed when code is compiled in its *variant*. The sweep, the simulation and the
-results ask for nothing else; no name of a state, a parameter or a contact is known
-outside the model's own folder.
+A model is stateless: what differs from run to run is in arrays over the points, and
+what is fixed when code is compiled is in its *variant*. The sweep, the simulation and
+the results use this interface alone: the names of states, parameters and contacts stay
+inside the model's own folder.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ Variant = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Symmetry:
-    """How the equations of a model repeat as the drive turns, for the continuation of
+    """The rotational symmetry of the equations of a model, for the continuation of
     motions.
 
-    With the drive turned by a revolution over ``folds``, and the pairs of states
-    ``turned`` turned by as much, the equations are the same; ``folds`` 0: turned by any
-    angle. ``free`` are the places of the states that move and that something depends
-    on; ``turned`` holds pairs of places (of x, of y).
+    The equations are unchanged when the angle of the drive grows by a revolution over
+    ``folds`` and the pairs of states ``turned`` are rotated by the same angle; with
+    ``folds`` 0, by any angle. ``free`` are the indices of the states that move and that
+    the equations depend on; ``turned`` holds pairs of indices (of x, of y).
     """
 
     folds: int
@@ -46,9 +46,9 @@ class Symmetry:
 
 @dataclass(frozen=True)
 class Level:
-    """A velocity that falls below a parameter, with the ``name`` of what does so (a bit
-    that sticks): the places of the ``velocity`` among the states and of the
-    ``parameter`` among those of a lane. It is a threshold: nothing jumps."""
+    """A threshold below which a velocity may fall, with the ``name`` of what moves with
+    it (a bit that sticks): the indices of the ``velocity`` among the states and of the
+    ``parameter`` among the lane parameters. The equations are smooth there."""
 
     name: str
     velocity: int
@@ -61,8 +61,8 @@ class Ramps(ABC):
 
     @abstractmethod
     def columns(self, variant: Variant) -> tuple[str, ...]:
-        """Names of the lane parameters: those of the model, then those that tell how
-        they move."""
+        """Names of the lane parameters: those of the model, then those of their course
+        in time."""
 
     @abstractmethod
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
@@ -79,29 +79,29 @@ class Ramps(ABC):
     def mend(
         self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant
     ) -> None:
-        """Make the true states of those that the kernel has sampled at ``time`` [s],
-        shape (samples, states)."""
+        """Convert, in place, the states that the kernel has sampled at ``time`` [s],
+        shape (samples, states), to the true ones."""
 
 
 class Model(ABC):
-    """States are pairs of position and velocity in turn, then those of first order;
-    arrays are in SI, over n points."""
+    """States are pairs of position and velocity, then those of first order; arrays are
+    in SI, over n points."""
 
     name: ClassVar[str]
     contacts: ClassVar[tuple[str, ...]] = ()
     """Names of the contacts at which the Jacobian jumps; each has a function that is
-    positive where it touches."""
+    positive while the contact is closed."""
 
     # What is fixed when code is compiled
 
     @abstractmethod
     def variant(self, parameters: Any) -> Variant:
-        """What of these parameters is compiled in."""
+        """The part of these parameters that is compiled in."""
 
     @abstractmethod
     def states(self, variant: Variant) -> tuple[str, ...]:
-        """Names of the states. A state array has the phase, the angle of the drive,
-        after them."""
+        """Names of the states. A state array has the phase, which is the angle of the
+        drive, after them."""
 
     @abstractmethod
     def rows(
@@ -112,9 +112,9 @@ class Model(ABC):
         tangent: bool = False,
         columns: int | None = None,
     ) -> Rows:
-        """The lane buffer for an observer with so many rows, with a deviation beside
-        the states or without, and with so many ``columns`` of lane parameters where
-        there are more than those of the model."""
+        """The layout of the lane buffer for an observer with ``observed`` rows, with a
+        deviation beside the states if ``tangent``, and with ``columns`` lane parameters
+        where there are more than those of the model."""
 
     @abstractmethod
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
@@ -122,35 +122,34 @@ class Model(ABC):
 
     def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
         """The compiled right-hand side of the motion and of a deviation from it. The
-        functions of the contacts at the start of the step stand among the observer's
-        rows, at ``place``."""
+        contact functions at the start of the step are in the observer's rows, from
+        ``place`` on."""
         raise NotImplementedError
 
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
-        """The compiled function that puts value, slope and second derivative of each
-        contact's function at the end of the step among the observer's rows, at
-        ``place``."""
+        """The compiled function that stores value, slope and second derivative of each
+        contact function at the end of the step in the observer's rows, from ``place``
+        on."""
         raise NotImplementedError
 
     def released(self, table: Array, contact: str) -> Array | None:
-        """These lane parameters with a contact that holds nothing, so that a motion
-        which just reaches it is followed by smooth equations; None where the model has
-        no such parameters."""
+        """These lane parameters with a contact that bears no force, so that a motion
+        that grazes it obeys smooth equations; None where the model has no such
+        parameters."""
         return None
 
     def levels(self, variant: Variant) -> tuple[Level, ...]:
-        """The thresholds that continuation tells of, beside contacts."""
+        """The thresholds that continuation records, beside contacts."""
         return ()
 
     def symmetry(self, points: Values) -> Symmetry:
-        """How the equations of these points repeat as the drive turns.
-        NotImplementedError where the model does not say."""
+        """The rotational symmetry of the equations of these points. NotImplementedError
+        where the model does not define it."""
         raise NotImplementedError
 
     def apart(self, variant: Variant) -> Variant:
-        """The variant whose friction is kept apart (:class:`nsdrill.abi.Rows`), of a
-        string whose friction can be integrated implicitly, as the description's
-        ``explicit_only`` says."""
+        """The variant whose friction is kept apart (:class:`nsdrill.abi.Rows`), where
+        friction can be integrated implicitly (``explicit_only`` of the description)."""
         raise NotImplementedError
 
     # What differs from run to run
@@ -160,28 +159,28 @@ class Model(ABC):
         """The lane parameters, shape (n, columns)."""
 
     def switches(self, parameters: Any) -> float | None:
-        """When, in the simulation of one operating point, something is switched on [s],
-        if it is."""
+        """The time at which something is switched on in the simulation of one operating
+        point [s], or None."""
         return None
 
     def pack_before(self, points: Values, thresholds: Thresholds) -> Array:
-        """The lane parameters until then, as :meth:`pack` has them after it."""
+        """The lane parameters before :meth:`switches`, as :meth:`pack` gives them after
+        it."""
         raise NotImplementedError
 
     @abstractmethod
     def starts(self, points: Values, number: Array | int) -> Array:
         """The initial states with the phase last, shape (n, states + 1), of the starts
-        of these numbers."""
+        with these numbers."""
 
     def held(self, parameters: Any) -> tuple[str, ...]:
-        """The names of states that do not move. In a chain of runs each has its own
-        values of them: what the run before ended in is that of another operating
-        point."""
+        """The names of states that do not move. In a chain of runs they are not carried
+        over: each run has the values of its own operating point."""
         return ()
 
     def undeviated(self, parameters: Any) -> tuple[str, ...]:
-        """The names of the states in which the deviation of a Lyapunov exponent begins
-        without a part."""
+        """The names of the states in which the initial deviation of a Lyapunov exponent
+        is zero."""
         return ()
 
     @abstractmethod
@@ -191,11 +190,11 @@ class Model(ABC):
 
     @abstractmethod
     def frame_rates(self, table: Array, variant: Variant) -> Array:
-        """What the rate of each position has beyond its velocity, shape (n, slopes)."""
+        """The rate of each position less its velocity, shape (n, slopes)."""
 
     @abstractmethod
     def phase_rate(self, table: Array) -> Array:
-        """How fast the phase advances [rad/s], shape (n,)."""
+        """The rate of the phase [rad/s], shape (n,)."""
 
     @abstractmethod
     def first_step(self, table: Array, variant: Variant) -> Array:
@@ -219,14 +218,14 @@ class Model(ABC):
     @property
     @abstractmethod
     def observed(self) -> int:
-        """How many rows the observer has."""
+        """The number of rows of the observer."""
 
     @abstractmethod
     def observer(
         self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0
     ) -> tuple[Any, Any]:
-        """The compiled (observer, marker), beside a deviation and so many ``others``
-        rows of other observers."""
+        """The compiled (observer, marker); the buffer has a deviation beside the states
+        if ``tangent``, and ``others`` rows of other observers."""
 
     @abstractmethod
     def store(self, lanes: int, parameters: Any, record: Record, more: int = 0) -> Array:
@@ -235,42 +234,42 @@ class Model(ABC):
 
     @abstractmethod
     def report_width(self, record: Record, variant: Variant) -> int:
-        """How many columns the observer reports."""
+        """The number of columns of an observer's outcome."""
 
     @abstractmethod
     def features(
-        self, report: Array, table: Array, observe: float, variant: Variant
+        self, outcome: Array, table: Array, observe: float, variant: Variant
     ) -> dict[str, Array]:
-        """The features of finished runs by their names, each an array [n]: ``report``
+        """The features of finished runs by their names, each an array [n]: ``outcome``
         holds the observer's columns, ``table`` the lane parameters, ``observe`` is the
-        length of the window [s]."""
+        observation time [s]."""
 
     def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
-        """What follows from these features and the numbers of the study at the points,
-        by name: the ``derived`` variables of the description, each an array [n]. None
-        here."""
+        """The ``derived`` variables of the description by name, from these features and
+        the numbers of the study at the points, each an array [n]; by default there are
+        none."""
         return {}
 
     @abstractmethod
-    def peaks(self, report: Array, record: Record) -> dict[str, Array]:
+    def peaks(self, outcome: Array, record: Record) -> dict[str, Array]:
         """The last local maxima by the names of their variables, each an array
         [n, peaks], NaN where fewer."""
 
     @abstractmethod
     def section(
-        self, report: Array, record: Record, table: Array, variant: Variant
+        self, outcome: Array, record: Record, table: Array, variant: Variant
     ) -> dict[str, Array]:
         """The last returns to the Poincare section by the names of their variables,
-        arrays [n, returns]: ``report`` and ``table`` as for the features."""
+        arrays [n, returns]: ``outcome`` and ``table`` as for the features."""
 
     @abstractmethod
     def returns(self, section: Mapping[str, Array]) -> Array:
         """The states at the returns, shape (n, returns, states), in a frame in which
-        what repeats is seen to."""
+        periodic motions are periodic."""
 
     def seen(self, state_scales: Array) -> Array:
-        """The natural scales of what :meth:`returns` gives, from those of the states:
-        of the first ones, here."""
+        """The natural scales of the columns of :meth:`returns`, from those of the
+        states; by default all of these, of which the first ones are used."""
         return state_scales
 
     @abstractmethod
@@ -285,32 +284,33 @@ class Model(ABC):
 
     @abstractmethod
     def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
-        """The critical responses as a sum of bits, from the features that decide on
+        """The critical responses as a sum of bits, from the features that define
         them."""
 
     @abstractmethod
     def scales(self, table: Array) -> dict[str, Array]:
-        """What differences of features are measured in, by name, arrays [n]."""
+        """The units in which differences of features are measured, by name, arrays
+        [n]."""
 
     @abstractmethod
     def coordinates(
         self, features: Mapping[str, Array], table: Array, variant: Variant
     ) -> tuple[Array, Array]:
-        """Of starts with these features, arrays (points, starts), at points with the
-        lane parameters ``table``: the scaled features by which starts of one point are
-        told apart, and the coordinates by which attractors of neighbouring points are
-        matched, each (points, starts, coordinates). A difference of a few hundredths
-        counts."""
+        """The coordinates of starts, each (points, starts, coordinates): the scaled
+        features that distinguish the starts of one point, and those by which attractors
+        of neighbouring points are matched. ``features`` are arrays (points, starts) at
+        points with the lane parameters ``table``. A difference of a few hundredths is
+        significant."""
 
     def difference(
-        self, one: Mapping[str, Array], two: Mapping[str, Array], units: Mapping[str, Array]
+        self, first: Mapping[str, Array], second: Mapping[str, Array], units: Mapping[str, Array]
     ) -> Array:
-        """The largest difference of the features of two runs of each point by which
-        runs are compared, each measured in its natural scale (:meth:`scales`, in
+        """The largest difference between two runs of each point, over the ``compared``
+        features of the description, each in its natural scale (:meth:`scales`, in
         ``units``); NaN where a run did not end well."""
         compared = described(self.name).compared
         parts = [
-            np.abs(one[name] - two[name]) / (units[scale] if scale else 1.0)
+            np.abs(first[name] - second[name]) / (units[scale] if scale else 1.0)
             for name, scale in compared.items()
         ]
         return np.asarray(np.max(parts, axis=0))
@@ -318,9 +318,9 @@ class Model(ABC):
     # One trajectory
 
     ramps: ClassVar[Ramps | None] = None
-    """How the model follows values that move in time, if it does."""
+    """The model along operating values that vary in time, where it supports them."""
 
     @abstractmethod
     def outputs(self, parameters: Any, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
-        """What a trace has besides the states, from these: forces, polar coordinates.
-        ``point`` is the operating point, of numbers or of arrays over time."""
+        """The variables of a trace besides the states, from these: forces, polar
+        coordinates. ``point`` is the operating point, numbers or arrays over time."""

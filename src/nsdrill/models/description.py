@@ -1,8 +1,8 @@
-"""What a model tells those who do not compute with it: its sections of a study, its
-variables, its pictures.
+"""The description of a model, for the parts of the package that do not compute with it:
+its sections of a study, its variables, its pictures.
 
-A description imports nothing that compiles, so a study is checked and a file is shown
-without waiting for a compiler.
+A description does not import the compiler, so a study is checked and a file is shown
+without waiting for it.
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ _CHECKED = {"tight": "with a smaller tolerance", "long": "when continued for lon
 
 @dataclass(frozen=True)
 class Order:
-    """Of two keys the value of ``lower`` is less than that of ``upper`` times
-    ``factor``, or ``equal`` to it; where a study gives both, ``blamed`` says which of
-    them is at fault. ``words`` say what ``lower`` is, in a message."""
+    """A constraint on two keys: the value of ``lower`` is less than that of ``upper``
+    times ``factor``, or equal to it where ``equal`` is set. Where a study gives both,
+    the fault is at ``blamed``, "lower" or "upper". ``words`` name ``lower`` in a
+    message."""
 
     lower: str
     upper: str
@@ -40,10 +41,10 @@ class Order:
 @dataclass(frozen=True)
 class Grazing:
     """A special point of a branch at which a motion begins to touch a ``contact`` of
-    the model, or to leave it: ``when`` is "reached" (it did not touch before) or "lost"
-    (it never left it before). ``code`` (above 100), ``name`` and ``words``, what it
-    means for drilling, are those of files and of ``show``; ``border`` is the word by
-    which a study asks for its curve."""
+    the model, or to leave it: ``when`` is "reached" (the motion does not touch it on
+    one side of the point) or "lost" (it never leaves it on one side). ``code`` (above
+    100), ``name`` and ``words``, the meaning for drilling, are those of files and of
+    ``show``; ``border`` is the word for its curve in a study."""
 
     code: int
     name: str
@@ -66,7 +67,7 @@ STICK_ONSET = Grazing(
 class Panel:
     """The motion of one ``mode`` (axial, torsional, lateral) along an axis: the
     variable ``trace`` of a trace, its last ``peaks`` in results, and the feature
-    ``greatest``, which is the constant value where there are none."""
+    ``greatest``, which is the constant value where there are no peaks."""
 
     mode: str
     trace: str
@@ -85,10 +86,10 @@ class Drawn:
     set speed is drawn where ``bit_speed`` is, the wall of the hole where ``radius`` is,
     the path of the collar centre where ``x`` and ``y`` are among the variables.
 
-    ``modes`` says to which mode a variable belongs, where a study may freeze modes; it
-    is not drawn of a string without that mode. A panel names its own. ``collar`` is the
-    key of the outer diameter of the collar whose centre is at ``x`` and ``y``, where it
-    may be drawn in the hole to scale.
+    ``modes`` gives the mode to which a variable belongs, where a study may freeze
+    modes; the variable is not drawn while that mode is frozen. A panel has its own
+    mode. ``collar`` is the key of the outer diameter of the collar whose centre is at
+    ``x`` and ``y``, where it may be drawn in the hole to scale.
     """
 
     panels: tuple[Panel, ...] = ()
@@ -102,7 +103,7 @@ class Drawn:
     collar: str | None = None
 
     def without(self, frozen: Collection[str]) -> Drawn:
-        """The same of a string whose modes ``frozen`` stand still."""
+        """The same for a string whose modes ``frozen`` are frozen."""
         if not frozen:
             return self
 
@@ -117,7 +118,7 @@ class Drawn:
             section=tuple(filter(moves, self.section)),
             section_planes=tuple(plane for plane in self.section_planes if all(map(moves, plane))),
             summary=tuple(filter(moves, self.summary)),
-            attractors=tuple(one for one in self.attractors if moves(one[1])),
+            attractors=tuple(entry for entry in self.attractors if moves(entry[1])),
         )
 
     @property
@@ -130,41 +131,52 @@ class Drawn:
 class Description:
     """The words and tables of a model.
 
-    ``parameters`` is the dataclass tree of its numbers, each field a section of the
-    study; ``initial`` that of its start, ``operation`` the operating point with the
-    model's own defaults; ``meanings`` says in one line what each key of these means.
-    ``states`` gives the names of the states that a string with these parameters has,
-    the angle of the drive last: one of ``several_states``, where not all strings have
-    the same; where their number depends on the parameters, ``states_allowed`` tells
-    whether a file may have such states. A slice of starts may vary all, or those that
-    are ``sliced``. ``own_trace`` has the variables of a trace, ``untraced`` the states
-    that a trace leaves out. ``options`` gives the words of what such a string has
-    beside the usual: a feature whose ``only`` is one of them is there only then.
-
-    ``labels`` stand after ``response``, which has a bit for each of ``responses``,
-    those that the model can show; ``check_features`` are the features from which the
-    responses are made, ``shown`` those whose range ``show`` prints, ``told`` those that
-    are told of an attractor. By the features ``compared`` two runs of a point are
-    compared, and the starts of a point told apart, each in the scale of this name
-    (:meth:`nsdrill.models.base.Model.scales`), None for a fraction of time; ``grouped``
-    are more features by which starts are told apart. ``derived`` are variables made
-    from the features and the numbers of the study
-    (:meth:`nsdrill.models.base.Model.derived`).
-
-    ``orders`` and ``constraints`` say what values must satisfy together:
-    ``constraints(check)`` yields the faults of a study, ``check`` is a
-    :class:`nsdrill.study.constraints.Checker`. ``units_by`` has the keys whose units
-    depend on a choice: (key of the choice, its words with their units). ``grazing`` are
-    special points of continuation at the model's contacts. ``compiled`` are keys of
-    whole numbers that are fixed when the model is compiled, and may be an axis all the
-    same. The template of a study shows ``example_axis``, a key with a least and a
-    greatest value, and ``example_slice``. ``attributes`` gives root attributes of a
-    file from parameters, initial state and axes. ``hole`` gives the radii [m] of the
-    hole and of the collar in it, where the path of the collar centre is that in a round
-    hole. ``friction_rates`` gives of points (:class:`nsdrill.models.leaves.Values`) how
-    fast friction at its steepest brakes a slip [1/s], a number or an array by the key
-    that makes it steep; ``explicit_only`` says of parameters why their friction cannot
-    be integrated implicitly, None where it can.
+    Study
+        ``parameters`` is the dataclass tree of the model's numbers, each field a
+        section of the study; ``initial`` that of its start; ``operation`` the operating
+        point with the model's own defaults. ``meanings`` describes each key of these in
+        one line. ``orders`` and ``constraints`` are what values must satisfy together:
+        ``constraints(check)`` yields the faults of a study, with ``check`` a
+        :class:`nsdrill.study.constraints.Checker`. ``units_by`` has the keys whose
+        units depend on a choice: (key of the choice, its words with their units).
+        ``compiled`` are keys of whole numbers that are fixed when the model is
+        compiled, and may still be an axis. The template of a study shows
+        ``example_axis``, a key with a least and a greatest value, and
+        ``example_slice``.
+    States
+        ``states`` gives the names of the states of a string with these parameters, the
+        angle of the drive last. They are one of ``several_states``, where not all
+        strings have the same; where their number depends on the parameters,
+        ``states_allowed`` says whether a file may have such states. A slice of starts
+        may vary the states ``sliced``, or all where there are none.
+    Variables
+        ``labels`` follow ``response``, which has a bit for each of ``responses``, those
+        that the model can show. ``check_features`` are the features from which the
+        responses are made, ``shown`` those whose range ``show`` prints, ``told`` those
+        that are printed for an attractor. ``derived`` are variables made from the
+        features and the numbers of the study
+        (:meth:`nsdrill.models.base.Model.derived`). ``own_trace`` has the variables of
+        a trace, ``untraced`` the states that a trace leaves out. ``options`` gives
+        words for what such a string has beside the usual: a feature whose ``only`` is
+        one of them exists only then. ``attributes`` gives root attributes of a file
+        from parameters, initial state and axes.
+    Comparison
+        The features ``compared`` are those by which two runs of a point are compared,
+        and the starts of a point distinguished, each in the scale of this name
+        (:meth:`nsdrill.models.base.Model.scales`), None for a fraction of time;
+        ``grouped`` are more features that distinguish starts.
+    Friction
+        ``friction_rates`` gives, for points (:class:`nsdrill.models.leaves.Values`),
+        the rate at which friction at its steepest brakes a slip [1/s], a number or an
+        array by the key that makes it steep. ``explicit_only`` gives, for parameters,
+        the reason why their friction cannot be integrated implicitly, None where it
+        can.
+    Pictures and modules
+        ``drawn`` is what pictures show; ``hole`` gives the radii [m] of the hole and of
+        the collar in it, where the path of the collar centre is that in a round hole.
+        ``grazing`` are special points of continuation at the model's contacts.
+        ``checks`` and ``charts`` are the names of the modules for ``nsdrill check`` and
+        for charts.
     """
 
     name: str
@@ -207,20 +219,20 @@ class Description:
     drawn: Drawn = field(default_factory=Drawn)
 
     def unknown(self) -> list[str]:
-        """What it names that is none of its own variables: ``drawn.panels:
+        """The names in it that are not among its own variables, as ``drawn.panels:
         twist_max``."""
         drawn, names = self.drawn, {variable.name for variable in self.variables}
         traced = {variable.name for variable in self.trace}
-        named: dict[str, tuple[Iterable[str], set[str]]] = {
+        uses: dict[str, tuple[Iterable[str], set[str]]] = {
             "check_features": (self.check_features, names),
             "shown": (self.shown, names),
             "told": (self.told, names),
             "compared": (self.compared, names),
             "drawn.panels": (
-                (name for one in drawn.panels for name in (one.peaks, one.greatest)),
+                (name for panel in drawn.panels for name in (panel.peaks, panel.greatest)),
                 names,
             ),
-            "drawn.panels of a trace": ((one.trace for one in drawn.panels), traced),
+            "drawn.panels of a trace": ((panel.trace for panel in drawn.panels), traced),
             "drawn.histories": (drawn.histories, traced),
             "drawn.planes": ((name for plane in drawn.planes for name in plane), traced),
             "drawn.section": (drawn.section, names),
@@ -230,15 +242,15 @@ class Description:
             ),
             "drawn.summary": (drawn.summary, names),
             "drawn.attractors": (
-                (name for one in drawn.attractors for name in one[:2] if name),
+                (name for entry in drawn.attractors for name in entry[:2] if name),
                 names,
             ),
         }
         return [
             f"{where}: {name}"
-            for where, (those, own) in named.items()
-            for name in those
-            if name not in own
+            for where, (used, defined) in uses.items()
+            for name in used
+            if name not in defined
         ]
 
     @property
@@ -253,12 +265,13 @@ class Description:
 
     @cached_property
     def state_sets(self) -> tuple[tuple[str, ...], ...]:
-        """The states that strings of this model may have, the usual ones first."""
+        """The sets of states that strings of this model may have, the usual one
+        first."""
         return self.several_states or (self.states(self.parameters()),)
 
     @property
     def all_states(self) -> tuple[str, ...]:
-        """Every state that a string of this model may have."""
+        """The largest of the :attr:`state_sets`."""
         return max(self.state_sets, key=len)
 
     def may_have(self, states: tuple[str, ...]) -> bool:
@@ -373,16 +386,16 @@ class Description:
         )
 
     def _check(self, name: str) -> tuple[Variable, ...]:
-        """What is known of the point from one of its checks."""
-        how = _CHECKED[name]
+        """The variables of one of the checks of a point."""
+        words = _CHECKED[name]
         units = {variable.name: variable.units for variable in self.features}
         return (
-            responses(f"{name}_response", f"critical responses {how}", self.responses, "verify"),
+            responses(f"{name}_response", f"critical responses {words}", self.responses, "verify"),
             Variable(
                 f"{name}_difference",
                 "f8",
                 "1",
-                f"largest difference of the features {how}, in natural scales",
+                f"largest difference of the features {words}, in natural scales",
                 "trust",
                 only="verify",
             ),
@@ -390,15 +403,22 @@ class Description:
                 f"{name}_status",
                 "i1",
                 "1",
-                f"how the run ended {how}",
+                f"how the run ended {words}",
                 "trust",
                 flag_values=(0, 1, 2, 3, 4),
                 flag_meanings="unchecked ok diverged step_limit step_underflow",
                 only="verify",
             ),
             *(
-                Variable(f"{name}_{one}", "f8", units[one], f"{one} {how}", "trust", only="verify")
-                for one in self.check_features
+                Variable(
+                    f"{name}_{feature_name}",
+                    "f8",
+                    units[feature_name],
+                    f"{feature_name} {words}",
+                    "trust",
+                    only="verify",
+                )
+                for feature_name in self.check_features
             ),
         )
 

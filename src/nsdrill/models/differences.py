@@ -2,11 +2,11 @@
 lanes and not linearised.
 
 The right-hand side is evaluated at the state plus and minus a small part of the
-deviation, and then at the state itself, so that the motion has the very bits that it
-has without a deviation. Where a contact is open at one of the two states and closed at
-the other, the difference is between the state itself and that one of them at which the
-contact is as it was at the start of the step: so steps that land on contacts
-(:mod:`nsdrill.observe.landing`) have the slopes of their own side.
+deviation, and then at the state itself, so that the motion has the same bits as without
+a deviation. Where a contact is open at one of the two states and closed at the other,
+the difference is one-sided: between the state itself and that one of the two at which
+the contact is as it was at the start of the step. So steps that land on contacts
+(:mod:`nsdrill.observe.landing`) have the slopes of one side of the contact.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ Touch = tuple[int, int]
 
 
 def rows_to_keep(own: int, slopes: int, apart: int, contacts: int = 0) -> int:
-    """How many rows a difference keeps meanwhile, with so many ``own`` states and
-    ``slopes``; ``apart`` has a bit for each slope whose friction is apart."""
+    """The number of rows in which a difference keeps intermediate results, with ``own``
+    states and ``slopes`` of the motion; ``apart`` has a bit for each slope whose
+    friction is apart."""
     return own + slopes + 4 * apart.bit_count() + contacts + 1
 
 
@@ -37,14 +38,14 @@ def make_differences(
     place: int = 0,
 ) -> Any:
     """The compiled right-hand side of the motion and of one deviation from it, from
-    ``motion``, the compiled right-hand side in a buffer of these ``rows`` with
-    tangent states. It keeps numbers in the :func:`rows_to_keep` from ``first`` on;
-    ``identity`` tells models apart.
+    ``motion``, the compiled right-hand side in a buffer of these ``rows`` with tangent
+    states. Intermediate results are in the :func:`rows_to_keep` from ``first`` on;
+    ``identity`` are whole numbers that distinguish models and variants.
 
-    Each of the ``touches`` is a contact: it is closed where the value in the first row,
-    which ``motion`` leaves, is above that in the second one, or above zero where this
-    is -1. Their functions at the start of the step stand among the observer's rows, at
-    ``place``."""
+    Each of the ``touches`` is a contact, given by two rows: it is closed where the
+    value in the first row, which ``motion`` writes, is above that in the second one, or
+    above zero where this is -1. The contact functions at the start of the step are in
+    the observer's rows, from ``place`` on."""
     W, own, slopes = lanes, rows.own, rows.own_slopes
     state_, deviation_, kept_ = W * rows.stage, W * (rows.stage + own), W * first
     slope_, above_, below_ = (
@@ -55,11 +56,11 @@ def make_differences(
     pushes = tuple(p for p in rows.pushed if p < slopes)
     apart, contacts = len(pushes), len(touches)
     push_, pushed_ = W * rows.push, W * (rows.push + apart)
-    solved_ = below_ + W * slopes  # of each push: velocity and push above, then below
+    solved_ = below_ + W * slopes  # for each push: velocity and push above, then below
     closed_ = solved_ + 4 * W * apart
     side_ = closed_ + W * contacts
     start_ = W * (rows.observer + place)
-    # Where friction is implicit, the right-hand side solves for velocities and leaves
+    # Where friction is implicit, the right-hand side solves for velocities and stores
     # them among the states.
     velocity = tuple(W * (2 * p + 1) for p in pushes) or (0,)
     value = tuple(W * row for row, _ in touches) or (0,)
@@ -79,8 +80,8 @@ def make_differences(
                 b[solved_ + (4 * k + 1) * W + i] = b[push_ + k * W + i]
         for c in range(contacts):
             for i in range(W):
-                least = b[limit[c] + i] if limit[c] >= 0 else 0.0
-                b[closed_ + c * W + i] = 1.0 if b[value[c] + i] > least else 0.0
+                threshold = b[limit[c] + i] if limit[c] >= 0 else 0.0
+                b[closed_ + c * W + i] = 1.0 if b[value[c] + i] > threshold else 0.0
         for j in range(own * W):
             b[state_ + j] = b[kept_ + j] - STEP * b[deviation_ + j]
         motion(b)
@@ -94,32 +95,32 @@ def make_differences(
             b[side_ + i] = 0.0
         for c in range(contacts):
             for i in range(W):
-                least = b[limit[c] + i] if limit[c] >= 0 else 0.0
-                here = 1.0 if b[value[c] + i] > least else 0.0
-                there, wanted = (
+                threshold = b[limit[c] + i] if limit[c] >= 0 else 0.0
+                closed_below = 1.0 if b[value[c] + i] > threshold else 0.0
+                closed_above, closed_at_start = (
                     b[closed_ + c * W + i],
                     1.0 if b[start_ + RATES * c * W + i] > 0.0 else 0.0,
                 )
-                chosen = 1.0 if there == wanted else -1.0
-                b[side_ + i] = chosen if there != here else b[side_ + i]
+                one_sided = 1.0 if closed_above == closed_at_start else -1.0
+                b[side_ + i] = one_sided if closed_above != closed_below else b[side_ + i]
         for j in range(own * W):
             b[state_ + j] = b[kept_ + j]
         motion(b)
         for k in range(slopes):
             for i in range(W):
                 j, side = k * W + i, b[side_ + i]
-                more = b[slope_ + j] if side < 0.0 else b[above_ + j]
-                less = b[slope_ + j] if side > 0.0 else b[below_ + j]
-                b[above_ + j] = (more - less) * ((0.5 if side == 0.0 else 1.0) / STEP)
+                upper = b[slope_ + j] if side < 0.0 else b[above_ + j]
+                lower = b[slope_ + j] if side > 0.0 else b[below_ + j]
+                b[above_ + j] = (upper - lower) * ((0.5 if side == 0.0 else 1.0) / STEP)
         for k in range(apart):
             for i in range(W):
-                side, own_ = b[side_ + i], state_ + velocity[k] + i
+                side, velocity_ = b[side_ + i], state_ + velocity[k] + i
                 scale = (0.5 if side == 0.0 else 1.0) / STEP
-                more = b[own_] if side < 0.0 else b[solved_ + 4 * k * W + i]
-                less = b[own_] if side > 0.0 else b[solved_ + (4 * k + 2) * W + i]
-                b[deviation_ + velocity[k] + i] = (more - less) * scale
-                more = b[push_ + k * W + i] if side < 0.0 else b[solved_ + (4 * k + 1) * W + i]
-                less = b[push_ + k * W + i] if side > 0.0 else b[solved_ + (4 * k + 3) * W + i]
-                b[pushed_ + k * W + i] = (more - less) * scale
+                upper = b[velocity_] if side < 0.0 else b[solved_ + 4 * k * W + i]
+                lower = b[velocity_] if side > 0.0 else b[solved_ + (4 * k + 2) * W + i]
+                b[deviation_ + velocity[k] + i] = (upper - lower) * scale
+                upper = b[push_ + k * W + i] if side < 0.0 else b[solved_ + (4 * k + 1) * W + i]
+                lower = b[push_ + k * W + i] if side > 0.0 else b[solved_ + (4 * k + 3) * W + i]
+                b[pushed_ + k * W + i] = (upper - lower) * scale
 
     return differences

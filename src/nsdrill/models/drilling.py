@@ -1,11 +1,11 @@
-"""What drilling gives and takes: rate of penetration and mechanical specific energy.
+"""Rate of penetration and mechanical specific energy.
 
 The models with rock share one law of the rate, ROP = c1 W sqrt(omega) + c2
 (Christoforou & Yigit 2003), in which the weight on bit W and the speed omega are means
-over the observed window. The mean speed is that at the surface, which in the long run
-is that of the bit: with an ideal drive the set speed, so the rate is that of which the
-depth of cut is made. The bit's own motion is no second source: it is counted from the
-mean surface of the rock and does not advance.
+over the observation. The mean speed is that at the surface, which in the long run is
+that of the bit; with an ideal drive it is the set speed, and the rate is the one that
+defines the depth of cut. The axial motion of the bit does not add to the rate: it is
+measured from the mean surface of the rock.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ def drilled(torque: Array, speed: Any, cutting: Any, wob: Any, bit_radius: Any) 
 
     ``cutting`` has c1 and c2 of the law; ``wob`` [N], ``bit_radius`` [m] and, like
     these, ``speed`` are numbers or arrays [n]. The energy is W/A + 2 pi N T / (A ROP)
-    (Teale 1965), as a rig shows it: the torque is not only that of the bit. It is
-    infinite where the bit does not advance.
+    (Teale 1965) with the torque at the surface, as on a rig, which is not only that of
+    the bit. It is infinite where the bit does not advance.
     """
     rate = np.maximum(
         cutting.c1 * wob * np.sqrt(np.maximum(speed, 0.0)) + cutting.c2, np.zeros(np.shape(torque))

@@ -1,9 +1,9 @@
-"""What a controller makes of a drive at the top of a string, whatever the model of the
-string: the law of its torque as numbers, one function for each kind.
+"""The controllers of a drive at the top of a string, for every model of the string: the
+law of the drive's torque as numbers, one function for each kind.
 
 With lag = phi_d - Omega t, the angle by which the top is ahead of the set point
-(negative: behind), omega_d its speed, psi the angle of the bit and omega its speed,
-both counted as those of the top, the torque of the motor is
+(negative: behind), omega_d its speed, psi the angle of the bit and omega its speed, in
+the same frame as those of the top, the torque of the motor is
 
     T_m = -K_i lag - K_p (omega_d - Omega) - G_t (psi - lag) - G_w (omega - Omega)
 
@@ -11,7 +11,8 @@ and J omega_d' = T_m less the torque of the string. The integral of a PI control
 speed error is -lag, so K_i is its integral gain. With a ``torque_limit`` T_m stays
 between 0 and that limit: the motor does not brake. (The controller of **O** has 60 kN
 m.) That is the torque of the machine only where J is the machine's own inertia. The
-integral winds up meanwhile, as in **O**: it is the angle that the top lags behind.
+integral winds up at the limit, as in **O**: it is the angle by which the top lags
+behind.
 
 Sources: **O** Simulator4nDOF of the Open Source Drilling Community (top-drive
 controller and its configuration); **K** Kyllingstad & Nessjoen 2009, SPE/IADC 119660,
@@ -33,8 +34,8 @@ from nsdrill.models.numbers import DriveCard
 STIFF = 50.0  # speed gain of a stiff controller, in pipe impedances (O)
 DIGITS = 9  # of numbers that come from LAPACK, whose last digits depend on the processor
 
-# The keys of a study that tune each kind, and the kinds whose motor may have a limit,
-# as the inertia is the machine's.
+# The keys of a study that tune each kind; and the kinds whose motor may have a limit,
+# as their inertia is the machine's.
 TUNING: dict[str, tuple[str, ...]] = {
     "ideal": (),
     "stiff": (),
@@ -47,8 +48,8 @@ LIMITED = ("stiff", "soft_torque", "equal_damping", "pi")
 
 
 class Gains(NamedTuple):
-    """Numbers, or arrays over operating points: the drive's inertia [kg m^2] as its
-    controller makes it felt, then K_i [N m/rad], K_p [N m s/rad], G_t [N m/rad], G_w
+    """Numbers, or arrays over operating points: the effective inertia of the drive with
+    its controller [kg m^2], then K_i [N m/rad], K_p [N m s/rad], G_t [N m/rad], G_w
     [N m s/rad], c_s [N m s/rad]."""
 
     inertia: Any
@@ -60,10 +61,10 @@ class Gains(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """What a controller is tuned to, numbers or arrays over operating points: the
-    inertia that turns with the drive [kg m^2], and of the string its lumped inertia
-    [kg m^2], its stiffness [N m/rad], both of its first torsional mode, and its
-    impedance at the top [N m s/rad], in which a wave from below meets nothing."""
+    """The quantities that a controller is tuned to, numbers or arrays over operating
+    points: the inertia that rotates with the drive [kg m^2]; the string's lumped
+    inertia [kg m^2] and stiffness [N m/rad], both of its first torsional mode; and its
+    impedance at the top [N m s/rad]: a drive with this impedance reflects no waves."""
 
     top: Any
     inertia: Any
@@ -86,21 +87,21 @@ def motor_torque(
     bit_speed: Any,
     rotary_speed: Any,
 ) -> Any:
-    """The torque of the motor [N m] as the controller asks for it, within 0 and
-    ``limit`` [N m] where that is given."""
-    asked = -(
+    """The torque of the motor [N m] that the controller demands, between 0 and
+    ``limit`` [N m] unless that is None."""
+    torque = -(
         law.stiffness * lag
         + law.damping * (drive_speed - rotary_speed)
         + law.twist_gain * (twist - lag)
         + law.speed_gain * (bit_speed - rotary_speed)
     )
-    return asked if limit is None else np.clip(asked, 0.0, limit)
+    return torque if limit is None else np.clip(torque, 0.0, limit)
 
 
 class Circuit(NamedTuple):
-    """A DC motor seen from the string: its damping K [N m s/rad], the time constant T
-    of the circuit [s], the stiffness S with which it holds its angle [N m/rad], and
-    whether it acts on the motion of the bit."""
+    """A DC motor as part of the string: its damping K [N m s/rad], the time constant T
+    of the circuit [s], the stiffness S of its angle control [N m/rad], and whether it
+    has gains on the motion of the bit."""
 
     damping: float
     time: float
@@ -109,13 +110,14 @@ class Circuit(NamedTuple):
 
 
 def reflection(law: Gains, pipe: float, frequency: Any, motor: Circuit | None = None) -> Any:
-    """What share of the velocity of a torsional wave from below comes back from the
-    drive, complex, at a ``frequency`` w [rad/s], a number or an array: (z - Z) / (z +
-    Z) with the impedance z of the ``pipe`` [N m s/rad] and Z = K_p + i (w J - K_i / w)
-    of the drive; of a DC ``motor`` with this circuit it is i w J + (K + S / (i w)) / (1
-    + i w T). None where the law has gains on the motion of the bit: the drive is no
-    impedance then. Source: continuity of speed and torque of the wave at the top, where
-    the drive's torque is Z times its speed."""
+    """The reflection coefficient of the drive, complex, for the velocity of a torsional
+    wave from below at a ``frequency`` w [rad/s], a number or an array.
+
+    It is (z - Z) / (z + Z) with the impedance z of the ``pipe`` [N m s/rad] and that of
+    the drive, Z = K_p + i (w J - K_i / w); a DC ``motor`` with this circuit adds (K + S
+    / (i w)) / (1 + i w T). None where the law has gains on the motion of the bit: the
+    drive is then not described by an impedance. Source: continuity of speed and torque
+    of the wave at the top, where the drive's torque is Z times its speed."""
     if law.twist_gain or law.speed_gain or (motor is not None and motor.of_bit):
         return None
     drive = law.damping + 1j * (frequency * law.inertia - law.stiffness / frequency)
@@ -125,40 +127,43 @@ def reflection(law: Gains, pipe: float, frequency: Any, motor: Circuit | None = 
     return (pipe - drive) / (pipe + drive)
 
 
-def stiff(drive: Any, seen: Seen) -> Gains:
+def stiff(drive: Any, string: Seen) -> Gains:
     """A fast speed controller (O)."""
-    return Gains(seen.top, 5.0 * seen.top, STIFF * seen.impedance)
+    return Gains(string.top, 5.0 * string.top, STIFF * string.impedance)
 
 
-def soft_torque(drive: Any, seen: Seen) -> Gains:
-    """A controller that is, at one frequency, a damper of ``matching`` impedances (O)."""
-    inertia = seen.top - drive.compensated_inertia
+def soft_torque(drive: Any, string: Seen) -> Gains:
+    """A controller that is, at one frequency, a damper of ``matching`` impedances
+    (O)."""
+    inertia = string.top - drive.compensated_inertia
     rate = (
-        np.sqrt(seen.stiffness / seen.inertia)
+        np.sqrt(string.stiffness / string.inertia)
         if drive.frequency is None
         else 2 * math.pi * drive.frequency
     )
-    return Gains(inertia, rate * rate * inertia, drive.matching * seen.impedance)
+    return Gains(inertia, rate * rate * inertia, drive.matching * string.impedance)
 
 
-def equal_damping(drive: Any, seen: Seen) -> Gains:
-    """Both modes of drive and string at one frequency, with one damping."""
+def equal_damping(drive: Any, string: Seen) -> Gains:
+    """Both modes of drive and string have the same frequency and the same damping."""
     return Gains(
-        seen.top, seen.stiffness * seen.top / seen.inertia, 2.0 * np.sqrt(seen.stiffness * seen.top)
+        string.top,
+        string.stiffness * string.top / string.inertia,
+        2.0 * np.sqrt(string.stiffness * string.top),
     )
 
 
-def z_torque(drive: Any, seen: Seen) -> Gains:
-    """A stiff controller whose set point gives way to the torque of the pipe (O, its
-    small filters left out)."""
-    softer = 1.0 + STIFF * drive.a
-    damping = STIFF * seen.impedance / softer
-    return Gains(seen.top / softer, damping / drive.high_pass, damping)
+def z_torque(drive: Any, string: Seen) -> Gains:
+    """A stiff controller whose set point yields to the torque of the pipe (O, without
+    its small filters)."""
+    softening = 1.0 + STIFF * drive.a
+    damping = STIFF * string.impedance / softening
+    return Gains(string.top / softening, damping / drive.high_pass, damping)
 
 
-def pi(drive: Any, seen: Seen) -> Gains:
-    """The law itself."""
-    return Gains(seen.top, drive.stiffness, drive.damping, drive.twist_gain, drive.speed_gain)
+def pi(drive: Any, string: Seen) -> Gains:
+    """The gains of the study."""
+    return Gains(string.top, drive.stiffness, drive.damping, drive.twist_gain, drive.speed_gain)
 
 
 LAWS: dict[str, Callable[[Any, Seen], Gains]] = {
@@ -171,8 +176,8 @@ LAWS: dict[str, Callable[[Any, Seen], Gains]] = {
 
 
 def check_inertia(drive: Any) -> None:
-    """ValueError where a limit, or what a controller compensates, does not go with the
-    ``drive``'s inertia."""
+    """ValueError where a torque limit, or the inertia that a controller compensates, is
+    inconsistent with the ``drive``'s inertia."""
     if drive.torque_limit is not None and drive.kind == "soft_torque" and drive.compensated_inertia:
         raise ValueError(
             f"torque_limit: found {drive.torque_limit:g} N m with a compensated_inertia, allowed: "
@@ -187,50 +192,57 @@ def check_inertia(drive: Any) -> None:
 
 
 def inertia_faults(check: Any) -> Iterator[Fault]:
-    """As :func:`check_inertia`, of a study; ``check`` is its Checker."""
+    """The faults of a study by the rules of :func:`check_inertia`; ``check`` is its
+    Checker."""
     kind = check.value("drive.kind")
-    taken, inertia, limit = "drive.compensated_inertia", "drive.inertia", "drive.torque_limit"
-    if kind != "soft_torque" or not check.sound(taken, inertia, limit):
+    compensated, inertia, limit = "drive.compensated_inertia", "drive.inertia", "drive.torque_limit"
+    if kind != "soft_torque" or not check.sound(compensated, inertia, limit):
         return
-    if check.ends(taken)[1] > 0.0:
+    if check.ends(compensated)[1] > 0.0:
         allowed = (
-            f"none with {taken}, which is {check.text(taken, 1)}: the motor's torque is then "
+            f"none with {compensated}, which is {check.text(compensated, 1)}: the motor's torque is then "
             f"another one"
         )
         if check.axis(limit):
             yield check.fault(f"sweep.{limit}", f"an axis over {limit}", allowed, ("sweep", limit))
         elif check.value(limit) is not None:
             yield check.fault(limit, check.text(limit), allowed)
-    if check.ends(taken)[1] >= check.ends(inertia)[0]:
+    if check.ends(compensated)[1] >= check.ends(inertia)[0]:
         yield check.fault(
-            taken, check.text(taken, 1), f"below {inertia}, which is {check.text(inertia, 0)}"
+            compensated,
+            check.text(compensated, 1),
+            f"below {inertia}, which is {check.text(inertia, 0)}",
         )
 
 
-def overloaded(pairs: Sequence[tuple[float, float]], told: Any) -> str | None:
-    """The warning of a motor whose limit is below the steady torque, of the worst of
-    ``pairs`` (torque, limit) [N m]; ``told`` puts values in words."""
+def overloaded(pairs: Sequence[tuple[float, float]], format_value: Any) -> str | None:
+    """The warning of a motor whose limit is below the steady torque, for the worst of
+    ``pairs`` (torque, limit) [N m], None where there is none; ``format_value`` gives
+    the text of a value."""
     torque, limit = max(pairs, key=lambda pair: pair[0] - pair[1], default=(0.0, 0.0))
     if torque <= limit:
         return None
     return (
-        f"Overloaded: steady drilling takes {told(torque, 'N m', 'kN*m')}, and the drive has "
-        f"{told(limit, 'N m', 'kN*m')} at most (drive.torque_limit). It cannot keep the set "
+        f"Overloaded: steady drilling takes {format_value(torque, 'N m', 'kN*m')}, and the drive has "
+        f"{format_value(limit, 'N m', 'kN*m')} at most (drive.torque_limit). It cannot keep the set "
         f"speed; the string "
         "stops or turns slower, and lags behind more and more."
     )
 
 
-def swinging(found: Sequence[tuple[complex, float, str]], several: bool, told: Any) -> str | None:
-    """The warning of a drive that swings the string by itself, of the worst of these
-    (eigenvalue [1/s], depth [m], kind); with the depth where there are ``several``."""
-    if not found:
+def swinging(
+    growing: Sequence[tuple[complex, float, str]], several: bool, format_value: Any
+) -> str | None:
+    """The warning of a drive that makes the string oscillate by itself, for the worst
+    of ``growing`` (eigenvalue [1/s], depth [m], kind), None where there is none; with
+    the depth where there are ``several``."""
+    if not growing:
         return None
-    root, depth, kind = max(found, key=lambda one: one[0].real)
+    root, depth, kind = max(growing, key=lambda entry: entry[0].real)
     swing = (
         f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
     )
-    where = f" at {told(depth, 'm', 'm')}" if several else ""
+    where = f" at {format_value(depth, 'm', 'm')}" if several else ""
     return (
         f"Unstable: without any friction at the bit the string and its drive{where} do not come "
         f"to rest: an eigenvalue "
@@ -242,27 +254,30 @@ def swinging(found: Sequence[tuple[complex, float, str]], several: bool, told: A
 
 def drive_card(
     kinds: Sequence[str],
-    own: str,
+    study_kind: str,
     waves: np.ndarray,
-    seen: Callable[[str, np.ndarray], tuple[float, Any]],
+    slope_and_reflection: Callable[[str, np.ndarray], tuple[float, Any]],
 ) -> DriveCard:
-    """The chart ``drive-card`` of these ``kinds`` of drive and of the study's ``own``,
-    below whose string stand ``waves`` [rad/s]. ``seen`` gives of a kind, at frequencies
-    [rad/s], the slope of friction that it holds and its :func:`reflection`, None where
-    it has none; an InputError of it says that the kind has no gains for this string."""
+    """The chart ``drive-card`` of these ``kinds`` of drive and of the study's kind.
+    ``waves`` are the standing waves of the string [rad/s].
+
+    ``slope_and_reflection(kind, frequency)`` gives the greatest slope of friction with
+    which the kind is stable, and its :func:`reflection` at these frequencies [rad/s],
+    None where it has none. It raises InputError for a kind without gains for this
+    string; such a kind is left out unless it is that of the study."""
     frequency = np.geomspace(0.2 * waves[0], 1.3 * waves[-1], 400)
-    reflected, held = {}, {}
-    for kind in dict.fromkeys((*kinds, own)):
-        if kind == "pi" != own:
-            continue  # it is whatever its numbers are, so the study has to give them
+    reflected, slopes = {}, {}
+    for kind in dict.fromkeys((*kinds, study_kind)):
+        if kind == "pi" != study_kind:
+            continue  # a PI drive is drawn only with the gains of the study
         try:
-            held[kind], found = seen(kind, frequency)
+            slopes[kind], coefficient = slope_and_reflection(kind, frequency)
         except InputError:
-            if kind == own:
+            if kind == study_kind:
                 raise
             continue
         if kind == "ideal":
-            found = np.ones_like(frequency)
-        if found is not None:
-            reflected[kind] = np.abs(found)
-    return DriveCard(frequency, reflected, held, waves, own)
+            coefficient = np.ones_like(frequency)
+        if coefficient is not None:
+            reflected[kind] = np.abs(coefficient)
+    return DriveCard(frequency, reflected, slopes, waves, study_kind)

@@ -1,4 +1,4 @@
-"""What is kept of each point of a sweep."""
+"""What a results file keeps of each point of a sweep."""
 
 from __future__ import annotations
 
@@ -10,14 +10,18 @@ from nsdrill.variables import MODEL, POINT, Axis, Unknown, Variable
 
 @dataclass(frozen=True)
 class Kept:
-    """What is kept of each point beside features and labels: how many peaks and returns
-    to the Poincare section, and whether the Lyapunov exponent; from how many states
-    each operating point is started, 0 where from one only, without a dimension for it;
-    with how many samples it is run, 0 where no number is uncertain, and which the
-    ``unknowns`` are; whether there are checks of each point; the axes beside those of
-    the operation; the names of the states, () for those that the model has by default;
-    the name of the model; the words of its options that bring variables; and whether
-    the method by which a point was integrated."""
+    """What is kept of each point beside features and labels.
+
+    ``peaks`` and ``returns`` are the numbers of last maxima and of returns to the
+    Poincare section, ``exponent`` says whether the Lyapunov exponent is kept,
+    ``verify`` the checks of each point, ``method`` the method by which a point was
+    integrated. ``starts`` is the number of states from which each operating point is
+    started, 0 for a single one, without a dimension; ``samples`` the number of samples
+    of the uncertain ``unknowns``, 0 where no number is uncertain. ``axes`` are those
+    beside the axes of the operation, ``states`` the names of the states, () for the
+    default ones of the ``model``, ``options`` the words of its options that add
+    variables.
+    """
 
     peaks: int = 0
     returns: int = 0
@@ -34,12 +38,13 @@ class Kept:
 
     def __post_init__(self) -> None:
         model = described(self.model)
-        # As plain data has them.
+        # Plain data has lists and dicts here.
         object.__setattr__(self, "states", tuple(self.states) or model.state_sets[0])
-        made = tuple(axis if isinstance(axis, Axis) else Axis(**axis) for axis in self.axes)
-        object.__setattr__(self, "axes", made)
+        axes = tuple(axis if isinstance(axis, Axis) else Axis(**axis) for axis in self.axes)
+        object.__setattr__(self, "axes", axes)
         unknowns = tuple(
-            one if isinstance(one, Unknown) else Unknown(**one) for one in self.unknowns
+            unknown if isinstance(unknown, Unknown) else Unknown(**unknown)
+            for unknown in self.unknowns
         )
         object.__setattr__(self, "unknowns", unknowns)
         object.__setattr__(self, "options", tuple(self.options))

@@ -1,9 +1,9 @@
-"""Values inside trees of parameter records, by their dotted keys: what a sweep changes
-from point to point.
+"""Values inside trees of parameter records by their dotted keys: the numbers that a
+sweep varies from point to point.
 
-A choice, as the kind of a drive, is an axis as well. Along such an axis a value is the
-place of its word among :func:`words_of` the choice, so that points are numbers
-everywhere; studies, files and people see the words.
+A choice, such as the kind of a drive, can be an axis too. Along such an axis a value is
+the index of its word among :func:`words_of` the choice, so that points are numbers
+everywhere; studies, files and output have the words.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from nsdrill.models.registry import NAMES, described
 from nsdrill.models.starts import Starts
 from nsdrill.variables import dimension_of
 
-OPERATION = ("depth", "wob", "rotary_speed")  # axes by their short keys
-SWITCH = ("false", "true")  # the words of what is on or off
+OPERATION = ("depth", "wob", "rotary_speed")  # axes with short keys
+SWITCH = ("false", "true")  # the words of a switch
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
 @dataclass(frozen=True)
 class Values:
-    """What points have: the parameters and the start, with arrays [points] where an
-    axis changes a number, and the operation: depth [m], weight on bit [N] and rotary
+    """The values of points: the parameters and the start, with arrays [points] where an
+    axis varies a number, and the operation: depth [m], weight on bit [N] and rotary
     speed [rad/s]."""
 
     parameters: Any
@@ -44,35 +44,35 @@ def further_axes(model: str) -> dict[str, tuple[str, str]]:
     """The numbers beside those of the operation that a sweep of the model of this name
     may vary: by the name of the dimension the dotted key and the SI units, those of the
     first choice where they depend on one."""
-    told = described(model)
-    found: dict[str, tuple[str, str]] = {}
+    description = described(model)
+    axes: dict[str, tuple[str, str]] = {}
 
     def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
         number = isinstance(value, float) or (
             value is None and "units" in meta and "most" not in meta
         )
-        if number or "words" in meta or key in told.compiled or key in choices_of(model):
+        if number or "words" in meta or key in description.compiled or key in choices_of(model):
             units = (
-                next(iter(told.units_by[key][1].values()))
-                if key in told.units_by
+                next(iter(description.units_by[key][1].values()))
+                if key in description.units_by
                 else meta.get("units", "")
             )
-            found[dimension_of(key)] = (key, units)
+            axes[dimension_of(key)] = (key, units)
 
-    describe(told.parameters(), visit)
-    describe(told.initial(), visit, "initial.")
-    del found["initial_spread"]
-    return found
+    describe(description.parameters(), visit)
+    describe(description.initial(), visit, "initial.")
+    del axes["initial_spread"]
+    return axes
 
 
 @lru_cache
 def choices_of(model: str) -> dict[str, tuple[str, ...]]:
     """The words of each choice of the model of this name that a sweep may vary, by its
-    key. A choice that decides the units of a number is none, as that number cannot
-    stand for all its words."""
-    told = described(model)
-    deciding = told.deciding
-    found: dict[str, tuple[str, ...]] = {}
+    key. A choice that decides the units of a number is excluded, as one number cannot
+    be in several units."""
+    description = described(model)
+    deciding = description.deciding
+    choices: dict[str, tuple[str, ...]] = {}
 
     def visit(cls: type, prefix: str) -> None:
         hints = typing.get_type_hints(cls)
@@ -81,18 +81,18 @@ def choices_of(model: str) -> dict[str, tuple[str, ...]]:
             if is_dataclass(hint) and isinstance(hint, type):
                 visit(hint, f"{key}.")
             elif key not in deciding and (hint is bool or typing.get_origin(hint) is Literal):
-                found[key] = SWITCH if hint is bool else typing.get_args(hint)
+                choices[key] = SWITCH if hint is bool else typing.get_args(hint)
 
-    visit(told.parameters, "")
-    visit(told.initial, "initial.")
-    return found
+    visit(description.parameters, "")
+    visit(description.initial, "initial.")
+    return choices
 
 
 @lru_cache
 def words_of(key: str) -> tuple[str, ...]:
     """The words of the choice at this dotted key, those of all models that have it; ()
-    for a number. The place of a word among them is its value along an axis."""
-    if "." not in key:  # an operating value: no model need be imported to tell
+    for a number. The index of a word among them is its value along an axis."""
+    if "." not in key:  # an operating value, known without importing a model
         return ()
     return tuple(dict.fromkeys(word for model in NAMES for word in choices_of(model).get(key, ())))
 
@@ -105,7 +105,8 @@ def words_along(name: str) -> tuple[str, ...]:
 
 
 def place_of(key: str, word: str | bool) -> float:
-    """The value of a word along an axis. ValueError for one that is none of the choice."""
+    """The value of a word along an axis. ValueError for a word that the choice
+    lacks."""
     return float(words_of(key).index(str(word).lower() if isinstance(word, bool) else word))
 
 
@@ -116,34 +117,37 @@ def word_at(key: str, value: float) -> str | bool:
 
 
 def as_told(key: str, value: float) -> float | str:
-    """A value along an axis as files and people have it: a number as it is, or a word."""
+    """A value along an axis as files and output have it: a number as it is, or a
+    word."""
     words = words_of(key) or words_along(key)
     return words[int(value)] if words else value
 
 
-def as_value(key: str, told: Any) -> float:
-    """The inverse of :func:`as_told`. ValueError for what is no number, or no word of
-    the choice."""
+def as_value(key: str, text: Any) -> float:
+    """The inverse of :func:`as_told`. ValueError for what is neither a number nor a
+    word of the choice."""
     words = words_of(key) or words_along(key)
-    return float(words.index(told) if isinstance(told, str) and words else told)
+    return float(words.index(text) if isinstance(text, str) and words else text)
 
 
 def in_words(data: Any, about: str = "") -> Any:
-    """Plain data with words in place of their values along axes: of keys that are such
-    an axis, and of the ends of a range that is told of one (``about``, by the key
-    around it or the entry ``axis``)."""
+    """Plain data with words in place of the values of choices: under keys that are such
+    an axis, and at the ends of a range along one. The axis of a range is ``about``: the
+    key around the range, or its entry ``axis``."""
     if isinstance(data, list | tuple):
-        return [in_words(one, about) for one in data]
+        return [in_words(item, about) for item in data]
     if isinstance(data, dict):
-        here = str(data.get("axis", about))
+        axis = str(data.get("axis", about))
         return {
-            key: in_words(one, str(key) if _choice(str(key)) else here if key in _ENDS else "")
-            for key, one in data.items()
+            key: in_words(
+                item, str(key) if _choice(str(key)) else axis if key in _RANGE_KEYS else ""
+            )
+            for key, item in data.items()
         }
     return _choice(about)[int(data)] if isinstance(data, float) and _choice(about) else data
 
 
-_ENDS = ("from", "to", "values")
+_RANGE_KEYS = ("from", "to", "values")
 
 
 def _choice(name: str) -> tuple[str, ...]:
@@ -151,8 +155,8 @@ def _choice(name: str) -> tuple[str, ...]:
 
 
 def is_apart(model: str, key: str) -> bool:
-    """Whether the points of each value along this axis have code of their own: those of
-    a choice, or of a number that is compiled in."""
+    """Whether each value along this axis has its own compiled code: the axis is a
+    choice, or a number that is compiled in."""
     return key in described(model).compiled or key in choices_of(model)
 
 
@@ -160,21 +164,21 @@ def in_parts(
     model: str, values: Mapping[str, Any]
 ) -> Iterator[tuple[dict[str, Any], Array | slice]]:
     """The points with these ``values``, arrays [points], in parts in which each axis
-    that :func:`is_apart` has one value: those values by key, and the places of the
-    points, all in one part where there is no such axis."""
+    that :func:`is_apart` has one value. Yields those values by key, and the indices of
+    the points; without such an axis there is one part with all points."""
     keys = [key for key in values if is_apart(model, key)]
     if not keys:
         yield {}, slice(None)
         return
-    every, which = np.unique(
+    distinct, part_of = np.unique(
         [np.atleast_1d(values[key]) for key in keys], axis=1, return_inverse=True
     )
-    for number, row in enumerate(every.T):
-        whole = {
+    for number, row in enumerate(distinct.T):
+        compiled = {
             key: float(value) if words_of(key) else int(value)
             for key, value in zip(keys, row, strict=True)
         }
-        yield whole, np.flatnonzero(which.ravel() == number)
+        yield compiled, np.flatnonzero(part_of.ravel() == number)
 
 
 def is_further_axis(key: str) -> bool:
@@ -184,21 +188,21 @@ def is_further_axis(key: str) -> bool:
 
 
 def values_at(parameters: Any, initial: Starts, values: Mapping[str, Any]) -> Values:
-    """``parameters`` and ``initial`` with the ``values`` of the axes, among which are
-    those of the operation. Of a choice there is one value, and what its word does not
-    read has the defaults."""
+    """``parameters`` and ``initial`` with the ``values`` of the axes, those of the
+    operation among them. A choice has one value, and the keys that its word does not
+    read have their defaults."""
     if chosen := {key: value for key, value in values.items() if words_of(key)}:
         parameters, initial, unread = chosen_at(parameters, initial, chosen)
         values = {
             key: value for key, value in values.items() if key not in chosen and key not in unread
         }
-    own = {key: value for key, value in values.items() if key not in OPERATION}
+    further = {key: value for key, value in values.items() if key not in OPERATION}
     start = {
         key.removeprefix("initial."): value
-        for key, value in own.items()
+        for key, value in further.items()
         if key.startswith("initial.")
     }
-    rest = {key: value for key, value in own.items() if not key.startswith("initial.")}
+    rest = {key: value for key, value in further.items() if not key.startswith("initial.")}
     depth, wob, rotary_speed = (values[name] for name in OPERATION)
     return Values(
         with_values(parameters, rest), with_values(initial, start), (depth, wob, rotary_speed)
@@ -206,7 +210,7 @@ def values_at(parameters: Any, initial: Starts, values: Mapping[str, Any]) -> Va
 
 
 def part_at(parameters: Any, initial: Starts, apart: Mapping[str, Any]) -> tuple[Any, Starts]:
-    """``parameters`` and ``initial`` of one of the :func:`in_parts`, with its values
+    """``parameters`` and ``initial`` of one part (:func:`in_parts`), whose values are
     ``apart``."""
     chosen = {key: value for key, value in apart.items() if words_of(key)}
     parameters = with_values(
@@ -220,8 +224,8 @@ def part_at(parameters: Any, initial: Starts, apart: Mapping[str, Any]) -> tuple
 def parts_of(
     model: str, parameters: Any, initial: Starts, axes: Mapping[str, Any]
 ) -> list[tuple[Any, Starts]]:
-    """The parameters and the start of every one of the parts of a sweep of these
-    ``axes``, other axes left aside."""
+    """The parameters and the start of every part of a sweep of these ``axes``, without
+    the values of the other axes."""
     apart = {
         key: np.unique(values).tolist() for key, values in axes.items() if is_apart(model, key)
     }
@@ -241,10 +245,10 @@ def states_of_all(several: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
 def chosen_at(
     parameters: Any, initial: Starts, chosen: Mapping[str, Any]
 ) -> tuple[Any, Starts, frozenset[str]]:
-    """``parameters`` and ``initial`` with the words at these places of choices, by key;
-    and the keys that a string with these words does not read, which have their defaults
-    in both."""
-    words = {key: word_at(key, float(np.unique(place).item())) for key, place in chosen.items()}
+    """``parameters`` and ``initial`` with these words of choices, by key and as
+    indices; and the keys that a string with these words does not read, which have their
+    defaults in both."""
+    words = {key: word_at(key, float(np.unique(index).item())) for key, index in chosen.items()}
     start = {
         key.removeprefix("initial."): word
         for key, word in words.items()
@@ -284,8 +288,8 @@ def with_values(tree: Any, values: Mapping[str, Any]) -> Any:
     """A copy of a tree of frozen dataclasses with these values, numbers or arrays
     [points], at dotted keys.
 
-    The records do not check them: whoever gives the values has done so. AttributeError
-    for a key that is not there.
+    The values are not checked here: the caller has done so. AttributeError for a key
+    that does not exist.
     """
     for key, value in values.items():
         tree = _with_value(tree, key, value)
@@ -295,6 +299,6 @@ def with_values(tree: Any, values: Mapping[str, Any]) -> Any:
 def _with_value(tree: Any, key: str, value: Any) -> Any:
     name, _, rest = key.partition(".")
     part = getattr(tree, name)
-    made = copy.copy(tree)
-    object.__setattr__(made, name, _with_value(part, rest, value) if rest else value)
-    return made
+    changed = copy.copy(tree)
+    object.__setattr__(changed, name, _with_value(part, rest, value) if rest else value)
+    return changed

@@ -1,5 +1,5 @@
-"""What each key of a study means that several models have, in one line. A model's own
-``meanings``, or those beside its numbers, come before these."""
+"""The meaning, in one line, of each study key that several models have. A model's own
+``meanings``, or those beside its numbers, take precedence."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ MEANINGS: dict[str, str] = {
     "stabilizer.friction.smoothing": "Steepness of the sign change at zero speed",
     "stabilizer.friction.decay": "Rate at which friction falls from static to dynamic",
     "bit": "The bit on its lobed surface",
-    "bit.lobes": "Lobes a turn: 3 for a roller cone, 1 for a PDC bit",
+    "bit.lobes": "Lobes per revolution: 3 for a roller cone, 1 for a PDC bit",
     "bit.surface_amplitude": "Amplitude of the lobed surface",
     "bit.rock_stiffness": "Contact stiffness of the rock",
     "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] "
@@ -72,7 +72,7 @@ MEANINGS: dict[str, str] = {
     "modes.axial": "The bit along the hole; frozen on a surface without lobes, under constant load",
     "modes.torsional": "The twist; frozen the string turns with the set speed",
     "modes.lateral": "The collar in the hole; frozen in its middle",
-    "drive": "What turns the top of the string; each kind reads its own keys",
+    "drive": "The drive at the top of the string; each kind reads its own keys",
     "drive.kind": "Kind of drive",
     "drive.inertia": "Inertia of the drive, felt at the string; all kinds but ideal",
     "drive.stiffness": "Integral gain of the speed control (K_i); kind pi",
@@ -92,7 +92,7 @@ MEANINGS: dict[str, str] = {
     "dc_motor",
     "drive.gains": "K_I, K_1, K_2, K_3, K_4 of the motor's voltage; kind dc_motor; null: constant "
     "voltage",
-    "drive.gear": "Turns of the motor for one of the table (n); kind dc_motor",
+    "drive.gear": "Revolutions of the motor for one of the table (n); kind dc_motor",
     "drive.table_inertia": "Inertia of the rotary table or its like; kind dc_motor",
     "drive.motor_inertia": "Inertia at the motor's shaft; kind dc_motor",
     "drive.on_at": "Time at which nsdrill simulate switches the drive on, ideal until then; null: "

@@ -1,5 +1,5 @@
-"""What a model computes without integration, for ``check`` and charts: derived
-quantities at a point, numbers along an axis."""
+"""The results of a model without integration, for ``check`` and charts: derived
+quantities at a point, and curves along an axis."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ FULL_HELIX = 2.0 * math.sqrt(2.0) - 1.0
 @dataclass(frozen=True)
 class DerivedQuantity:
     """A number that follows from the parameters at one operating point: SI value (None
-    where there is none), SI unit, meaning, and the group of quantities it stands in,
-    one of :data:`GROUPS`. A ``further`` one is shown where all are asked for."""
+    where there is none), SI unit, meaning, and the group of quantities it belongs to,
+    one of :data:`GROUPS`. A ``further`` one is shown only in the full list."""
 
     value: float | None
     units: str
@@ -36,9 +36,10 @@ GROUPS = {
 @dataclass(frozen=True)
 class CriticalSpeeds:
     """Rotary speeds [rad/s] along ``x``, the values of ``axis`` [SI]: arrays
-    [modes, values], NaN where there is none. ``lateral`` of 1, 2 and 3 half waves of
-    the span; ``torsional`` standing waves; ``axial`` ones over the ``lobes``, with the
-    bit off the rock and, ``axial_on_rock``, on it."""
+    [modes, values], NaN where there is none. ``lateral``: bending modes of 1, 2 and 3
+    half waves over the span; ``torsional``: standing waves; ``axial``: standing waves
+    divided by the ``lobes``, with the bit off the rock, and ``axial_on_rock`` with the
+    bit on it."""
 
     axis: str
     x: np.ndarray
@@ -52,10 +53,11 @@ class CriticalSpeeds:
 @dataclass(frozen=True)
 class BucklingLoads:
     """Axial loads [N] along ``x``, the values of ``axis`` [SI]: arrays [values].
-    ``collar`` and ``pipe``: the sinusoid on the low side, at ``inclination`` [rad]
-    where that is not the axis; the helix begins at ``HELIX`` times that. ``euler`` is
-    the load of the pinned span, ``vertical`` that of hinged collars under their own
-    weight, NaN where there is none, and ``wob`` the weight on bit."""
+    ``collar`` and ``pipe`` are the loads of sinusoidal buckling on the low side, at
+    ``inclination`` [rad] where that is not the axis; helical buckling begins at
+    ``HELIX`` times these. ``euler`` is the load of the pinned span, ``vertical`` that
+    of hinged collars under their own weight, NaN where there is none, and ``wob`` the
+    weight on bit."""
 
     axis: str
     x: np.ndarray
@@ -69,10 +71,11 @@ class BucklingLoads:
 
 @dataclass(frozen=True)
 class DriveCard:
-    """What drives do with torsional waves: the share of the velocity that each of the
-    ``reflected`` ones throws back at the ``frequency`` [rad/s], and the ``held`` slope
-    of friction [N m s/rad], also of those that are no impedance. ``waves`` are the
-    standing waves of the string [rad/s]; ``own`` is the drive of the study."""
+    """Drives and torsional waves, by the kind of drive: ``reflected`` is the share of
+    the velocity of a wave that the drive reflects at each ``frequency`` [rad/s];
+    ``held`` the steepest slope of friction with which it is stable [N m s/rad], also
+    for drives that are not described by an impedance. ``waves`` are the standing waves
+    of the string [rad/s]; ``own`` is the kind of the study's drive."""
 
     frequency: np.ndarray
     reflected: dict[str, np.ndarray]
@@ -83,11 +86,11 @@ class DriveCard:
 
 @dataclass(frozen=True)
 class DriveTuning:
-    """The slope of friction that a soft-torque drive holds [N m s/rad], ``held``
-    [frequencies, matchings]: by its ``matching``, in impedances of the pipe, and its
-    ``frequency`` [rad/s]. ``best`` are matching, frequency and slope of the best of
-    all, ``lumped`` is the frequency of the string, ``own`` matching and frequency of
-    the study's drive where it is of this kind."""
+    """The steepest slope of friction with which a soft-torque drive is stable [N m
+    s/rad], ``held`` [frequencies, matchings], by its ``matching`` in impedances of the
+    pipe and its ``frequency`` [rad/s]. ``best`` are matching, frequency and slope of
+    the best drive, ``lumped`` is the frequency of the string, ``own`` matching and
+    frequency of the study's drive where it is of this kind."""
 
     matching: np.ndarray
     frequency: np.ndarray

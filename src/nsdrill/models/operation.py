@@ -1,4 +1,4 @@
-"""The operating point, which every model of a drill string has, and the walk through a
+"""The operating point, which every model of a drill string has, and the traversal of a
 tree of parameter records."""
 
 from __future__ import annotations

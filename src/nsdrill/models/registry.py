@@ -1,8 +1,8 @@
 """The models by the names that a study gives them.
 
-A new one is a folder or a file beside these and a line here; or a module of another
-package that has an entry point of the group ``nsdrill.models``: its name is that of the
-model, and the module holds a ``DESCRIPTION`` and a ``MODEL``.
+A new model is a folder or a file beside these and a line here; or a module of another
+package with an entry point of the group ``nsdrill.models``: the name of the entry point
+is that of the model, and the module holds a ``DESCRIPTION`` and a ``MODEL``.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from nsdrill.models.base import Model
     from nsdrill.models.description import Description, Drawn
 
-# Where each has its description and what computes: imported when it is asked for.
-_HOME = {
+# The description and the class of each model, imported at first use.
+_LOCATIONS = {
     MODEL: (
         "nsdrill.models.christoforou_yigit.description:DESCRIPTION",
         "nsdrill.models.christoforou_yigit.model:ChristoforouYigit",
@@ -45,37 +45,38 @@ _HOME = {
 
 
 def _installed() -> dict[str, tuple[str, str]]:
-    """The models of other packages; none replaces one of these."""
-    found = entry_points(group="nsdrill.models")
+    """The locations of the models of other packages, which cannot replace those of
+    nsdrill."""
+    installed = entry_points(group="nsdrill.models")
     return {
-        one.name: (f"{one.value}:DESCRIPTION", f"{one.value}:MODEL")
-        for one in found
-        if one.name not in _HOME
+        entry.name: (f"{entry.value}:DESCRIPTION", f"{entry.value}:MODEL")
+        for entry in installed
+        if entry.name not in _LOCATIONS
     }
 
 
-_OWN = tuple(_HOME)
-_HOME |= _installed()
-NAMES = tuple(_HOME)
+_BUILT_IN = tuple(_LOCATIONS)
+_LOCATIONS |= _installed()
+NAMES = tuple(_LOCATIONS)
 
 
-def _at(place: str) -> Any:
-    """What stands at ``place``. InputError where that is in another package and cannot
-    be had."""
-    module, _, name = place.partition(":")
+def _imported(location: str) -> Any:
+    """The object at ``location``, "module:name". InputError where the module is of
+    another package and cannot be imported."""
+    module, _, name = location.partition(":")
     try:
         return getattr(import_module(module), name)
     except Exception as error:
         if module.startswith("nsdrill."):
             raise
-        where = [
+        origin = [
             frame
             for frame in traceback.extract_tb(error.__traceback__)
             if "importlib" not in frame.filename
         ][-1]
         raise InputError(
-            f"the model in {module}: {type(error).__name__}: {error} ({where.filename}, line "
-            f"{where.lineno}); allowed: "
+            f"the model in {module}: {type(error).__name__}: {error} ({origin.filename}, line "
+            f"{origin.lineno}); allowed: "
             "a module that holds a DESCRIPTION and a MODEL."
         ) from error
 
@@ -83,60 +84,68 @@ def _at(place: str) -> Any:
 @lru_cache
 def described(name: str) -> Description:
     """The description of the model of this name. KeyError where there is none,
-    InputError where it names variables that the model has not."""
-    found: Description = _at(_HOME[name][0])
-    if unknown := found.unknown():
+    InputError where it names variables that the model does not have."""
+    description: Description = _imported(_LOCATIONS[name][0])
+    if unknown := description.unknown():
         raise InputError(
             f"the model {name}: found {'; '.join(unknown)} in its description; allowed: what "
             f"stands there among its "
             "features, labels, peaks, section and own_trace."
         )
-    if name not in _OWN:
-        _check_meanings(name, found)
-    return found
+    if name not in _BUILT_IN:
+        _check_meanings(name, description)
+    return description
 
 
-def _check_meanings(name: str, found: Description) -> None:
-    """InputError where a model of another package gives a name another meaning than it
-    has in a model of this one."""
-    for room in ("variables", "trace_and_states"):
-        known = [(own, variable) for own in _OWN for variable in getattr(described(own), room)]
-        for one in getattr(found, room):
-            there = [(own, it.units, it.long_name) for own, it in known if it.name == one.name]
-            if there and not any(
-                tuple(meaning) == (one.units, one.long_name) for _, *meaning in there
+def _check_meanings(name: str, description: Description) -> None:
+    """InputError where a model of another package gives a name another meaning than a
+    model of nsdrill does."""
+    for attribute in ("variables", "trace_and_states"):
+        built_in = [
+            (model, variable)
+            for model in _BUILT_IN
+            for variable in getattr(described(model), attribute)
+        ]
+        for variable in getattr(description, attribute):
+            meanings = [
+                (model, other.units, other.long_name)
+                for model, other in built_in
+                if other.name == variable.name
+            ]
+            if meanings and not any(
+                tuple(meaning) == (variable.units, variable.long_name) for _, *meaning in meanings
             ):
-                own, units, words = there[0]
+                model, units, words = meanings[0]
                 raise InputError(
-                    f"the model {name}: found the variable {one.name}, {one.long_name} "
-                    f"[{one.units}], which is {words} "
-                    f"[{units}] in the model {own}; allowed: another name, or that variable as "
+                    f"the model {name}: found the variable {variable.name}, {variable.long_name} "
+                    f"[{variable.units}], which is {words} "
+                    f"[{units}] in the model {model}; allowed: another name, or that variable as "
                     "nsdrill.models.vocabulary has it."
                 )
 
 
 def other_packages() -> tuple[str, ...]:
-    """The models of other packages that this process has looked at: what goes wrong
-    with one may be its own fault."""
+    """The models of other packages that this process has imported, for messages: an
+    error may be the fault of such a model."""
     return tuple(
         name
         for name in NAMES
-        if name not in _OWN and _HOME[name][0].partition(":")[0] in sys.modules
+        if name not in _BUILT_IN and _LOCATIONS[name][0].partition(":")[0] in sys.modules
     )
 
 
 @lru_cache
 def sources_of(name: str) -> str:
-    """Digest of the Python files of the package from which the model of this name
-    comes, "" of a model of nsdrill: those are in the digest of what is compiled.
-    "unknown" where it is not installed."""
-    if name in _OWN:
+    """Digest of the Python files of the package of this model; "" for a model of
+    nsdrill, whose files are in the digest of compiled sources; "unknown" where the
+    package is not installed."""
+    if name in _BUILT_IN:
         return ""
-    top = _HOME[name][0].partition(":")[0].partition(".")[0] if name in _HOME else ""
+    top = _LOCATIONS[name][0].partition(":")[0].partition(".")[0] if name in _LOCATIONS else ""
     spec = find_spec(top) if top else None
     if spec is None:
         return "unknown"
-    roots = [Path(place) for place in spec.submodule_search_locations or ()]
+    roots = [Path(location) for location in spec.submodule_search_locations or ()]
     files = [
         (file.relative_to(root).as_posix(), file)
         for root in roots
@@ -145,25 +154,25 @@ def sources_of(name: str) -> str:
     if not roots and spec.origin:
         files = [(Path(spec.origin).name, Path(spec.origin))]
     digest = hashlib.sha256()
-    for place, file in files:
-        digest.update(place.encode() + b"\0" + file.read_bytes() + b"\0")
+    for path, file in files:
+        digest.update(path.encode() + b"\0" + file.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
 
 
 @lru_cache
 def model_named(name: str) -> Model:
     """The model of this name. KeyError where there is none."""
-    made: Model = _at(_HOME[name][1])()
-    return made
+    model: Model = _imported(_LOCATIONS[name][1])()
+    return model
 
 
 def model_in(attrs: Mapping[str, Any]) -> Description:
-    """The description of the model that a file with the root attributes ``attrs`` was
-    made with; of files that name none the default one."""
+    """The description of the model of a file with the root attributes ``attrs``: the
+    default model where they name none."""
     return described(str(attrs.get("model") or MODEL))
 
 
 def drawn_in(attrs: Mapping[str, Any]) -> Drawn:
-    """What pictures show of a file with the root attributes ``attrs``: nothing of
-    motions that are frozen."""
+    """What pictures show of a file with the root attributes ``attrs``, without the
+    modes that are frozen."""
     return model_in(attrs).drawn.without(frozen_modes(attrs))

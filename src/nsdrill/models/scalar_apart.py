@@ -1,10 +1,10 @@
 """The right-hand side of a scalar model with its friction apart, for a stepper that
 treats it implicitly.
 
-One friction contact acts on one velocity v: it takes load f(v) from the slope, f(v) =
-g(v) [rise / (1 + decay |v|) + dynamic] with g(v) = (2/pi) atan(smoothing v). A model
-says so with a :class:`Contact`, and its own slopes serve for all else: with the lane
-parameter that the load is proportional to at zero.
+One friction contact acts on one velocity v: its slope is less by load f(v), with f(v) =
+g(v) [rise / (1 + decay |v|) + dynamic] and g(v) = (2/pi) atan(smoothing v). The model
+describes it by a :class:`Contact`. The rest of the right-hand side is the model's own
+slopes with the lane parameter that the load is proportional to set to zero.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from nsdrill.scalar import STEP, embedded
 
 @dataclass(frozen=True)
 class Contact:
-    """``velocity``: the name of the state that is the slip; ``proportional``: of the
-    lane parameter without which there is no friction; ``load(t, y, p)``: (load [slope],
-    smoothing, decay, rise, dynamic) from time, states and lane parameters, of which it
-    uses no velocity."""
+    """``velocity`` is the name of the state that slips, ``proportional`` that of the
+    lane parameter to which the load is proportional. ``load(t, y, p)`` gives (load [the
+    slope's unit], smoothing, decay, rise, dynamic) from time, states other than
+    velocities, and lane parameters."""
 
     velocity: str
     proportional: str
@@ -38,14 +38,14 @@ class Contact:
 def apart_in_lanes(
     slopes: Callable[..., Sequence[float]], contact: Contact, names: Names, lanes: int, rows: Rows
 ) -> Any:
-    """The compiled right-hand side, beside a deviation where the layout has one;
+    """The compiled right-hand side, with that of a deviation where ``rows`` has one;
     ``slopes`` are the model's."""
     W, own = lanes, rows.own
     place = names.states.index(contact.velocity)
     slope = place // 2
-    without = names.parameters.index(contact.proportional)
-    load, told = embedded(contact.load)
-    rest, also = embedded(slopes)
+    proportional = names.parameters.index(contact.proportional)
+    load, load_signature = embedded(contact.load)
+    frictionless, slopes_signature = embedded(slopes)
 
     def row(name: str, numbers: Sequence[int]) -> list[str]:
         return [f"b[{name} + {number} * W + i]" for number in numbers]
@@ -56,54 +56,54 @@ def apart_in_lanes(
     states, parameters = row("stage", range(own)), row("parameter", range(rows.parameters))
     moved = [*states]
     moved[place] = "v"
-    free = [*parameters]
-    free[without] = "0.0"
-    found = [f"s{k}" for k in range(rows.own_slopes)]
+    smooth = [*parameters]
+    smooth[proportional] = "0.0"
+    accelerations = [f"s{k}" for k in range(rows.own_slopes)]
     names_of_rows = ("stage", "acceleration", "stage_time", "parameter", "push", "relax", "falling")
     lines = [
-        f"# {told}, {also}",
+        f"# {load_signature}, {slopes_signature}",
         constants(W=W, **{name: W * getattr(rows, name) for name in names_of_rows}),
         "def right_hand_side(b):",
         "    for i in range(min(W, len(b))):",
         "        t, relax_now = b[stage_time + i], b[relax + i]",
-        f"        p, without = {tuple_of(parameters)}, {tuple_of(free)}",
+        f"        p, p_smooth = {tuple_of(parameters)}, {tuple_of(smooth)}",
         f"        load, smoothing, decay, rise, dynamic = load_of(t, {tuple_of(states)}, p)",
-        f"        given, relaxed = {states[place]}, relax_now * load",
-        "        v = first_slip(given, relaxed, smoothing, decay, rise, dynamic)",
+        f"        v_free, relaxed = {states[place]}, relax_now * load",
+        "        v = first_slip(v_free, relaxed, smoothing, decay, rise, dynamic)",
         "        f, df = hyperbolic(v, smoothing, decay, rise, dynamic)",
-        "        v = kept(v, v + (given - fma(relaxed, f, v)) / fma(relaxed, df, 1.0))",
+        "        v = kept(v, v + (v_free - fma(relaxed, f, v)) / fma(relaxed, df, 1.0))",
         "        f, df = hyperbolic(v, smoothing, decay, rise, dynamic)",
-        "        f = fma(df, (given - fma(relaxed, f, v)) / fma(relaxed, df, 1.0), f)",
-        "        v = fma(-relaxed, f, given)",
-        f"        {tuple_of(found)} = rest(t, {tuple_of(moved)}, without)",
+        "        f = fma(df, (v_free - fma(relaxed, f, v)) / fma(relaxed, df, 1.0), f)",
+        "        v = fma(-relaxed, f, v_free)",
+        f"        {tuple_of(accelerations)} = frictionless(t, {tuple_of(moved)}, p_smooth)",
         f"        {states[place]} = v",
         "        b[push + i] = -load * f",
         "        b[falling + i] = load * rise * decay",
         *(
-            f"        b[acceleration + {k} * W + i] = {one}" + (" - load * f" if k == slope else "")
-            for k, one in enumerate(found)
+            f"        b[acceleration + {k} * W + i] = {acceleration}"
+            + (" - load * f" if k == slope else "")
+            for k, acceleration in enumerate(accelerations)
         ),
     ]
     if rows.tangent_states:
         deviation = row("stage", range(own, 2 * own))
-        parts = []
         for name, sign in (("above", "+"), ("below", "-")):
-            places = [
-                f"{state} {sign} {STEP!r} * {one}"
-                for state, one in zip(states, deviation, strict=True)
+            arguments = [
+                f"{state} {sign} {STEP!r} * {part}"
+                for state, part in zip(states, deviation, strict=True)
             ]
-            lines.append(f"        load_{name} = load_of(t, {tuple_of(places)}, p)[0]")
+            lines.append(f"        load_{name} = load_of(t, {tuple_of(arguments)}, p)[0]")
         lines.append(f"        dload = (load_above - load_below) * {0.5 / STEP!r}")
         lines.append(
             f"        dv = ({deviation[place]} - relax_now * f * dload) / fma(relaxed, df, 1.0)"
         )
         for name, sign in (("above", "+"), ("below", "-")):
-            places = [
-                f"{state} {sign} {STEP!r} * {one}"
-                for state, one in zip(states, deviation, strict=True)
+            arguments = [
+                f"{state} {sign} {STEP!r} * {part}"
+                for state, part in zip(states, deviation, strict=True)
             ]
-            places[place] = f"v {sign} {STEP!r} * dv"
-            lines.append(f"        {name} = rest(t, {tuple_of(places)}, without)")
+            arguments[place] = f"v {sign} {STEP!r} * dv"
+            lines.append(f"        {name} = frictionless(t, {tuple_of(arguments)}, p_smooth)")
         parts = [f"(above[{k}] - below[{k}]) * {0.5 / STEP!r}" for k in range(rows.own_slopes)]
         lines += [
             "        dpush = -fma(load * df, dv, f * dload)",
@@ -117,7 +117,7 @@ def apart_in_lanes(
         ]
     known = {
         "load_of": load,
-        "rest": rest,
+        "frictionless": frictionless,
         "first_slip": first_slip,
         "hyperbolic": hyperbolic,
         "kept": kept,

@@ -1,9 +1,9 @@
 """A model written for one trajectory: its slopes as a plain function of time, states
-and parameters, and what is observed of it as a declaration. Everything that a
+and parameters, and a declaration of what is observed. Everything that a
 :class:`nsdrill.models.base.Model` needs is made from these.
 
-What compiles is imported when a model computes, so that a file with a model can hold
-its description, too.
+The compiler is imported when a model computes, so that the file of a model can hold its
+description, too.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ if TYPE_CHECKING:
 
 
 class ScalarModel(Model):
-    """States are pairs of position and velocity in turn, then those of first order
-    (``singles``); the names of a pair's position and of the lane parameter that its
-    rate has beyond the velocity stand in ``frames``. The lane parameter ``drive_speed``
-    is how fast the phase, the angle of the drive, advances."""
+    """States are pairs of position and velocity, then ``singles`` states of first
+    order. The lane parameter ``drive_speed`` is the rate of the phase, the angle of the
+    drive."""
 
     singles: ClassVar[int] = 0
     frames: ClassVar[Mapping[str, str]] = {}
-    """Position -> lane parameter that is taken off its rate: a twist counted from the
-    drive has {"twist": "drive_speed"}."""
-    # What a model says
+    """Position -> lane parameter by which its rate is less than the velocity: a twist
+    relative to the drive has {"twist": "drive_speed"}."""
+
+    # What a model declares
 
     @abstractmethod
     def names(self, variant: Variant) -> Names:
@@ -51,7 +51,7 @@ class ScalarModel(Model):
 
     @abstractmethod
     def declaration(self, variant: Variant) -> Declaration:
-        """What is observed."""
+        """The channels and features that are observed."""
 
     @abstractmethod
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
@@ -73,7 +73,7 @@ class ScalarModel(Model):
     def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
         """The states of an ensemble's starts, from numbers ``shape`` (n, states + 1)
         that are uniform in [0, 1), in the order of the states with the phase last.
-        InputError of a model that gives no starts of its own."""
+        InputError where the model does not define them."""
         raise InputError(
             f"initial.ensemble: found with the model {self.name}, which does not say from which "
             f"states an ensemble "
@@ -86,14 +86,15 @@ class ScalarModel(Model):
         return None
 
     def contact(self, variant: Variant) -> Contact | None:
-        """The friction contact of the model, where it can be integrated implicitly;
-        then the description says at what rate it brakes and that nothing hinders."""
+        """The friction contact of the model, where it can be integrated implicitly; the
+        description then has ``friction_rates``, and an ``explicit_only`` that gives
+        None."""
         return None
 
-    # What follows
+    # What follows from these
 
     fixed: ClassVar[int] = 0
-    """How many numbers :meth:`variant` has; one more says that friction is apart."""
+    """The length of :meth:`variant`; one number more means that friction is apart."""
 
     def apart(self, variant: Variant) -> Variant:
         return (*variant, 1)
@@ -105,9 +106,9 @@ class ScalarModel(Model):
         return ScalarRamps(self)
 
     def initial(self) -> Starts:
-        """A start as it is by default."""
-        made: Starts = described(self.name).initial()
-        return made
+        """The default start."""
+        start: Starts = described(self.name).initial()
+        return start
 
     def variant(self, parameters: Any) -> Variant:
         return ()
@@ -130,14 +131,14 @@ class ScalarModel(Model):
         tangent_states = states if tangent else 0
         width = len(names.parameters) if columns is None else columns
         apart = self.pushed(variant) if len(variant) > self.fixed else 0
-        aux = len(names.aux) + (self.kept_meanwhile(states, apart) if tangent else 0)
+        aux = len(names.aux) + (self.extra_tangent_rows(states, apart) if tangent else 0)
         return Rows(
             states + tangent_states, aux, width, observed, tangent_states, self.singles, apart=apart
         )
 
-    def kept_meanwhile(self, states: int, apart: int) -> int:
-        """How many rows more the tangent dynamics has, for a right-hand side of lanes
-        that is not linearised."""
+    def extra_tangent_rows(self, states: int, apart: int) -> int:
+        """The number of additional rows of the tangent dynamics, for a right-hand side
+        in lanes that is not linearised."""
         return 0
 
     def pushed(self, variant: Variant) -> int:
@@ -170,7 +171,8 @@ class ScalarModel(Model):
         return in_lanes(self.slopes(variant), lanes, rows, self.deviation(variant))
 
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
-        """Of no contact: the slopes at two states see what changes between them."""
+        """Does nothing: there are no contacts. The difference of the slopes at two
+        states includes what changes between them."""
         from numba import types
 
         from nsdrill.abi import BUFFER, compiled
@@ -190,18 +192,18 @@ class ScalarModel(Model):
         return np.stack(columns, axis=1)
 
     def start_names(self, variant: Variant) -> tuple[str, ...]:
-        """The names of what a start gives: fields of the study's section, in the order
-        in which they are drawn."""
+        """The names of the states that a start gives: fields of the study's section, in
+        the order in which they are drawn."""
         return (*self.states(variant), "drive_angle")
 
-    def started(self, points: Values, values: Mapping[str, Any]) -> Mapping[str, Any]:
-        """All states by their names and the drive's angle, from what a start gives."""
+    def complete_states(self, points: Values, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """All states and the drive's angle by their names, from those of the start."""
         return values
 
     def starts(self, points: Values, number: Array | int) -> Array:
         variant, initial = self.variant(points.parameters), points.initial
         names = self.start_names(variant)
-        values = self.given(points, names)
+        values = self.initial_values(points, names)
         number = np.atleast_1d(np.asarray(number))
         if initial.starts:
             checked_starts(initial, number)
@@ -211,12 +213,15 @@ class ScalarModel(Model):
             values |= self.drawn(
                 points, hypercube(initial.seed, initial.starts, len(names))[number]
             )
-        full, names = self.started(points, values), (*self.states(variant), "drive_angle")
-        columns = [np.atleast_1d(np.asarray(full[name], dtype=float)) for name in names]
-        points_of = np.broadcast_arrays(
+        complete, names = (
+            self.complete_states(points, values),
+            (*self.states(variant), "drive_angle"),
+        )
+        columns = [np.atleast_1d(np.asarray(complete[name], dtype=float)) for name in names]
+        columns_of_points = np.broadcast_arrays(
             *columns, *(np.atleast_1d(value) for value in points.operation), number
         )
-        return np.stack(points_of[: len(names)], axis=1)
+        return np.stack(columns_of_points[: len(names)], axis=1)
 
     def sliced(self, points: Values, number: Array) -> dict[str, Array]:
         """The two states that the study's slice varies, at the starts of these
@@ -225,8 +230,9 @@ class ScalarModel(Model):
             points.initial, self.start_names(self.variant(points.parameters)), number
         )
 
-    def given(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
-        """The states of the start that the study gives, by these names."""
+    def initial_values(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
+        """The states of the study's start by these names, with the natural values where
+        the study leaves them open."""
         steady, initial = self.steady(points), points.initial
         return {
             name: steady[name] if getattr(initial, name) is None else getattr(initial, name)
@@ -235,10 +241,10 @@ class ScalarModel(Model):
 
     def state_scales(self, table: Array, variant: Variant) -> Array:
         state_scales = (
-            np.broadcast_to(size, len(table))
-            for size in self.natural_scales(self._by_name(table, variant))
+            np.broadcast_to(scale, len(table))
+            for scale in self.natural_scales(self._by_name(table, variant))
         )
-        return np.stack([np.asarray(size, dtype=float) for size in state_scales], axis=1)
+        return np.stack([np.asarray(scale, dtype=float) for scale in state_scales], axis=1)
 
     def frame_rates(self, table: Array, variant: Variant) -> Array:
         names, rows = self.names(variant), self.rows(variant)
@@ -256,7 +262,7 @@ class ScalarModel(Model):
         return np.asarray(0.01 / self.fastest(self._by_name(table, variant)))
 
     def _by_name(self, table: Array, variant: Variant) -> dict[str, Array]:
-        # along a ramp there are more
+        # Along a ramp the table has more columns than names.
         return dict(zip(self.names(variant).parameters, table.T, strict=False))
 
     @property
@@ -271,10 +277,10 @@ class ScalarModel(Model):
         from nsdrill.observe.declared import make_observer
 
         rows = self.rows(variant, self.observed + others, tangent=tangent)
-        made: tuple[Any, Any] = make_observer(
+        functions: tuple[Any, Any] = make_observer(
             lanes, rows, self.names(variant), self.declaration(variant)
         )
-        return made
+        return functions
 
     def store(self, lanes: int, parameters: Any, record: Record, more: int = 0) -> Array:
         from nsdrill.observe.findings import new_store
@@ -293,39 +299,39 @@ class ScalarModel(Model):
         )
 
     def features(
-        self, report: Array, table: Array, observe: float, variant: Variant
+        self, outcome: Array, table: Array, observe: float, variant: Variant
     ) -> dict[str, Array]:
         from nsdrill.observe.findings import measured
 
         state_scales = self.state_scales(table, variant)
-        found = measured(
-            self.names(variant), self.declaration(variant), report, table, state_scales, observe
+        features = measured(
+            self.names(variant), self.declaration(variant), outcome, table, state_scales, observe
         )
-        if lacking := [
-            one.name
-            for one in described(self.name).features
-            if one.only is None and one.name not in found
+        if missing := [
+            variable.name
+            for variable in described(self.name).features
+            if variable.only is None and variable.name not in features
         ]:
             raise InputError(
-                f"the model {self.name}: found {', '.join(lacking)} among the features of its "
+                f"the model {self.name}: found {', '.join(missing)} among the features of its "
                 f"description; allowed: "
                 "what its declaration measures."
             )
-        return found
+        return features
 
-    def peaks(self, report: Array, record: Record) -> dict[str, Array]:
+    def peaks(self, outcome: Array, record: Record) -> dict[str, Array]:
         from nsdrill.observe.findings import peaks_of
 
-        return peaks_of(self.declaration(()), report, record.peaks)
+        return peaks_of(self.declaration(()), outcome, record.peaks)
 
     def section(
-        self, report: Array, record: Record, table: Array, variant: Variant
+        self, outcome: Array, record: Record, table: Array, variant: Variant
     ) -> dict[str, Array]:
         from nsdrill.observe.findings import returns_of
 
         names, declaration = self.names(variant), self.declaration(variant)
-        found = returns_of(names, declaration, report, record.peaks, record.poincare)
-        return {f"section_{name}": found[..., number] for number, name in enumerate(names.states)}
+        states = returns_of(names, declaration, outcome, record.peaks, record.poincare)
+        return {f"section_{name}": states[..., number] for number, name in enumerate(names.states)}
 
     def returns(self, section: Mapping[str, Array]) -> Array:
         return np.stack([section[f"section_{name}"] for name in self.names(()).states], axis=-1)
@@ -336,8 +342,8 @@ class ScalarModel(Model):
         return responses(features, thresholds)
 
     def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
-        """Whether no state moves beyond ``absolute`` times its natural scale: by the
-        swing of the bit speed, where the model measures it."""
+        """Whether no state varies by more than ``absolute`` times its natural scale,
+        judged here by the range of the bit speed."""
         if "bit_speed_max" not in features or "bit_speed" not in self.names(()).states:
             raise InputError(
                 f"the model {self.name}: found a Poincare section, and no bit speed whose swing "
@@ -345,8 +351,8 @@ class ScalarModel(Model):
                 "string stands still; allowed: a function still(features, state_scales, absolute) of the "
                 "model."
             )
-        size = state_scales[..., self.names(()).states.index("bit_speed")]
-        return np.asarray(features["bit_speed_max"] - features["bit_speed_min"] <= absolute * size)
+        scale = state_scales[..., self.names(()).states.index("bit_speed")]
+        return np.asarray(features["bit_speed_max"] - features["bit_speed_min"] <= absolute * scale)
 
     def classify(
         self,
@@ -369,25 +375,27 @@ class ScalarModel(Model):
             name: np.where(status == OK, value, 0).astype(np.int8) for name, value in labels.items()
         }
         if any(name.startswith("section_") for name in features):
-            still, seen = (
+            still, scales = (
                 self.still(features, state_scales, thresholds.motion.absolute),
                 self.seen(state_scales),
             )
             returns = self.returns(features)
-            labels |= motions(features, status, labels["settled"], returns, seen, still, thresholds)
+            labels |= motions(
+                features, status, labels["settled"], returns, scales, still, thresholds
+            )
         return labels
 
     def scales(self, table: Array) -> dict[str, Array]:
-        found = self._by_name(table, ())
-        return {name: found[name] for name in described(self.name).compared.values() if name}
+        columns = self._by_name(table, ())
+        return {name: columns[name] for name in described(self.name).compared.values() if name}
 
     def coordinates(
         self, features: Mapping[str, Array], table: Array, variant: Variant
     ) -> tuple[Array, Array]:
         units = self.scales(table)
-        columns = [
+        compared = [
             features[name] / units[scale][:, None] if scale else features[name]
             for name, scale in described(self.name).compared.items()
         ]
-        apart = np.stack(columns, axis=-1)
-        return apart, apart
+        scaled = np.stack(compared, axis=-1)
+        return scaled, scaled

@@ -1,12 +1,12 @@
 """A scalar model along a ramp: its own right-hand side, with lane parameters that move
 in time.
 
-Before each evaluation the moving values are put where the right-hand side reads them.
-The kernel counts angles from a drive of constant speed, that of the middle of a
-segment; the true drive is ahead of it by ahead(t) = slope t (t - length) / 2, zero at
-both ends. So while the right-hand side is evaluated, positions that are counted from
-the drive are less by that, and the phase is more. A controller sees the set speed of
-the middle of the segment.
+Before each evaluation the moving values are written where the right-hand side reads
+them. In the kernel, angles are relative to a drive of constant speed, that of the
+middle of a segment; the true drive is ahead of it by ahead(t) = slope t (t - length) /
+2, which is zero at both ends. So while the right-hand side is evaluated, positions
+relative to the drive are less by ahead(t), and the phase is greater by it. The set
+speed that a controller reads is that of the middle of the segment.
 """
 
 from __future__ import annotations
@@ -25,25 +25,26 @@ if TYPE_CHECKING:
 
 
 class ScalarRamps(Ramps):
-    """Of a model, which has the lane parameter ``drive_speed`` and says its ``frames``."""
+    """A ``model`` with the lane parameter ``drive_speed`` and with ``frames``, along
+    ramps."""
 
     def __init__(self, model: ScalarModel) -> None:
         self.model = model
 
     def _moving(self, variant: Variant) -> list[int]:
-        """The places of the lane parameters that move: all but the speed of the drive."""
+        """The indices of the lane parameters that move: all but the drive speed."""
         names = self.model.names(variant).parameters
         return [place for place, name in enumerate(names) if name != "drive_speed"]
 
     def columns(self, variant: Variant) -> tuple[str, ...]:
         names = self.model.names(variant).parameters
         moving = [names[place] for place in self._moving(variant)]
-        kept = (*(f"{name}_kept" for name in self.model.frames), "phase_kept")
+        saved = (*(f"saved_{name}" for name in self.model.frames), "saved_phase")
         return (
             *names,
             *(f"{name}_start" for name in moving),
             *(f"{name}_slope" for name in moving),
-            *kept,
+            *saved,
             "ahead_square",
             "ahead_linear",
         )
@@ -57,35 +58,37 @@ class ScalarRamps(Ramps):
 
         names, columns = self.model.names(variant), self.columns(variant)
         rows, W = self.model.rows(variant, columns=len(columns)), lanes
-        place = {name: W * (rows.parameter + number) for number, name in enumerate(columns)}
+        offset = {name: W * (rows.parameter + number) for number, name in enumerate(columns)}
         count = len(names.parameters)
-        now = np.array([W * (rows.parameter + number) for number in self._moving(variant)])
-        start_, slope_ = W * (rows.parameter + count), W * (rows.parameter + count + len(now))
+        moving_ = np.array([W * (rows.parameter + number) for number in self._moving(variant)])
+        start_, slope_ = W * (rows.parameter + count), W * (rows.parameter + count + len(moving_))
         frames = np.array(
             [W * (rows.stage + names.states.index(name)) for name in self.model.frames], np.int64
         )
-        kept_ = slope_ + W * len(now)
-        time_, phase_, saved_ = W * rows.stage_time, W * rows.phase, place["phase_kept"]
-        square_, linear_ = place["ahead_square"], place["ahead_linear"]
+        saved_ = slope_ + W * len(moving_)
+        time_, phase_, saved_phase_ = W * rows.stage_time, W * rows.phase, offset["saved_phase"]
+        square_, linear_ = offset["ahead_square"], offset["ahead_linear"]
         motion = self.model.right_hand_side(lanes, variant)
 
         @compiled(types.void(BUFFER), W, NAMES.index(self.model.name), *variant)
         def ramped(b):  # type: ignore[no-untyped-def]
-            for j in range(len(now)):
+            for j in range(len(moving_)):
                 for i in range(W):
-                    b[now[j] + i] = fma(b[slope_ + j * W + i], b[time_ + i], b[start_ + j * W + i])
+                    b[moving_[j] + i] = fma(
+                        b[slope_ + j * W + i], b[time_ + i], b[start_ + j * W + i]
+                    )
             for i in range(W):
                 ahead = fma(b[square_ + i], b[time_ + i], b[linear_ + i]) * b[time_ + i]
-                b[saved_ + i] = b[phase_ + i]
+                b[saved_phase_ + i] = b[phase_ + i]
                 b[phase_ + i] += ahead
                 for k in range(len(frames)):
-                    b[kept_ + k * W + i] = b[frames[k] + i]
+                    b[saved_ + k * W + i] = b[frames[k] + i]
                     b[frames[k] + i] -= ahead
             motion(b)
             for i in range(W):
-                b[phase_ + i] = b[saved_ + i]
+                b[phase_ + i] = b[saved_phase_ + i]
                 for k in range(len(frames)):
-                    b[frames[k] + i] = b[kept_ + k * W + i]
+                    b[frames[k] + i] = b[saved_ + k * W + i]
 
         return ramped
 

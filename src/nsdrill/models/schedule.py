@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.models.operation import Operation
 
 Array = np.ndarray[Any, np.dtype[Any]]
-PIECES = 256  # of a leg along which a value doubles; more than that of no leg
+PIECES = 256  # segments of a leg along which a value doubles, and the most of any leg
 
 
 @dataclass(frozen=True)
@@ -48,8 +48,8 @@ class History:
 
 @dataclass(frozen=True)
 class Schedule:
-    """``operation`` with those of its values that have one of ``ramps`` following it in
-    time."""
+    """``operation``, whose values follow those of the ``ramps`` that have their
+    name."""
 
     operation: Operation
     ramps: Mapping[str, Ramp]
@@ -57,7 +57,7 @@ class Schedule:
     def __post_init__(self) -> None:
         for name, ramp in self.ramps.items():
             for value in ramp.values:
-                replace(self.operation, **{name: value})  # ValueError where it is outside the model
+                replace(self.operation, **{name: value})  # ValueError where it is out of range
 
     @property
     def start(self) -> Operation:
@@ -83,26 +83,26 @@ class Schedule:
         return History(**values)
 
     def drive_angle(self, time: Array) -> Array:
-        """How far the drive has turned since time zero [rad]: the integral of its
-        speed, exact."""
+        """The angle of the drive since time zero [rad]: the exact integral of its
+        speed."""
         time = np.asarray(time, dtype=float)
         ramp = self.ramps.get("rotary_speed")
         if ramp is None:
             return self.operation.rotary_speed * time
         times, values = np.array(ramp.times), np.array(ramp.values)
-        turned = np.concatenate(
+        angle = np.concatenate(
             [[0.0], np.cumsum(np.diff(times) * 0.5 * (values[1:] + values[:-1]))]
         )
         leg = np.searchsorted(times, time, side="right") - 1
         within = time - times[leg]
-        return turned[leg] + 0.5 * (values[leg] + ramp.at(time)) * within
+        return angle[leg] + 0.5 * (values[leg] + ramp.at(time)) * within
 
     def cuts(self, duration: float, pieces: int = PIECES) -> Array:
         """The ends of the segments from 0 to ``duration`` [s], every knot among them.
 
         A leg between two knots is cut so finely that no value changes by more than
-        1/``pieces`` of itself in one segment, but in no more than ``pieces``; a leg on
-        which nothing changes is one segment.
+        1/``pieces`` of itself in one segment, but into at most ``pieces`` segments; a
+        leg on which no value changes is one segment.
         """
         knots = {time for ramp in self.ramps.values() for time in ramp.times if time < duration}
         times = np.array(sorted({0.0, duration, *knots}))

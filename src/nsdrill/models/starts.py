@@ -1,4 +1,4 @@
-"""From how many states an operating point is started: the part of a study's start that
+"""The states from which an operating point is started: the part of a study's start that
 every model has."""
 
 from __future__ import annotations
@@ -13,16 +13,17 @@ from nsdrill.ranges import Checked, parameter
 
 
 def state(default: float | None, units: str, reach: float, usual: str, meaning: str = "") -> Any:
-    """A state at the start, at most ``reach`` in size; None stands for a natural value."""
+    """A state at the start, at most ``reach`` in magnitude; None stands for a natural
+    value."""
     return parameter(default, units, low=-reach, high=reach, usual=usual, meaning=meaning)
 
 
 @dataclass(frozen=True)
 class Starts(Checked):
-    """With an ``ensemble`` of two or more every operating point is started from so many
-    states, drawn as the model says; with a ``slice``, {state: {from, to, points}} of
-    two states in SI, from all pairs of their values, the other states as given. A model
-    adds its states."""
+    """With an ``ensemble`` of two or more, every operating point is started from so
+    many states, drawn as the model defines; with a ``slice``, {state: {from, to,
+    points}} of two states in SI, from all pairs of their values, with the other states
+    of the study. A model adds its states."""
 
     ensemble: int = parameter(0, high=100_000, usual="16 to 1000")
     seed: int = parameter(0, high=10**15, usual="any")
@@ -31,15 +32,16 @@ class Starts(Checked):
 
     @property
     def starts(self) -> int:
-        """How many states each operating point is started from, where there are
-        several; else 0."""
+        """The number of states from which each operating point is started, 0 for a
+        single one."""
         if self.slice:
             return math.prod(int(axis["points"]) for axis in self.slice.values())
         return self.ensemble if self.ensemble > 1 else 0
 
 
 def checked_starts(initial: Starts, number: np.ndarray) -> None:
-    """ValueError where one of the ``number`` is none of the starts of ``initial``."""
+    """ValueError where one of the start numbers ``number`` is beyond the starts of
+    ``initial``."""
     if number.size and (number.min() < 0 or number.max() >= initial.starts):
         raise ValueError(
             f"start: found {number.min()} to {number.max()}, allowed: 0 to {initial.starts - 1}"
@@ -47,16 +49,16 @@ def checked_starts(initial: Starts, number: np.ndarray) -> None:
 
 
 def hypercube(seed: int, count: int, draws: int) -> np.ndarray:
-    """The numbers of ``count`` starts, so many ``draws`` each: [count, draws], uniform
-    in [0, 1). Start k has the words k draws ... of the Philox 4x64 generator (Salmon et
-    al. 2011) whose key is the seed, their upper 53 bits."""
+    """Random numbers of ``count`` starts, uniform in [0, 1), shape (count, draws).
+    Start k has the words from k ``draws`` on of the Philox 4x64 generator (Salmon et
+    al. 2011) whose key is the seed, of each the upper 53 bits."""
     words = np.random.Philox(key=seed).random_raw(count * draws)
     return np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(count, draws)
 
 
 def in_the_disc(pairs: np.ndarray) -> np.ndarray:
-    """Points of the unit disc [n, 2] from pairs of numbers in [0, 1), one by one with
-    the scalar functions, whose bits do not depend on the length of an array."""
+    """Points of the unit disc [n, 2] from pairs of numbers in [0, 1), computed one by
+    one with scalar functions, whose bits do not depend on the length of an array."""
     points = [
         (math.sqrt(a) * math.cos(2 * math.pi * b), math.sqrt(a) * math.sin(2 * math.pi * b))
         for a, b in pairs.tolist()
@@ -68,15 +70,17 @@ def slice_points(
     initial: Starts, states: tuple[str, ...], number: np.ndarray
 ) -> dict[str, np.ndarray]:
     """The two states of a slice, in the order of ``states``, and their values at the
-    starts of this ``number``."""
+    starts with these numbers."""
     axes = slice_values(initial, states)
-    places = np.unravel_index(number, [len(values) for values in axes.values()])
-    return {name: values[place] for (name, values), place in zip(axes.items(), places, strict=True)}
+    indices = np.unravel_index(number, [len(values) for values in axes.values()])
+    return {
+        name: values[index] for (name, values), index in zip(axes.items(), indices, strict=True)
+    }
 
 
 def slice_values(initial: Starts, states: tuple[str, ...]) -> dict[str, Any]:
     """The two states of a slice and their values, arrays, in the order of ``states``;
-    the second runs faster over the starts."""
+    the second varies fastest over the starts."""
     return {
         name: np.linspace(axis["from"], axis["to"], int(axis["points"]))
         for name in states

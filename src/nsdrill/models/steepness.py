@@ -1,11 +1,11 @@
 """Whether friction is so steep that it is better integrated implicitly, from the
 parameters alone.
 
-Friction of steepness eps brakes a slip at a rate of some (2/pi) eps mu N / m, which
-bounds the steps of an explicit method. An implicit step costs some three explicit ones
-and is bounded by accuracy alone: measured on stick-slip and on rolling, the two take
-the same time where that rate is about 3000 1/s. The bound is twice that, so that a
-string with the default smoothing is explicit under usual loads.
+Friction of steepness eps brakes a slip at a rate of about (2/pi) eps mu N / m, which
+bounds the steps of an explicit method. An implicit step costs about three explicit ones
+and is bounded by accuracy alone: measured on stick-slip and on rolling, the two methods
+take the same time where that rate is about 3000 1/s. The threshold is twice that, so
+that a string with the default smoothing is explicit under usual loads.
 """
 
 from __future__ import annotations
@@ -19,17 +19,18 @@ from nsdrill.models.registry import described
 
 Array = np.ndarray[Any, np.dtype[Any]]
 STEEP = 6000.0  # 1/s
-# by the values of the variable
+# in the order of the values of the variable ``method``
 METHODS: tuple[Literal["explicit", "implicit"], ...] = ("explicit", "implicit")
 
 
 def implicit(method: str, model: str, points: Values) -> Array:
     """Whether each point is integrated implicitly, shape (n,) or (), by a study's
-    ``method``. Where the model cannot, it is not, whatever the method."""
-    told = described(model)
-    if method == "explicit" or told.explicit_only(points.parameters) is not None:
+    ``method``. False for every method where the model supports only the explicit
+    one."""
+    description = described(model)
+    if method == "explicit" or description.explicit_only(points.parameters) is not None:
         return np.zeros(np.broadcast_shapes(*map(np.shape, points.operation)), dtype=bool)
-    rates = [np.asarray(rate, dtype=float) for rate in told.friction_rates(points).values()]
+    rates = [np.asarray(rate, dtype=float) for rate in description.friction_rates(points).values()]
     rate = np.broadcast_arrays(np.max(np.broadcast_arrays(0.0, *rates), axis=0), *points.operation)[
         0
     ]
@@ -37,20 +38,20 @@ def implicit(method: str, model: str, points: Values) -> Array:
 
 
 def advice(method: str, model: str, points: Values) -> str:
-    """What to do about runs that reach the limit of their steps, in a sentence without
-    its end."""
-    told = described(model)
-    rates = {key: float(np.max(rate)) for key, rate in told.friction_rates(points).items()}
+    """The advice about runs that reach the limit of their steps: a sentence without its
+    full stop."""
+    description = described(model)
+    rates = {key: float(np.max(rate)) for key, rate in description.friction_rates(points).items()}
     key, rate = max(rates.items(), key=lambda item: item[1], default=("", 0.0))
     if rate <= STEEP or method == "implicit":
         return "raise simulation.max_steps"
-    found = (
+    cause = (
         f"the friction of {key} brakes the slip at up to {rate:.3g} 1/s, which bounds the length "
         f"of explicit steps"
     )
-    if (reason := told.explicit_only(points.parameters)) is not None:
+    if (reason := description.explicit_only(points.parameters)) is not None:
         return (
-            f"{found}; it cannot be integrated implicitly, as {reason}: lower {key}, or raise "
+            f"{cause}; it cannot be integrated implicitly, as {reason}: lower {key}, or raise "
             f"simulation.max_steps"
         )
-    return f"{found}; set simulation.method: auto, or raise simulation.max_steps"
+    return f"{cause}; set simulation.method: auto, or raise simulation.max_steps"

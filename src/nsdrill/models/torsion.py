@@ -1,10 +1,12 @@
 """A string that only twists: one degree of freedom, friction at the bit that falls with
-speed. The smallest model.
+speed. The smallest model::
 
-J omega' = -k_t psi - c_t omega - T(omega) and psi' = omega - Omega, with T = W (2/3) r
-g(omega) [(mu_s - mu_d) / (1 + tau |omega|) + mu_d] and the smoothed direction g(v) =
-(2/pi) atan(eps v): Dawson, Lin & Spanos 1987, SPE 16660, with the friction of Leine et
-al. 1998 under a disc of radius r. The pipe bears a third of its inertia at its end.
+    J omega' = -k_t psi - c_t omega - T(omega),   psi' = omega - Omega
+    T = W (2/3) r g(omega) [(mu_s - mu_d) / (1 + tau |omega|) + mu_d]
+
+with the smoothed direction g(v) = (2/pi) atan(eps v): Dawson, Lin & Spanos 1987, SPE
+16660, with the friction of Leine et al. 1998 under a disc of radius r. J is the inertia
+of the collars and a third of that of the pipe.
 """
 
 from __future__ import annotations
@@ -164,14 +166,14 @@ def pipe(string: Drillstring, depth: Any) -> tuple[Any, Any]:
 
 
 def torque(bit: Bit, wob: Any, speed: Any) -> Any:
-    """The torque of the rock [N m] at a bit speed [rad/s], in plain numpy."""
+    """The torque of the rock [N m] at a bit ``speed`` [rad/s], in plain numpy."""
     law = bit.friction
-    falling = (law.static - law.dynamic) / (1 + law.decay * abs(speed)) + law.dynamic
-    return wob * 2 / 3 * bit.radius * falling * 2 / math.pi * np.arctan(law.smoothing * speed)
+    coefficient = (law.static - law.dynamic) / (1 + law.decay * abs(speed)) + law.dynamic
+    return wob * 2 / 3 * bit.radius * coefficient * 2 / math.pi * np.arctan(law.smoothing * speed)
 
 
 class Torsion(ScalarModel):
-    """The model: one trajectory's slopes, and what stands in its lane parameters."""
+    """The model: the slopes of one trajectory, and the lane parameters."""
 
     name = "torsion"
     frames: ClassVar = {"twist": "drive_speed"}
@@ -188,12 +190,12 @@ class Torsion(ScalarModel):
         def torsion(t, y, p):  # type: ignore[no-untyped-def]
             twist, speed = y
             inertia, stiffness, damping, _, torque, smoothing, decay, dynamic, _ = p
-            falling = (1.0 - dynamic) / (1.0 + decay * abs(speed)) + dynamic
+            coefficient = (1.0 - dynamic) / (1.0 + decay * abs(speed)) + dynamic
             return (
                 (
                     -damping * speed
                     - stiffness * twist
-                    - torque * direction(smoothing * speed) * falling
+                    - torque * direction(smoothing * speed) * coefficient
                 )
                 / inertia,
             )
@@ -221,8 +223,12 @@ class Torsion(ScalarModel):
             points.parameters.bit,
             points.operation,
         )
-        law, own, (inertia, stiffness) = bit.friction, thresholds.stuck_below, pipe(string, depth)
-        rest = (
+        law, stuck, (inertia, stiffness) = (
+            bit.friction,
+            thresholds.stuck_below,
+            pipe(string, depth),
+        )
+        others = (
             string.damping,
             speed,
             wob * 2 / 3 * bit.radius * law.static,
@@ -233,7 +239,7 @@ class Torsion(ScalarModel):
         return dict(
             zip(
                 NAMES.parameters,
-                (inertia, stiffness, *rest, law.dynamic / law.static, own),
+                (inertia, stiffness, *others, law.dynamic / law.static, stuck),
                 strict=True,
             )
         )
@@ -248,12 +254,12 @@ class Torsion(ScalarModel):
         return {"bit_speed": points.operation[2]}
 
     def drawn(self, points: Values, shape: Any) -> Mapping[str, Any]:
-        """Twists up to one and a half times that of the torque at rest, bit speeds up
-        to twice that of the drive."""
+        """Twists up to one and a half times the one under the torque at rest, bit
+        speeds up to twice that of the drive."""
         q, table = points.initial.spread, self.columns(points, Thresholds())
-        wound = (table["torque"] + table["damping"] * table["drive_speed"]) / table["stiffness"]
+        twist = (table["torque"] + table["damping"] * table["drive_speed"]) / table["stiffness"]
         return {
-            "twist": -1.5 * q * wound * shape[:, 0],
+            "twist": -1.5 * q * twist * shape[:, 0],
             "drive_angle": 2 * math.pi * shape[:, 2],
             "bit_speed": points.operation[2] * (1 + q * (2 * shape[:, 1] - 1)),
         }
@@ -269,8 +275,8 @@ class Torsion(ScalarModel):
 
 
 def friction_rates(points: Values) -> Mapping[str, Any]:
-    """How fast friction at rest brakes the bit [1/s]: (2/pi) eps times the torque at
-    rest over the inertia."""
+    """The rate at which friction at rest brakes the bit [1/s]: (2/pi) eps times the
+    torque at rest over the inertia."""
     table = Torsion().columns(points, Thresholds())
     return {
         "bit.friction.smoothing": 2
@@ -304,8 +310,8 @@ DESCRIPTION = Description(
     check_features=("stick_slip_index",),
     grazing=(STICK_ONSET,),
     labels=(BY_NAME["stick_slip_severity"],),
-    # A name means the same in every model that has it: what there is already is taken
-    # from the others.
+    # A name means the same in every model that has it, so known variables are taken
+    # from the other models.
     features=tuple(
         BY_NAME[name] for name in (*FEATURES, "surface_torque_min", "surface_torque_max")
     ),

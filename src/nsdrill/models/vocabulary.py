@@ -10,19 +10,19 @@ from nsdrill.variables import Variable
 
 
 class _ByName(Mapping[str, Variable]):
-    """By name, those of the first model that has it. The others are looked at only for
-    a name that it has not."""
+    """Variables by name, each from the first model that has it. The other models are
+    imported only for a name that this one lacks."""
 
-    def __init__(self, room: str) -> None:
-        self._room = room
-        self._found: dict[str, dict[str, Variable]] = {}
+    def __init__(self, attribute: str) -> None:
+        self._attribute = attribute
+        self._by_model: dict[str, dict[str, Variable]] = {}
 
     def _of(self, model: str) -> dict[str, Variable]:
-        if model not in self._found:
-            self._found[model] = {
-                variable.name: variable for variable in getattr(described(model), self._room)
+        if model not in self._by_model:
+            self._by_model[model] = {
+                variable.name: variable for variable in getattr(described(model), self._attribute)
             }
-        return self._found[model]
+        return self._by_model[model]
 
     def __getitem__(self, name: str) -> Variable:
         for model in NAMES:

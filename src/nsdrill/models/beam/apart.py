@@ -9,13 +9,16 @@ t_n = n^3 k_T (x_n, y_n) on the modes, and
     G_b = 1 + sum_n q_n (t_ny cos phi - t_nx sin phi)
 
 of a unit load, a stage that moves velocities by c times the push has the slips (contact
-0 is the bit)
+0 is the bit)::
 
-    v_a = v_a* - c sum_b K_ab L_b(v_b),   K_jk = sum_n phi_jn phi_kn e_j . e_k / m + G_j G_k / J_e,   K_0k = G_0k / J_e
+    v_a = v_a* - c sum_b K_ab L_b(v_b)
+    K_jk = sum_n phi_jn phi_kn e_j . e_k / m + G_j G_k / J_e
+    K_0k = G_k / J_e,   K_00 = G_b / J_e
+    K_j0 = G_j G_b / J_e + e_j . sum_n phi_jn t_n / m
 
-and K_j0 = G_j G_b / J_e + e_j . sum_n phi_jn t_n / m. Newton's method solves for all of
-them, by elimination without pivots (K is positive), in each lane until that is done;
-what a lane gets does not depend on its neighbours.
+Newton's method solves for all of them, by elimination without pivoting (K is positive).
+Each lane iterates until it has converged, and its result does not depend on its
+neighbours.
 """
 
 from __future__ import annotations
@@ -28,96 +31,98 @@ from nsdrill.models.beam.options import Options, lateral, slopes_of
 if TYPE_CHECKING:
     from nsdrill.models.beam.rhs import Writer
 
-MOST = 12  # iterations
-# of the loads, which one iteration more squares; where differences are taken
-CLOSE, CLOSER = 1e-5, 1e-8
-OF_STATION = ("normal", "ex", "ey", "turn", "coupling")
-OF_CONTACT = ("free", "found", "load", "dload", "step")
+MAX_ITERATIONS = 12
+# Relative tolerances of the loads, whose error one more iteration squares; the second
+# one where differences of two states are taken.
+TOLERANCE, TANGENT_TOLERANCE = 1e-5, 1e-8
+STATION_ROWS = ("normal", "ex", "ey", "arm", "coupling")
+CONTACT_ROWS = ("free", "estimate", "load", "dload", "step")
 
 
 def aux_of(options: Options) -> tuple[str, ...]:
     """The names of the auxiliary rows of the solve."""
     stations, contacts = range(1, options.stations + 1), range(options.stations + 1)
-    found = ["turn_0"]
-    found += [f"{name}_{j}" for j in stations for name in OF_STATION]
-    found += [f"{name}_{c}" for c in contacts for name in OF_CONTACT]
-    found += [f"c_{a}_{b}" for a in contacts for b in contacts]
-    # The velocities as a stage moves them at two states about the motion, beside a
+    names = ["arm_0"]
+    names += [f"{name}_{j}" for j in stations for name in STATION_ROWS]
+    names += [f"{name}_{c}" for c in contacts for name in CONTACT_ROWS]
+    names += [f"c_{a}_{b}" for a in contacts for b in contacts]
+    # The velocities after the pushes at the two states about the motion, for a
     # deviation.
     return (
-        *found,
+        *names,
         *(f"{name}_{k}" for name in ("above", "below") for k in range(2 * options.modes + 1)),
     )
 
 
 def pushed(options: Options) -> int:
     """A bit for each slope in which friction acts: all but the axial one."""
-    names = slopes_of(options.modes)
-    return sum(1 << k for k, name in enumerate(names) if name != "az")
+    slopes = slopes_of(options.modes)
+    return sum(1 << k for k, name in enumerate(slopes) if name != "az")
 
 
 def velocities(options: Options) -> tuple[str, ...]:
     """The names of the velocities that a push moves, in the order of the pushes."""
-    names = {"ax": 1, "ay": 3}
+    index_of = {"ax": 1, "ay": 3}
     return tuple(
-        "bit_speed" if slope == "bit_acceleration" else lateral(int(slope[3:]))[names[slope[:2]]]
+        "bit_speed" if slope == "bit_acceleration" else lateral(int(slope[3:]))[index_of[slope[:2]]]
         for slope in slopes_of(options.modes)
         if slope != "az"
     )
 
 
 class Solve:
-    """Writes the solve with the tools of a :class:`.rhs.Writer`, whose rows it has."""
+    """Writes the solve of the friction loads, with the rows and the methods of a
+    :class:`.rhs.Writer`; ``for_tangent`` selects the smaller tolerance."""
 
-    def __init__(self, writer: Writer, closer: bool) -> None:
+    def __init__(self, writer: Writer, for_tangent: bool) -> None:
         self.writer, self.options = writer, writer.options
         self.modes, self.stations = writer.modes, writer.stations
-        self.close = CLOSER if closer else CLOSE
+        self.tolerance = TANGENT_TOLERANCE if for_tangent else TOLERANCE
 
     def lines(self) -> list[str]:
-        """From the places of the stations and the rock's force to the loads, the pushes
-        and the moved velocities."""
+        """The lines from the positions of the stations and the rock's force to the
+        loads, the pushes and the velocities after them."""
         loop = self.writer.loop
-        some = " | ".join(f"touching_{j}" for j in self.stations)
-        found = [
+        touching = " | ".join(f"touching_{j}" for j in self.stations)
+        lines = [
             f"    {' = '.join(f'touching_{j}' for j in self.stations)} = 0",
             *loop(self._bit()),
         ]
         for j in self.stations:
-            found += loop(self._station(j))
+            lines += loop(self._station(j))
         contacts = [0, *self.stations]
-        found += [
-            f"    touching = {some}",
+        lines += [
+            f"    touching = {touching}",
             "    if touching == 0:",
-            *self._deeper(loop(self._alone())),
-            *self._deeper(self._moved([0])),
+            *self._indented(loop(self._bit_alone())),
+            *self._indented(self._pushes([0])),
             "    else:",
         ]
         for j in self.stations:
-            found += self._deeper(loop(self._couplings(j)))
+            lines += self._indented(loop(self._couplings(j)))
         for j in self.stations:
-            found += self._deeper(loop(self._guess(j)))
-        found += self._deeper(loop(self._guess_of_bit()))
-        found += [f"        for _ in range({MOST}):", "            some = 0"]
+            lines += self._indented(loop(self._initial_guess(j)))
+        lines += self._indented(loop(self._initial_guess_of_bit()))
+        lines += [f"        for _ in range({MAX_ITERATIONS}):", "            unconverged = 0"]
         for c in contacts:
-            found += self._deeper(self._deeper(loop(self._law(c))))
-        found += self._deeper(self._deeper(loop(self._newton(contacts, last=False))))
-        found += ["            if some == 0:", "                break"]
+            lines += self._indented(self._indented(loop(self._friction_law(c))))
+        lines += self._indented(self._indented(loop(self._newton(contacts, last=False))))
+        lines += ["            if unconverged == 0:", "                break"]
         for c in contacts:
-            found += self._deeper(loop(self._law(c)))
-        found += self._deeper(loop(self._newton(contacts, last=True)))
-        return found + self._deeper(self._moved(contacts))
+            lines += self._indented(loop(self._friction_law(c)))
+        lines += self._indented(loop(self._newton(contacts, last=True)))
+        return lines + self._indented(self._pushes(contacts))
 
     @staticmethod
-    def _deeper(lines: Iterable[str]) -> list[str]:
+    def _indented(lines: Iterable[str]) -> list[str]:
         return [f"    {line}" for line in lines]
 
     def _bit(self) -> list[str]:
-        """What a unit of torque does to the bit, and how fast the slip grows where
-        friction falls with speed."""
+        """G_b, the response of the bit to a unit of torque, and the rate at which slip
+        grows where friction falls with speed."""
         load, store = self.writer.load, self.writer.store
         lines = [*self.writer.rock(), *load("per_inertia")]
-        turn = "1.0"
+        response = "1.0"
         if self.options.torque:
             lines += load(
                 "softening_torque", *(x for n in self.options.eccentric for x in lateral(n)[::2])
@@ -126,26 +131,26 @@ class Solve:
                 x, _, y, _ = lateral(n)
                 lines += load(f"unbalance_arm_{n}")
                 arm = f"{float(n**3)!r} * softening_torque * unbalance_arm_{n}"
-                turn = f"fma({arm}, fma({y}, c, -({x} * s)), {turn})"
+                response = f"fma({arm}, fma({y}, c, -({x} * s)), {response})"
         return [
             *lines,
-            f"turn = {turn}",
+            f"arm = {response}",
             *store(
-                turn_0="turn",
+                arm_0="arm",
                 force="force",
                 cosine="c",
                 sine="s",
                 friction="0.0",
-                pressed="0.0",
-                slipping="0.0",
+                wall_contacts="0.0",
+                slip_sum="0.0",
                 free_0="bit_speed",
-                falling="turn * per_inertia * force * bit_rise * bit_decay",
+                falling="arm * per_inertia * force * bit_rise * bit_decay",
             ),
         ]
 
     def _station(self, j: int) -> list[str]:
-        """Place, slip without friction and normal force; what a unit of friction does
-        to the bit."""
+        """Position, slip without friction and normal force; G_j, the response of the
+        bit to a unit of friction."""
         load, total = self.writer.load, self.writer.total
         shapes = {n: f"phi_{j}_{n}" for n in self.modes}
         lines = load(*shapes.values(), *(name for n in self.modes for name in lateral(n)))
@@ -168,36 +173,36 @@ class Solve:
                 "cosine",
                 "sine",
             ),
-            "reach = np.sqrt(max(fma(px, px, py * py), 1e-60))",
-            f"touching_{j} |= 1 if reach > gap_{j} else 0",
-            "per = 1.0 / reach",
+            "radius = np.sqrt(max(fma(px, px, py * py), 1e-60))",
+            f"touching_{j} |= 1 if radius > gap_{j} else 0",
+            "per = 1.0 / radius",
             "ex, ey = py * per, -(px * per)",
-            f"penetration = max(reach - gap_{j}, 0.0)",
+            f"penetration = max(radius - gap_{j}, 0.0)",
             f"normal = wall_stiffness_{j} * penetration",
             *(["normal = normal * np.sqrt(penetration)"] if self.options.hertz else []),
-            f"turn = fma({lever}, fma(ey, cosine, -(ex * sine)), collar_radius)",
+            f"arm = fma({lever}, fma(ey, cosine, -(ex * sine)), collar_radius)",
             *self.writer.store(
                 **{
                     f"ex_{j}": "ex",
                     f"ey_{j}": "ey",
                     f"normal_{j}": "normal",
-                    f"turn_{j}": "turn",
+                    f"arm_{j}": "arm",
                     f"free_{j}": "fma(bit_speed, collar_radius, -fma(ex, vx, ey * vy))",
                 }
             ),
         ]
 
-    def _alone(self) -> list[str]:
-        """The torque of the bit alone, as no station touches: two iterations, which are
+    def _bit_alone(self) -> list[str]:
+        """The torque of the bit where no station touches: two iterations, which are
         enough for one contact."""
         load, store = self.writer.load, self.writer.store
-        once = "f, df = hyperbolic(v, bit_smoothing, bit_decay, bit_rise, bit_dynamic)"
+        law = "f, df = hyperbolic(v, bit_smoothing, bit_decay, bit_rise, bit_dynamic)"
         step = "(free_0 - fma(relaxed, f, v)) / fma(relaxed, df, 1.0)"
         return [
             *load(
                 "relax",
                 "force",
-                "turn_0",
+                "arm_0",
                 "per_inertia",
                 "free_0",
                 "bit_smoothing",
@@ -205,21 +210,21 @@ class Solve:
                 "bit_rise",
                 "bit_dynamic",
             ),
-            "relaxed = relax * turn_0 * per_inertia * force",
+            "relaxed = relax * arm_0 * per_inertia * force",
             "v = first_slip(free_0, relaxed, bit_smoothing, bit_decay, bit_rise, bit_dynamic)",
-            once,
+            law,
             f"v = kept(v, v + {step})",
-            once,
+            law,
             f"f = fma(df, {step}, f)",
             *store(load_0="force * f", **{f"load_{j}": "0.0" for j in self.stations}),
         ]
 
     def _couplings(self, j: int) -> list[str]:
-        """Row and column j of the matrix of couplings, times the time by which a stage
-        relaxes."""
+        """Row and column j of the matrix K, times the relaxation time c of the
+        stage."""
         load, total = self.writer.load, self.writer.total
         others = [k for k in self.stations if k >= j]
-        names = [f"{name}_{k}" for k in others for name in ("ex", "ey", "turn")]
+        names = [f"{name}_{k}" for k in others for name in ("ex", "ey", "arm")]
         shapes = sorted({f"phi_{k}_{n}" for k in others for n in self.modes})
         lines = load(
             *names,
@@ -227,7 +232,7 @@ class Solve:
             "relax",
             "per_lateral_mass",
             "per_inertia",
-            "turn_0",
+            "arm_0",
             f"normal_{j}",
             "falling",
             "wall_rise",
@@ -237,86 +242,91 @@ class Solve:
         for k in others:
             shape = total([(f"phi_{j}_{n}", f"phi_{k}_{n}") for n in self.modes])
             along = f"fma(ex_{j}, ex_{k}, ey_{j} * ey_{k})"
-            both = f"fma({shape}, {along} * per_lateral_mass, turn_{j} * turn_{k} * per_inertia)"
+            coupling = f"fma({shape}, {along} * per_lateral_mass, arm_{j} * arm_{k} * per_inertia)"
             if k == j:
-                lines.append(f"own = {both}")
-                values["falling"] = f"fma(own * normal_{j}, wall_rise * wall_decay, falling)"
-            values[f"c_{j}_{k}"] = f"relax * {'own' if k == j else both}"
+                lines.append(f"self_coupling = {coupling}")
+                values["falling"] = (
+                    f"fma(self_coupling * normal_{j}, wall_rise * wall_decay, falling)"
+                )
+            values[f"c_{j}_{k}"] = f"relax * {'self_coupling' if k == j else coupling}"
             if k > j:
                 values[f"c_{k}_{j}"] = self.writer.row[f"c_{j}_{k}"]
-        values[f"c_0_{j}"] = f"relax * turn_{j} * per_inertia"
-        back = f"turn_{j} * turn_0 * per_inertia"
+        values[f"c_0_{j}"] = f"relax * arm_{j} * per_inertia"
+        bit_to_station = f"arm_{j} * arm_0 * per_inertia"
         if self.options.torque:
             lines += load("softening_torque", *(x for n in self.modes for x in lateral(n)[::2]))
-            bent = [
+            torque_terms = [
                 (f"{float(n**3)!r} * phi_{j}_{n}", f"fma(ex_{j}, x_{n}, ey_{j} * y_{n})")
                 for n in self.modes
             ]
-            back = f"fma(softening_torque * per_lateral_mass, {total(bent)}, {back})"
-        values[f"c_{j}_0"] = f"relax * ({back})"
-        values["c_0_0"] = "relax * turn_0 * per_inertia"
+            bit_to_station = (
+                f"fma(softening_torque * per_lateral_mass, {total(torque_terms)}, {bit_to_station})"
+            )
+        values[f"c_{j}_0"] = f"relax * ({bit_to_station})"
+        values["c_0_0"] = "relax * arm_0 * per_inertia"
         return [*lines, *self.writer.store(**values)]
 
-    def _guess(self, j: int) -> list[str]:
+    def _initial_guess(self, j: int) -> list[str]:
         law = "wall_smoothing, wall_decay, wall_rise, wall_dynamic"
         return [
             *self.writer.load(f"free_{j}", f"c_{j}_{j}", f"normal_{j}", *law.split(", ")),
             f"v = first_slip(free_{j}, c_{j}_{j} * normal_{j}, {law})",
             f"f, df = hyperbolic(v, {law})",
-            *self.writer.store(**{f"found_{j}": "v", f"load_{j}": f"normal_{j} * f"}),
+            *self.writer.store(**{f"estimate_{j}": "v", f"load_{j}": f"normal_{j} * f"}),
         ]
 
-    def _guess_of_bit(self) -> list[str]:
+    def _initial_guess_of_bit(self) -> list[str]:
         law = "bit_smoothing, bit_decay, bit_rise, bit_dynamic"
         rubbed = self.writer.total([(f"c_0_{j}", f"load_{j}") for j in self.stations])
         couplings = [f"{name}_{j}" for j in self.stations for name in ("c_0", "load")]
         return [
             *self.writer.load("free_0", "c_0_0", "force", *couplings, *law.split(", ")),
-            *self.writer.store(found_0=f"first_slip(free_0 - {rubbed}, c_0_0 * force, {law})"),
+            *self.writer.store(estimate_0=f"first_slip(free_0 - {rubbed}, c_0_0 * force, {law})"),
         ]
 
-    def _law(self, c: int) -> list[str]:
+    def _friction_law(self, c: int) -> list[str]:
         side, scale = ("bit", "force") if c == 0 else ("wall", f"normal_{c}")
         law = f"{side}_smoothing, {side}_decay, {side}_rise, {side}_dynamic"
         return [
-            *self.writer.load(f"found_{c}", scale, *law.split(", ")),
-            f"f, df = hyperbolic(found_{c}, {law})",
+            *self.writer.load(f"estimate_{c}", scale, *law.split(", ")),
+            f"f, df = hyperbolic(estimate_{c}, {law})",
             *self.writer.store(**{f"load_{c}": f"{scale} * f", f"dload_{c}": f"{scale} * df"}),
         ]
 
     def _newton(self, contacts: list[int], *, last: bool) -> list[str]:
-        """One iteration: the slips move, or, in the ``last``, the loads follow their
-        tangents."""
+        """One iteration, which updates the estimates of the slips; the ``last`` one
+        updates the loads along their tangents instead."""
         load, total = self.writer.load, self.writer.total
         rows = [f"c_{a}_{b}" for a in contacts for b in contacts]
         lines = load(
-            *rows, *(f"{name}_{c}" for c in contacts for name in ("free", "found", "load", "dload"))
+            *rows,
+            *(f"{name}_{c}" for c in contacts for name in ("free", "estimate", "load", "dload")),
         )
         if not last:
             scales = ["force", *(f"normal_{j}" for j in self.stations)]
             lines += load(*scales, "bit_rise", "bit_dynamic", "wall_rise", "wall_dynamic")
             lines += [
-                f"most_{c} = {self.close!r} * {scale} * ({side}_rise + {side}_dynamic)"
+                f"bound_{c} = {self.tolerance!r} * {scale} * ({side}_rise + {side}_dynamic)"
                 for c, (scale, side) in enumerate(
                     zip(scales, ["bit", *["wall"] * len(self.stations)], strict=True)
                 )
             ]
         lines += [
-            f"rest_{a} = free_{a} - fma(1.0, found_{a}, "
+            f"residual_{a} = free_{a} - fma(1.0, estimate_{a}, "
             f"{total([(f'c_{a}_{b}', f'load_{b}') for b in contacts])})"
             for a in contacts
         ]
         if not last:
-            far = "0.0"
+            excess = "0.0"
             for a in contacts:
                 allowed = total(
-                    [(f"abs(c_{a}_{b})", f"most_{b}") for b in contacts], f"1e-14 * abs(free_{a})"
+                    [(f"abs(c_{a}_{b})", f"bound_{b}") for b in contacts], f"1e-14 * abs(free_{a})"
                 )
-                far = f"max(abs(rest_{a}) - {allowed}, {far})"
+                excess = f"max(abs(residual_{a}) - {allowed}, {excess})"
             lines += [
-                f"far = {far}",
-                "more = 1.0 if far > 0.0 else 0.0",
-                "some |= 1 if far > 0.0 else 0",
+                f"excess = {excess}",
+                "active = 1.0 if excess > 0.0 else 0.0",
+                "unconverged |= 1 if excess > 0.0 else 0",
             ]
         lines += [
             f"m_{a}_{b} = "
@@ -329,11 +339,11 @@ class Solve:
             for a in contacts[p + 1 :]:
                 lines.append(f"l = -(m_{a}_{p} * per_{p})")
                 lines += [f"m_{a}_{b} = fma(l, m_{p}_{b}, m_{a}_{b})" for b in contacts[p + 1 :]]
-                lines.append(f"rest_{a} = fma(l, rest_{p}, rest_{a})")
+                lines.append(f"residual_{a} = fma(l, residual_{p}, residual_{a})")
         for a in reversed(contacts):
-            known = [(f"m_{a}_{b}", f"step_{b}") for b in contacts[a + 1 :]]
+            solved = [(f"m_{a}_{b}", f"step_{b}") for b in contacts[a + 1 :]]
             lines.append(
-                f"step_{a} = {f'(rest_{a} - {total(known)})' if known else f'rest_{a}'} * per_{a}"
+                f"step_{a} = {f'(residual_{a} - {total(solved)})' if solved else f'residual_{a}'} * per_{a}"
             )
         if last:
             return [
@@ -342,23 +352,26 @@ class Solve:
                     **{f"load_{c}": f"fma(dload_{c}, step_{c}, load_{c})" for c in contacts}
                 ),
             ]
-        moved = {f"found_{c}": f"kept(found_{c}, fma(more, step_{c}, found_{c}))" for c in contacts}
-        return [*lines, *self.writer.store(**moved)]
+        estimates = {
+            f"estimate_{c}": f"kept(estimate_{c}, fma(active, step_{c}, estimate_{c}))"
+            for c in contacts
+        }
+        return [*lines, *self.writer.store(**estimates)]
 
-    def _moved(self, contacts: list[int]) -> list[str]:
-        """The pushes and the velocities that they move, the bit's last as its
-        acceleration enters all others."""
+    def _pushes(self, contacts: list[int]) -> list[str]:
+        """The pushes and the velocities after them; that of the bit is stored last, as
+        its acceleration enters all others."""
         loop, load, total = self.writer.loop, self.writer.load, self.writer.total
         names = velocities(self.options)
-        turned = total([(f"turn_{c}", f"load_{c}") for c in contacts])
-        at = names.index("bit_speed")
-        found = loop(
+        bit_load = total([(f"arm_{c}", f"load_{c}") for c in contacts])
+        bit = names.index("bit_speed")
+        loops = loop(
             [
                 *load(
-                    *(f"{name}_{c}" for c in contacts for name in ("turn", "load")), "per_inertia"
+                    *(f"{name}_{c}" for c in contacts for name in ("arm", "load")), "per_inertia"
                 ),
                 *self.writer.store(
-                    **{f"push_{at}": f"-({turned}) * per_inertia", "torque": "load_0"}
+                    **{f"push_{bit}": f"-({bit_load}) * per_inertia", "torque": "load_0"}
                 ),
             ]
         )
@@ -369,7 +382,9 @@ class Solve:
             lines = load(vx, vy, "relax", "per_lateral_mass")
             lines += load(*(f"{name}_{j}" for j in stations for name in ("ex", "ey", "load")))
             lines += load(*(f"phi_{j}_{n}" for j in stations))
-            lines += load("cosine", "sine", f"unbalance_arm_{n}", f"push_{at}") if eccentric else []
+            lines += (
+                load("cosine", "sine", f"unbalance_arm_{n}", f"push_{bit}") if eccentric else []
+            )
             lines += [f"rub_{j} = phi_{j}_{n} * load_{j}" for j in stations]
             if self.options.torque:
                 lines += [
@@ -383,14 +398,14 @@ class Solve:
                 push = f"({total(terms)}) * per_lateral_mass" if terms else "0.0"
                 if eccentric:
                     trig = "sine" if axis == "x" else "-cosine"
-                    push = f"fma(unbalance_arm_{n} * push_{at}, {trig}, {push})"
+                    push = f"fma(unbalance_arm_{n} * push_{bit}, {trig}, {push})"
                 lines.append(f"push_{axis} = {push}")
                 values[f"push_{names.index(velocity)}"] = f"push_{axis}"
                 values[f"moved_{names.index(velocity)}"] = f"fma(relax, push_{axis}, {velocity})"
-            found += loop([*lines, *self.writer.store(**values)])
-        return found + loop(
+            loops += loop([*lines, *self.writer.store(**values)])
+        return loops + loop(
             [
-                *load("relax", "bit_speed", f"push_{at}"),
-                *self.writer.store(**{f"moved_{at}": f"fma(relax, push_{at}, bit_speed)"}),
+                *load("relax", "bit_speed", f"push_{bit}"),
+                *self.writer.store(**{f"moved_{bit}": f"fma(relax, push_{bit}, bit_speed)"}),
             ]
         )

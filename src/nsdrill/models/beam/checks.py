@@ -1,4 +1,4 @@
-"""What ``check`` finds of a study of an elastic collar: coefficients, frequencies under
+"""What ``check`` shows of a study of an elastic collar: coefficients, frequencies under
 load, and warnings."""
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from nsdrill.models.leaves import Values
 from nsdrill.models.operation import Operation
 
 COEFFICIENTS = LUMPED
-# Those of the lumped model that are of the string above the collar and of the bit.
+# The quantities of the lumped model for the string above the collar and for the bit.
 SHARED = (
     "axial_free",
     "axial_contact",
@@ -34,12 +34,12 @@ SHARED = (
     "stick_slip_onset",
     "stick_slip_fold",
 )
-NODE = 1e-9
+NODE = 1e-9  # a mode shape below this is at a node
 
 
 def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
-    """Those at an operating point, of the first mode, without the factor of the modal
-    mass."""
+    """The lumped coefficients at an operating point, of the first mode, without the
+    factor of the modal mass."""
     return lumped_coefficients(parameters, operation.depth, operation.wob, operation.rotary_speed)
 
 
@@ -51,28 +51,28 @@ def every_derived_quantity(
     it."""
     shared = lumped.derived_quantities(as_lumped(parameters), operation)
     mass = parameters.beam.modal_mass_factor * coefficients(parameters, operation).m_l
-    found = {name: shared[name] for name in SHARED if name in shared}
+    quantities = {name: shared[name] for name in SHARED if name in shared}
     for n, stiffness in enumerate(stiffnesses(parameters, *_at(operation)), start=1):
-        value = math.sqrt(stiffness / mass) if stiffness > 0 else None
-        found[f"bending_{n}"] = DerivedQuantity(
-            value, "rad/s", f"frequency of bending mode {n} at this WOB", "lateral"
+        frequency = math.sqrt(stiffness / mass) if stiffness > 0 else None
+        quantities[f"bending_{n}"] = DerivedQuantity(
+            frequency, "rad/s", f"frequency of bending mode {n} at this WOB", "lateral"
         )
-    return found
+    return quantities
 
 
 def _at(operation: Operation) -> tuple[float, float, float]:
     return operation.depth, operation.wob, operation.rotary_speed
 
 
-def warnings(study: Any, corners: list[Values], told: Told) -> list[str | None]:
-    """Warnings of a study, with what its points have at the ends of all axes in
-    ``corners``; None where there is nothing to warn of."""
-    return [_buckled(corners, told), _undamped(study.parameters)]
+def warnings(study: Any, corners: list[Values], format_value: Told) -> list[str | None]:
+    """Warnings of a study, whose ``corners`` are the values at the ends of all axes;
+    None where there is nothing to warn of."""
+    return [_buckled(corners, format_value), _undamped(study.parameters)]
 
 
-def _buckled(corners: list[Values], told: Told) -> str | None:
-    """The modes that the weight on bit buckles."""
-    worst = max(corners, key=lambda at: float(at.operation[1]))
+def _buckled(corners: list[Values], format_value: Told) -> str | None:
+    """The warning of modes that the weight on bit buckles."""
+    worst = max(corners, key=lambda corner: float(corner.operation[1]))
     buckled = [
         n for n, k in enumerate(stiffnesses(worst.parameters, *worst.operation), start=1) if k < 0
     ]
@@ -80,37 +80,36 @@ def _buckled(corners: list[Values], told: Told) -> str | None:
         return None
     load = lumped_coefficients(worst.parameters, *worst.operation).buckling_load
     return (
-        f"Buckled: at {told(worst.operation[1], 'N', 'kN')} the stiffness of bending mode "
+        f"Buckled: at {format_value(worst.operation[1], 'N', 'kN')} the stiffness of bending mode "
         f"{' and '.join(map(str, buckled))} is negative (Euler load "
-        f"{told(float(load), 'N', 'kN')}). The collar leans "
+        f"{format_value(float(load), 'N', 'kN')}). The collar leans "
         "on its walls there; that is allowed. Shorten the span or lower the weight on bit if it "
         "is not meant."
     )
 
 
 def _undamped(parameters: Parameters) -> str | None:
-    """The modes that nothing damps: their nodes are at all stations, where the mud
-    drags."""
+    """The warning of modes that nothing damps: all stations, where the mud drags, are
+    at their nodes."""
     if np.any(np.asarray(parameters.beam.damping_ratio) > 0):
         return None
-    drags = (
+    mud_drag = (
         parameters.mud.density * parameters.mud.drag if not np.ndim(parameters.mud.density) else 1.0
     )
-    along = [
+    damped_places = [
         station.at
         for station in parameters.beam.stations
-        if station.drag or (station.drag is None and drags)
+        if station.drag or (station.drag is None and mud_drag)
     ]
-    drags = len(along) > 0
-    free = [
+    undamped = [
         n
         for n in range(1, parameters.beam.modes + 1)
-        if all(np.all(np.abs(shape(place, n)) < NODE) for place in along)
+        if all(np.all(np.abs(shape(place, n)) < NODE) for place in damped_places)
     ]
-    if not free or not drags:  # without mud nothing is meant to be damped
+    if not undamped or not damped_places:  # without mud no damping is expected
         return None
     return (
-        f"Undamped: the stations are at nodes of bending mode {' and '.join(map(str, free))}, so "
+        f"Undamped: the stations are at nodes of bending mode {' and '.join(map(str, undamped))}, so "
         f"neither mud nor wall "
         "acts on it, and what it has at the start it keeps. Give beam.damping_ratio, or stations "
         "elsewhere."

@@ -1,5 +1,5 @@
-"""From the parameters of a study to the lane parameters, the natural scales and the
-start of a collar."""
+"""The lane parameters, the natural scales and the start of a collar, from the
+parameters of a study."""
 
 from __future__ import annotations
 
@@ -31,27 +31,27 @@ def coefficients(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any
 
 
 def as_lumped(parameters: Parameters) -> LumpedParameters:
-    """The lumped model with the same numbers, some of which may be arrays over points,
-    and none of its options."""
-    made: LumpedParameters = _poured(LumpedParameters(), parameters)
+    """The parameters of the lumped model with the same numbers, some of which may be
+    arrays over points, and without its options."""
+    lumped_parameters: LumpedParameters = _copied(LumpedParameters(), parameters)
     beam = parameters.beam
-    softening = "none"  # the lumped model knows no load without the torque
+    softening = "none"  # the lumped model has no load without the torque
     if isinstance(beam.axial_load, str):
         softening = (
             "static" if beam.axial_load == "static" else "live" if beam.torque == "cy" else "none"
         )
-    object.__setattr__(made.drillstring, "lateral_softening", softening)
-    return made
+    object.__setattr__(lumped_parameters.drillstring, "lateral_softening", softening)
+    return lumped_parameters
 
 
-def _poured(into: Any, source: Any) -> Any:
-    made = copy.copy(into)
+def _copied(target: Any, source: Any) -> Any:
+    copied = copy.copy(target)
     for item in fields(source):
-        if hasattr(into, item.name):
+        if hasattr(target, item.name):
             value = getattr(source, item.name)
-            value = _poured(getattr(into, item.name), value) if is_dataclass(value) else value
-            object.__setattr__(made, item.name, value)
-    return made
+            value = _copied(getattr(target, item.name), value) if is_dataclass(value) else value
+            object.__setattr__(copied, item.name, value)
+    return copied
 
 
 def places(beam: Beam) -> list[float]:
@@ -67,9 +67,8 @@ def watched(beam: Beam) -> Any:
 
 
 def walls(parameters: Parameters, gap: Any) -> list[tuple[Any, Any]]:
-    """Gap [m] and stiffness of the wall at each station, those of the well where it has
-    none of its own; the stiffness 0 where there is no wall. ``gap`` is that of the
-    well."""
+    """Gap [m] and stiffness of the wall at each station, by default those of the well;
+    the stiffness is 0 where there is no wall. ``gap`` is that of the well."""
     return [
         (
             gap if station.gap is None else station.gap,
@@ -79,22 +78,22 @@ def walls(parameters: Parameters, gap: Any) -> list[tuple[Any, Any]]:
     ]
 
 
-def drags(parameters: Parameters, whole: Any) -> list[Any]:
-    """The drag at each station [N s^2/m^2]: its own, or the one with which the first
-    mode has that of the lumped model, ``whole``, if all stations have it."""
+def drags(parameters: Parameters, lumped_drag: Any) -> list[Any]:
+    """The drag at each station [N s^2/m^2], by default the one that, at all stations,
+    gives the first mode the drag of the lumped model, ``lumped_drag``."""
     cubes = sum(power(np.abs(shape(place, 1)), 3) for place in places(parameters.beam))
     return [
-        whole / cubes if station.drag is None else station.drag
+        lumped_drag / cubes if station.drag is None else station.drag
         for station in parameters.beam.stations
     ]
 
 
 def eccentricities(parameters: Parameters) -> dict[int, Any]:
     """The distance of the mass centre from the axis [m] of each mode that has one."""
-    given, string = parameters.beam.eccentricity_modes, parameters.drillstring
+    distances, string = parameters.beam.eccentricity_modes, parameters.drillstring
     modes = unbalanced_modes(parameters)
-    if given is not None:
-        return {n: given[n - 1] for n in modes}
+    if distances is not None:
+        return {n: distances[n - 1] for n in modes}
     first = string.eccentricity * (4 / math.pi if string.eccentricity_shape == "uniform" else 1.0)
     return {n: first if n == 1 else first * (1.0 / n) for n in modes}
 
@@ -112,79 +111,85 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Any]:
     depth, wob, speed = points.operation
     k = coefficients(parameters, depth, wob, speed)
     table = lumped.pack(as_lumped(parameters), depth, wob, speed, stuck_below)
-    found: dict[str, Any] = dict(zip(lumped.PARAMETERS, table.T, strict=True))
+    values: dict[str, Any] = dict(zip(lumped.PARAMETERS, table.T, strict=True))
     factor, span = beam.modal_mass_factor, string.collar.span
     mass, bending = factor * k.m_l, factor * k.k_bend
     eccentric = factor * k.m_e
-    off = eccentricities(parameters)
-    arms = {n: eccentric * e / mass for n, e in off.items()}
-    unbalance: Any = sum(eccentric * e * (e - arms[n]) for n, e in off.items())
+    distances = eccentricities(parameters)
+    arms = {n: eccentric * e / mass for n, e in distances.items()}
+    unbalance: Any = sum(eccentric * e * (e - arms[n]) for n, e in distances.items())
     force = factor * math.pi**2 / (2 * span)
-    load = beam.axial_load
-    steady: Any = {"live": 0.0, "static": wob}[load] if isinstance(load, str) else load
-    along = places(beam)
-    friction_arm = found["bit_rise"] + found["bit_dynamic"]
-    found |= {
+    axial_load = beam.axial_load
+    steady: Any = (
+        {"live": 0.0, "static": wob}[axial_load] if isinstance(axial_load, str) else axial_load
+    )
+    station_places = places(beam)
+    friction_arm = values["bit_rise"] + values["bit_dynamic"]
+    values |= {
         "per_lateral_mass": 1 / mass,
         "per_inertia": 1 / (k.J + unbalance),
         "bending": bending,
         "softening_constant": force * steady,
-        "softening_force": force if isinstance(load, str) and load == "live" else 0.0,
+        "softening_force": force if isinstance(axial_load, str) and axial_load == "live" else 0.0,
         "softening_torque": factor * math.pi**3 / (2 * power(span, 2)) if options.torque else 0.0,
         "structural": 2 * beam.damping_ratio * np.sqrt(mass * bending),
         "torque_scale": np.maximum(wob, 1.0) * friction_arm,
     }
-    found |= {f"unbalance_arm_{n}": arm for n, arm in arms.items()}
-    found |= {f"drag_{j}": drag for j, drag in enumerate(drags(parameters, k.c_h), start=1)}
-    own = 2 / 3 if parameters.well.law == "hertz" else 1.0
-    for j, (gap, stiffness) in enumerate(walls(parameters, found["gap"]), start=1):
+    values |= {f"unbalance_arm_{n}": arm for n, arm in arms.items()}
+    values |= {f"drag_{j}": drag for j, drag in enumerate(drags(parameters, k.c_h), start=1)}
+    exponent = 2 / 3 if parameters.well.law == "hertz" else 1.0
+    for j, (gap, stiffness) in enumerate(walls(parameters, values["gap"]), start=1):
         wall = np.asarray(stiffness) > 0.0
         relative = np.where(wall, np.asarray(stiffness) / parameters.well.stiffness, 1.0)
-        found |= {f"gap_{j}": np.where(wall, gap, NO_WALL), f"wall_stiffness_{j}": stiffness}
-        found[f"yield_{j}"] = _root(relative, own)
+        values |= {f"gap_{j}": np.where(wall, gap, NO_WALL), f"wall_stiffness_{j}": stiffness}
+        values[f"penetration_factor_{j}"] = _root(relative, exponent)
     for n in range(1, options.modes + 1):
-        found[f"watched_{n}"] = shape(watched(beam), n)
-        found |= {f"phi_{j}_{n}": shape(place, n) for j, place in enumerate(along, start=1)}
-    return {name: found[name] for name in columns_of(options)}
+        values[f"watched_{n}"] = shape(watched(beam), n)
+        values |= {
+            f"phi_{j}_{n}": shape(place, n) for j, place in enumerate(station_places, start=1)
+        }
+    return {name: values[name] for name in columns_of(options)}
 
 
 def stiffnesses(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any) -> list[Any]:
-    """The stiffness of each mode [N/m] under the weight on bit, as the study softens
-    it; negative if buckled."""
-    k, given = coefficients(parameters, depth, wob, rotary_speed), parameters.beam.axial_load
-    load = np.asarray(wob if isinstance(given, str) else given, dtype=float)
-    ease = math.pi**2 / (2 * parameters.drillstring.collar.span)
+    """The stiffness of each mode [N/m] under the weight on bit, softened as in the
+    study; negative if buckled."""
+    k, axial_load = coefficients(parameters, depth, wob, rotary_speed), parameters.beam.axial_load
+    load = np.asarray(wob if isinstance(axial_load, str) else axial_load, dtype=float)
+    softening = math.pi**2 / (2 * parameters.drillstring.collar.span)
     factor = parameters.beam.modal_mass_factor
     return [
-        factor * (n**4 * k.k_bend - n**2 * ease * load) for n in range(1, parameters.beam.modes + 1)
+        factor * (n**4 * k.k_bend - n**2 * softening * load)
+        for n in range(1, parameters.beam.modes + 1)
     ]
 
 
-def bent(points: Values) -> dict[str, Any]:
+def bent_against_wall(points: Values) -> dict[str, Any]:
     """The modes of a collar that a force at the watched place bends against the wall,
-    until that presses it with ``initial.wall_force``: x_n = (phi_n / k_n) X / sum_i
-    (phi_i^2 / k_i), X beyond the gap by the penetration."""
+    until the wall's force is ``initial.wall_force``: x_n = (phi_n / k_n) X / sum_i
+    (phi_i^2 / k_i), where X is the gap plus the penetration."""
     parameters: Parameters = points.parameters
     initial = cast("Initial", points.initial)
     assert initial.wall_force is not None
     well, place = parameters.well, watched(parameters.beam)
     exponent = 2 / 3 if well.law == "hertz" else 1.0
     gap = (well.diameter - parameters.drillstring.collar.outer_diameter) / 2
-    there = zip(places(parameters.beam), walls(parameters, gap), strict=True)
-    gap, stiff = next(
-        (wall for at, wall in there if at == place and np.all(wall[1])), (gap, well.stiffness)
+    station_walls = zip(places(parameters.beam), walls(parameters, gap), strict=True)
+    gap, wall_stiffness = next(
+        (wall for at, wall in station_walls if at == place and np.all(wall[1])),
+        (gap, well.stiffness),
     )
-    reach = gap + _root(np.asarray(initial.wall_force) / stiff, exponent)
+    reach = gap + _root(np.asarray(initial.wall_force) / wall_stiffness, exponent)
     stiffness = stiffnesses(parameters, *points.operation)
     shapes = [shape(place, n) for n in range(1, parameters.beam.modes + 1)]
-    give = sum(phi * phi / k for phi, k in zip(shapes, stiffness, strict=True))
+    compliance = sum(phi * phi / k for phi, k in zip(shapes, stiffness, strict=True))
     return {
-        f"x_{n}": phi / k * reach / give
+        f"x_{n}": phi / k * reach / compliance
         for n, (phi, k) in enumerate(zip(shapes, stiffness, strict=True), start=1)
     }
 
 
-# numpy's own power differs in the last bit between processors.
+# numpy's power differs in the last bit between processors.
 _root = np.vectorize(math.pow, otypes=[float])
 
 
@@ -202,7 +207,7 @@ def state_scales(table: Mapping[str, Array], options: Options) -> list[Any]:
         0.1 * table["drive_speed"],
     ]
     modes = [[lateral, lateral * n**2 * frequency] * 2 for n in range(1, options.modes + 1)]
-    return [*modes[0], *common, *(size for mode in modes[1:] for size in mode)]
+    return [*modes[0], *common, *(scale for mode in modes[1:] for scale in mode)]
 
 
 def fastest(table: Mapping[str, Array], options: Options) -> Array:

@@ -13,12 +13,12 @@ from nsdrill.errors import Fault
 from nsdrill.models.christoforou_yigit.constraints import ORDERS as LUMPED
 from nsdrill.units import format_quantity
 
-ORDERS = tuple(one for one in LUMPED if not one.lower.startswith("stabilizer."))
+ORDERS = tuple(order for order in LUMPED if not order.lower.startswith("stabilizer."))
 _START = ("initial.x", "initial.y", "initial.vx", "initial.vy")
 
 
 def constraints(check: Any) -> Iterator[Fault]:
-    """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
+    """All constraints but the :data:`ORDERS`; ``check`` is the Checker of the study."""
     yield from _stations(check)
     yield from _eccentricities(check)
     yield from _start(check)
@@ -28,7 +28,7 @@ def constraints(check: Any) -> Iterator[Fault]:
 
 
 def _stations(check: Any) -> Iterator[Fault]:
-    """Each beyond the one before."""
+    """Each station is beyond the one before."""
     key = "beam.stations"
     if not check.sound(key):
         return
@@ -42,7 +42,7 @@ def _stations(check: Any) -> Iterator[Fault]:
 
 
 def _eccentricities(check: Any) -> Iterator[Fault]:
-    """Of the modes there are, and given once."""
+    """Eccentricities are those of existing modes, and are given in one place only."""
     key = "beam.eccentricity_modes"
     if not check.sound(key, "beam.modes") or check.value(key) is None:
         return
@@ -62,7 +62,7 @@ def _eccentricities(check: Any) -> Iterator[Fault]:
 
 
 def _start(check: Any) -> Iterator[Fault]:
-    """Bent against the wall, or with the first mode as given."""
+    """The start is bent against the wall, or has the first mode of the study."""
     key = "initial.wall_force"
     if not check.sound("initial", f"sweep.{key}"):
         return
@@ -85,10 +85,11 @@ def _start(check: Any) -> Iterator[Fault]:
 
 
 def _buckling(check: Any) -> Iterator[Fault]:
-    """What the weight on bit buckles the walls hold: the bending stiffness is positive
-    wherever no station gives way.
+    """The walls hold every shape that the weight on bit buckles: the bending stiffness
+    is positive for all shapes that are zero at the stations with a wall.
 
-    Of the greatest weight; with swept numbers of the string or places nothing is said.
+    This is checked for the greatest weight, and not where numbers of the string or
+    places of stations are swept.
     """
     string, beam = (check.value(name) for name in ("drillstring", "beam"))
     keys = ("drillstring.collar", "drillstring.material", "beam", "operation.wob", "sweep")
@@ -100,17 +101,19 @@ def _buckling(check: Any) -> Iterator[Fault]:
     collar = string["collar"]
     second = math.pi / 64 * (collar["outer_diameter"] ** 4 - collar["inner_diameter"] ** 4)
     euler = math.pi**2 * string["material"]["young_modulus"] * second / collar["span"] ** 2
-    own = not isinstance(beam["axial_load"], str) or check.axis("beam.axial_load")
-    key = "beam.axial_load" if own else "operation.wob"
+    has_axial_load = not isinstance(beam["axial_load"], str) or check.axis("beam.axial_load")
+    key = "beam.axial_load" if has_axial_load else "operation.wob"
     load = check.ends(key)[1] / euler
     modes = np.arange(1, beam["modes"] + 1)
-    along = [station["at"] for station in beam["stations"] if station["stiffness"] != 0.0]
-    _, held, free = np.linalg.svd(np.sin(np.pi * np.outer(along, modes)).reshape(-1, len(modes)))
-    rank = int(np.sum(held > 1e-9))
-    loose = free[rank:]
-    if len(loose) == 0:
+    wall_places = [station["at"] for station in beam["stations"] if station["stiffness"] != 0.0]
+    _, singular_values, shapes = np.linalg.svd(
+        np.sin(np.pi * np.outer(wall_places, modes)).reshape(-1, len(modes))
+    )
+    rank = int(np.sum(singular_values > 1e-9))
+    unheld = shapes[rank:]
+    if len(unheld) == 0:
         return
-    least = np.linalg.eigvalsh(loose @ np.diag(modes**4 - load * modes**2.0) @ loose.T).min()
+    least = np.linalg.eigvalsh(unheld @ np.diag(modes**4 - load * modes**2.0) @ unheld.T).min()
     if least <= 0.0:
         allowed = (
             "a load that buckles no shape of the collar that clears all stations with a wall, "

@@ -1,4 +1,4 @@
-"""What this model tells those who do not compute with it."""
+"""The description of the model: its study keys, variables and pictures."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from nsdrill.models.beam.constraints import ORDERS, constraints
-from nsdrill.models.beam.options import COMMON, STARTED, STATE_SETS
+from nsdrill.models.beam.options import COMMON, FIRST_MODE, STATE_SETS
 from nsdrill.models.beam.parameters import MOST_MODES, Initial, Parameters
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
@@ -17,7 +17,7 @@ from nsdrill.models.leaves import Values
 from nsdrill.variables import Variable, feature, in_trace
 
 USUAL = 5  # modes
-MOST_RUBBING = 8  # stations whose friction is solved for at once: the work grows as their cube
+MOST_RUBBING = 8  # stations whose friction is solved for together; the work grows as their cube
 
 MEANINGS = {
     "beam": "The collar between the stabilisers, an elastic beam",
@@ -28,16 +28,16 @@ MEANINGS = {
 }
 
 
-def _of_modes() -> tuple[Variable, ...]:
-    found = []
+def _mode_variables() -> tuple[Variable, ...]:
+    mode_variables = []
     for n in range(1, MOST_MODES + 1):
         for axis in "xy":
             name = f"{axis}_{n}"
-            found += [
+            mode_variables += [
                 in_trace(name, "m", f"bending mode {n}, {axis}", name),
                 in_trace(f"v{name}", "m s-1", f"velocity of bending mode {n}, {axis}", name),
             ]
-    return tuple(found)
+    return tuple(mode_variables)
 
 
 def states(parameters: Parameters) -> tuple[str, ...]:
@@ -47,8 +47,8 @@ def states(parameters: Parameters) -> tuple[str, ...]:
 
 
 def friction_rates(points: Values) -> Mapping[str, Any]:
-    """Those of the lumped model with the same numbers."""
-    from nsdrill.models.beam.columns import as_lumped  # late: it brings the compiler
+    """The rates of the lumped model with the same numbers."""
+    from nsdrill.models.beam.columns import as_lumped  # late: it imports the compiler
 
     return LUMPED.friction_rates(replace(points, parameters=as_lumped(points.parameters)))
 
@@ -74,7 +74,7 @@ DESCRIPTION = Description(
     states=states,
     friction_rates=friction_rates,
     explicit_only=explicit_only,
-    sliced=(*STARTED, *COMMON, "drive_angle"),
+    sliced=(*FIRST_MODE, *COMMON, "drive_angle"),
     several_states=(STATE_SETS[USUAL], *(names for n, names in STATE_SETS.items() if n != USUAL)),
     labels=LUMPED.labels,
     features=(
@@ -84,7 +84,10 @@ DESCRIPTION = Description(
     derived=LUMPED.derived,
     peaks=LUMPED.peaks,
     section=LUMPED.section,
-    own_trace=(*_of_modes(), *(variable for variable in variables.TRACE if variable.only is None)),
+    own_trace=(
+        *_mode_variables(),
+        *(variable for variable in variables.TRACE if variable.only is None),
+    ),
     check_features=LUMPED.check_features,
     shown=LUMPED.shown,
     compared=LUMPED.compared,

@@ -1,7 +1,7 @@
-"""Forces, energy and powers of given states of the elastic collar, in plain numpy: for
+"""Forces, energy and powers of the elastic collar at given states, in plain numpy: for
 traces and the energy balance.
 
-The same laws as the compiled right-hand side; tests hold the two together.
+The laws are those of the compiled right-hand side; tests compare the two.
 """
 
 from __future__ import annotations
@@ -39,60 +39,62 @@ def at_place(parameters: Parameters, state: State, place: Any) -> dict[str, Arra
 
 
 def _walls(parameters: Parameters, point: Any, state: State) -> list[dict[str, Array]]:
-    """What the lumped model has as its forces, of each station."""
+    """The forces of the lumped model at each station, with position and velocity."""
     rest = {name: state[name] for name in ("z", "vz", "twist", "bit_speed", "drive_angle")}
-    found = []
+    stations = []
     for station in parameters.beam.stations:
-        made, moved = as_lumped(parameters), at_place(parameters, state, station.at)
+        lumped_parameters, motion = as_lumped(parameters), at_place(parameters, state, station.at)
         if station.gap is not None:
             object.__setattr__(
-                made.well, "diameter", made.drillstring.collar.outer_diameter + 2 * station.gap
+                lumped_parameters.well,
+                "diameter",
+                lumped_parameters.drillstring.collar.outer_diameter + 2 * station.gap,
             )
         if station.stiffness is not None:
-            object.__setattr__(made.well, "stiffness", station.stiffness)
-        found.append({**moved, **lumped.forces(made, point, {**rest, **moved})})
-    return found
+            object.__setattr__(lumped_parameters.well, "stiffness", station.stiffness)
+        stations.append({**motion, **lumped.forces(lumped_parameters, point, {**rest, **motion})})
+    return stations
 
 
 def forces(parameters: Parameters, point: Any, state: State) -> dict[str, Array]:
-    """What a trace has besides the states: of the watched place x, vx, y, vy [m, m/s]
-    and the polar coordinates; the forces and torques of the rock; ``wall_force`` and
-    ``wall_friction`` of all stations together [N]."""
+    """The variables of a trace besides the states: x, vx, y, vy [m, m/s] and the polar
+    coordinates of the watched place; the forces and torques of the rock; the sums of
+    ``wall_force`` and ``wall_friction`` over all stations [N]."""
     stations = _walls(parameters, point, state)
-    moved = at_place(parameters, state, watched(parameters.beam))
-    found = lumped.forces(as_lumped(parameters), point, {**state, **moved})
+    motion = at_place(parameters, state, watched(parameters.beam))
+    result = lumped.forces(as_lumped(parameters), point, {**state, **motion})
     for name in ("wall_force", "wall_friction"):
-        found[name] = np.asarray(sum(station[name] for station in stations))
-    return {**moved, **found}
+        result[name] = np.asarray(sum(station[name] for station in stations))
+    return {**motion, **result}
 
 
 def _constants(parameters: Parameters, point: Any) -> tuple[Any, float, list[float]]:
     """The lumped coefficients, the factor of mass and stiffness, and the eccentricity
     of each mode."""
     k = coefficients(parameters, point.depth, point.wob, point.rotary_speed)
-    off = eccentricities(parameters)
-    arms = [off.get(n, 0.0) for n in range(1, parameters.beam.modes + 1)]
+    distances = eccentricities(parameters)
+    arms = [distances.get(n, 0.0) for n in range(1, parameters.beam.modes + 1)]
     return k, parameters.beam.modal_mass_factor, arms
 
 
 def energy(parameters: Parameters, point: Any, state: State) -> Array:
     """Kinetic plus potential energy [J]: of the collar, sum_n 1/2 m_e |v_Gn|^2 + 1/2 (m
     - m_e) |v_n|^2 with v_Gn = v_n + e_n omega (-sin phi, cos phi), its bending and the
-    elastic energy of the walls; of twist and bit; and the work still to be had from the
-    weight on bit. Rock, softening and damping do their work in :func:`powers`."""
+    elastic energy of the walls; of twist and bit; and the potential energy of the
+    weight on bit. The work of rock, softening and damping is in :func:`powers`."""
     k, factor, arms = _constants(parameters, point)
     well, phi, omega = parameters.well, state["twist"] + state["drive_angle"], state["bit_speed"]
-    found = 0.5 * (
+    total = 0.5 * (
         k.J * omega**2
         + k.m_a * state["vz"] ** 2
         + k.k_t * state["twist"] ** 2
         + k.k_a * state["z"] ** 2
     )
-    found = found + point.wob * state["z"]
+    total = total + point.wob * state["z"]
     for n, e in enumerate(arms, start=1):
         x, vx, y, vy = (state[f"{name}_{n}"] for name in ("x", "vx", "y", "vy"))
         gx, gy = vx - e * omega * np.sin(phi), vy + e * omega * np.cos(phi)
-        found = found + 0.5 * factor * (
+        total = total + 0.5 * factor * (
             k.m_e * (gx**2 + gy**2)
             + (k.m_l - k.m_e) * (vx**2 + vy**2)
             + n**4 * k.k_bend * (x**2 + y**2)
@@ -103,37 +105,37 @@ def energy(parameters: Parameters, point: Any, state: State) -> Array:
     ):
         at = at_place(parameters, state, place)
         depth = np.maximum(np.hypot(at["x"], at["y"]) - gap, 0.0)
-        found = found + stiffness * depth**exponent / exponent
-    return np.asarray(found)
+        total = total + stiffness * depth**exponent / exponent
+    return np.asarray(total)
 
 
 def powers(parameters: Parameters, point: Any, state: State) -> dict[str, Array]:
-    """Power [W] that each agent feeds into :func:`energy`, as
-    :func:`nsdrill.models.christoforou_yigit.forces.powers` names them; ``structure`` is
-    the damping of the modes. Their sum is the rate at which the energy changes."""
+    """Power [W] that each agent adds to :func:`energy`, under the names of
+    :func:`nsdrill.models.christoforou_yigit.forces.powers`; ``structure`` is the
+    damping of the modes. Their sum is the rate of the energy."""
     k, factor, _ = _constants(parameters, point)
     string, beam = parameters.drillstring, parameters.beam
     omega, vz, span = state["bit_speed"], state["vz"], string.collar.span
-    watch = forces(parameters, point, state)
+    outputs = forces(parameters, point, state)
     stations = _walls(parameters, point, state)
     load = beam.axial_load
     force = (
-        {"static": point.wob, "live": watch["bit_force"]}[load] if isinstance(load, str) else load
+        {"static": point.wob, "live": outputs["bit_force"]}[load] if isinstance(load, str) else load
     )
-    torque = watch["bit_torque"] if beam.torque == "cy" else 0.0
+    torque = outputs["bit_torque"] if beam.torque == "cy" else 0.0
     softening: Any = 0.0
     structure: Any = 0.0
     for n in range(1, beam.modes + 1):
         x, vx, y, vy = (state[f"{name}_{n}"] for name in ("x", "vx", "y", "vy"))
-        softer = force * (n * math.pi) ** 2 / (2 * span) + torque * (n * math.pi) ** 3 / (
+        load_factor = force * (n * math.pi) ** 2 / (2 * span) + torque * (n * math.pi) ** 3 / (
             2 * span**2
         )
-        softening = softening + factor * softer * (x * vx + y * vy)
+        softening = softening + factor * load_factor * (x * vx + y * vy)
         critical = 2 * factor * np.sqrt(k.m_l * k.k_bend) * n**2
         structure = structure - beam.damping_ratio * critical * (vx**2 + vy**2)
     return {
         "drive": -k.k_t * state["twist"] * point.rotary_speed,
-        "bit": watch["bit_force"] * vz - watch["bit_torque"] * omega,
+        "bit": outputs["bit_force"] * vz - outputs["bit_torque"] * omega,
         "drag": -np.asarray(
             sum(
                 drag * np.hypot(at["vx"], at["vy"]) ** 3

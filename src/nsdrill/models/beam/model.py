@@ -13,7 +13,7 @@ from nsdrill.models.base import Array, Symmetry, Variant
 from nsdrill.models.beam import columns
 from nsdrill.models.beam.forces import forces
 from nsdrill.models.beam.observed import declaration_of, names_of
-from nsdrill.models.beam.options import COMMON, STARTED, Options, options_of, states_of
+from nsdrill.models.beam.options import COMMON, FIRST_MODE, Options, options_of, states_of
 from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.beam.rhs import PARAMETERS, make_right_hand_side, rows_of
 from nsdrill.models.christoforou_yigit import classify, compare, section
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class ElasticCollar(ScalarModel):
-    """The variant are the :class:`Options`. States and lane parameters that every
+    """The variant is an :class:`Options`. The states and lane parameters that every
     collar has come first."""
 
     name = "beam"
@@ -45,10 +45,10 @@ class ElasticCollar(ScalarModel):
         return Options(*variant)._replace(apart=1)
 
     def symmetry(self, points: Values) -> Symmetry:
-        """The lobes alone tell directions apart."""
+        """The equations depend on the direction only through the lobes."""
         options = options_of(points.parameters)
         names = states_of(options.modes)
-        used = (
+        has_lobes = (
             np.ndim(points.parameters.bit.surface_amplitude) > 0
             or points.parameters.bit.surface_amplitude != 0.0
         )
@@ -57,7 +57,7 @@ class ElasticCollar(ScalarModel):
             for n in range(1, options.modes + 1)
             for x, y in (("x", "y"), ("vx", "vy"))
         )
-        return Symmetry(options.lobes if used else 0, tuple(range(len(names))), tuple(pairs))
+        return Symmetry(options.lobes if has_lobes else 0, tuple(range(len(names))), tuple(pairs))
 
     def names(self, variant: Variant) -> Names:
         return names_of(Options(*variant))
@@ -82,24 +82,25 @@ class ElasticCollar(ScalarModel):
         return make_right_hand_side(lanes, Options(*variant), tangent=True)
 
     def slopes(self, variant: Variant) -> Callable[..., Sequence[float]]:
-        """None for one lane: the right-hand side is written for many."""
+        """Not defined: the right-hand side is written for lanes."""
         raise NotImplementedError
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         return columns.values_of(points, thresholds.stuck_below)
 
     def state_scales(self, table: Array, variant: Variant) -> Array:
-        found = columns.state_scales(self._by_name(table, variant), Options(*variant))
+        scales = columns.state_scales(self._by_name(table, variant), Options(*variant))
         return np.stack(
-            [np.broadcast_to(np.asarray(size, dtype=float), len(table)) for size in found], axis=1
+            [np.broadcast_to(np.asarray(scale, dtype=float), len(table)) for scale in scales],
+            axis=1,
         )
 
     def natural_scales(self, table: Mapping[str, Array]) -> Sequence[Any]:
-        """See :meth:`state_scales`, which know the modes."""
+        """Not defined: :meth:`state_scales` depends on the number of modes."""
         raise NotImplementedError
 
     def fastest(self, table: Mapping[str, Array]) -> Array:
-        """See :meth:`first_step`, which knows the modes."""
+        """Not defined: :meth:`first_step` depends on the number of modes."""
         raise NotImplementedError
 
     def first_step(self, table: Array, variant: Variant) -> Array:
@@ -112,22 +113,27 @@ class ElasticCollar(ScalarModel):
         rest = -np.asarray(points.operation[1]) / (k.k_a + points.parameters.bit.rock_stiffness)
         return {"z": rest, "bit_speed": points.operation[2]}
 
-    def given(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
+    def initial_values(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
         steady, initial = self.steady(points), points.initial
-        found = {name: getattr(initial, name.removesuffix("_1"), 0.0) for name in names}
-        found |= {name: steady[name] for name in steady if found[name] is None}
+        values = {name: getattr(initial, name.removesuffix("_1"), 0.0) for name in names}
+        values |= {name: steady[name] for name in steady if values[name] is None}
         if initial.wall_force is not None:  # type: ignore[attr-defined]
-            found |= {name: 0.0 for name in ("vx_1", "y_1", "vy_1")} | columns.bent(points)
-        return found
+            values |= {name: 0.0 for name in ("vx_1", "y_1", "vy_1")} | columns.bent_against_wall(
+                points
+            )
+        return values
 
     def sliced(self, points: Values, number: Array) -> dict[str, Array]:
-        """The start names the states of the first mode without its number."""
-        found = slice_points(points.initial, (*STARTED, *COMMON, "drive_angle"), number)
-        return {f"{name}_1" if name in STARTED else name: value for name, value in found.items()}
+        """In the study's start, the states of the first mode have no number."""
+        values = slice_points(points.initial, (*FIRST_MODE, *COMMON, "drive_angle"), number)
+        return {
+            f"{name}_1" if name in FIRST_MODE else name: value for name, value in values.items()
+        }
 
     def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
-        """As those of the lumped model, the first mode in place of its lateral motion;
-        mode n within 1/n^2 of the first in place and of the same speed."""
+        """The starts of the lumped model, with the first mode for its lateral motion;
+        mode n has positions within 1/n^2 of those of the first, and the same
+        speeds."""
         parameters, (depth, wob, speed), q = (
             points.parameters,
             points.operation,
@@ -138,17 +144,17 @@ class ElasticCollar(ScalarModel):
         k = columns.coefficients(parameters, depth, wob, speed)
         around = (2 * u["z"] - 1, 2 * u["vz"] - 1, u["twist"], 2 * u["bit_speed"] - 1)
         gap, fastest = reach_of_collar(k, speed, q)
-        found = {
+        states = {
             **string_and_bit(columns.as_lumped(parameters), k, wob, speed, q, *around),
             "drive_angle": 2 * math.pi * u["drive_angle"],
         }
         for n in range(1, parameters.beam.modes + 1):
             for x, y, reach in ((f"x_{n}", f"y_{n}", gap / n**2), (f"vx_{n}", f"vy_{n}", fastest)):
                 place = in_the_disc(np.stack([u[x], u[y]], axis=1))
-                found |= {x: reach * place[:, 0], y: reach * place[:, 1]}
-        return found
+                states |= {x: reach * place[:, 0], y: reach * place[:, 1]}
+        return states
 
-    # What is found
+    # Results
 
     def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
         parameters, (_, wob, speed) = points.parameters, points.operation
@@ -158,14 +164,16 @@ class ElasticCollar(ScalarModel):
         )
 
     def section(
-        self, report: Array, record: Record, table: Array, variant: Variant
+        self, outcome: Array, record: Record, table: Array, variant: Variant
     ) -> dict[str, Array]:
-        """The section of the lumped model, of the watched place."""
+        """The section of the lumped model, at the watched place."""
         names = self.names(variant)
-        found = returns_of(names, self.declaration(variant), report, record.peaks, record.poincare)
+        returns = returns_of(
+            names, self.declaration(variant), outcome, record.peaks, record.poincare
+        )
         by_name = self._by_name(table, variant)
         modes = range(1, Options(*variant).modes + 1)
-        state = dict(zip((*names.states, "drive_angle"), np.moveaxis(found, -1, 0), strict=True))
+        state = dict(zip((*names.states, "drive_angle"), np.moveaxis(returns, -1, 0), strict=True))
         for name in ("x", "vx", "y", "vy"):
             state[name] = sum(
                 by_name[f"watched_{n}"][:, None] * state[f"{name}_{n}"] for n in modes
@@ -198,7 +206,7 @@ class ElasticCollar(ScalarModel):
     def coordinates(
         self, features: Mapping[str, Array], table: Array, variant: Variant
     ) -> tuple[Array, Array]:
-        """Those of the lumped model."""
+        """The coordinates of the lumped model."""
         axial = self.state_scales(table, variant)[:, self.states(variant).index("z")]
         return compare.coordinates(features, self.scales(table), axial)
 

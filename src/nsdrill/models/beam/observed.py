@@ -1,10 +1,10 @@
 """What is observed of the elastic collar: the features of the lumped model, at a
 watched place of the span and over all places where it may touch the wall.
 
-The collar is on the wall where one of the stations is. The clearance is the penetration
-of the well's wall that has the greatest force at a station. The rolling ratio is one
-less the slip over the speed of the collar's surface, of the stations on the wall while
-they are.
+The collar is on the wall while one of the stations is. The clearance is that of the
+station with the greatest wall force, as a penetration of the well's wall under that
+force. The rolling ratio is one less the slip over the speed of the collar's surface,
+each summed over the stations while they are on the wall.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from nsdrill.observe.channels import (
 )
 
 OUTPUTS = (
-    "across",
-    "aside",
+    "watched_x",
+    "watched_y",
     "radius",
     "radius_rate",
     "clearance",
@@ -45,7 +45,7 @@ OUTPUTS = (
     "interference_rate",
     "lateral_square",
     "wall_slip",
-    "wall_turn",
+    "wall_surface_speed",
     "rock_torque",
 )
 
@@ -59,48 +59,56 @@ def names_of(options: Options) -> Names:
 
 @lru_cache
 def outputs_of(options: Options) -> Any:
-    """The function of what is computed once a step: of the watched place, of the
-    deepest station, of the bit."""
+    """The function of the quantities that are computed once a step, of the watched
+    place, the station with the greatest wall force, and the bit."""
     modes, stations = range(1, options.modes + 1), range(1, options.stations + 1)
     watch = [f"watched_{n}" for n in modes]
-    shaken = [[f"a{axis}_{n}" for n in modes] for axis in "xy"]
-    moves = [[lateral(n)[k] for n in modes] for k in range(4)]
-    told = [name for names in (watch, *moves, *shaken) for name in names]
-    told += [f"{name}_{j}" for j in stations for name in ("reach", "inward", "gap", "yield")]
-    told += ["collar_radius", "surface_amplitude", "z", "vz", "bit_speed"]
-    told += ["cosine", "sine", "torque", "pressed", "slipping"]
+    accelerations = [[f"a{axis}_{n}" for n in modes] for axis in "xy"]
+    motion = [[lateral(n)[k] for n in modes] for k in range(4)]
+    arguments = [name for names in (watch, *motion, *accelerations) for name in names]
+    arguments += [
+        f"{name}_{j}"
+        for j in stations
+        for name in ("radius", "outward", "gap", "penetration_factor")
+    ]
+    arguments += ["collar_radius", "surface_amplitude", "z", "vz", "bit_speed"]
+    arguments += ["cosine", "sine", "torque", "wall_contacts", "slip_sum"]
     sums = {
         word: total(list(zip(watch, names, strict=True)))
-        for word, names in zip(("x", "vx", "y", "vy", "ax", "ay"), (*moves, *shaken), strict=True)
+        for word, names in zip(
+            ("x", "vx", "y", "vy", "ax", "ay"), (*motion, *accelerations), strict=True
+        )
     }
     lines = [
-        f"def outputs({', '.join(told)}):",
+        f"def outputs({', '.join(arguments)}):",
         *(f"    {word} = {text}" for word, text in sums.items()),
         "    radius = np.sqrt(max(fma(x, x, y * y), 1e-60))",
-        "    clearance, inward = yield_1 * (reach_1 - gap_1), yield_1 * (inward_1 / reach_1)",
+        "    clearance, rate = penetration_factor_1 * (radius_1 - gap_1), "
+        "penetration_factor_1 * (outward_1 / radius_1)",
     ]
     for j in range(2, options.stations + 1):
         lines += [
-            f"    own = yield_{j} * (reach_{j} - gap_{j})",
-            f"    inward = yield_{j} * (inward_{j} / reach_{j}) if own > clearance else inward",
-            "    clearance = max(clearance, own)",
+            f"    penetration = penetration_factor_{j} * (radius_{j} - gap_{j})",
+            f"    rate = penetration_factor_{j} * (outward_{j} / radius_{j}) "
+            "if penetration > clearance else rate",
+            "    clearance = max(clearance, penetration)",
         ]
     lines += [
         f"    lobe = multiple_sine(sine, cosine, {options.lobes})",
         f"    slope = {float(options.lobes)!r} * multiple_cosine(cosine, {options.lobes})",
         "    return (",
-        "        x, y, radius, fma(x, vx, y * vy) / radius, clearance, inward,",
+        "        x, y, radius, fma(x, vx, y * vy) / radius, clearance, rate,",
         "        fma(surface_amplitude, lobe, -z), fma(surface_amplitude * slope, bit_speed, -vz),",
-        "        fma(ax, ax, ay * ay), slipping, pressed * bit_speed * collar_radius, torque,",
+        "        fma(ax, ax, ay * ay), slip_sum, wall_contacts * bit_speed * collar_radius, torque,",
         "    )",
     ]
-    known = {
+    helpers = {
         "np": np,
         "fma": fma,
         "multiple_sine": multiple_sine,
         "multiple_cosine": multiple_cosine,
     }
-    return define("outputs", "\n".join(lines) + "\n", **known)
+    return define("outputs", "\n".join(lines) + "\n", **helpers)
 
 
 def _angle(twist, drive_speed, time, phase):  # type: ignore[no-untyped-def]
@@ -111,8 +119,8 @@ def _square(az):  # type: ignore[no-untyped-def]
     return az * az
 
 
-# Slopes that are 0 make a mean the sum of trapezia, and leave an extreme to the ends of
-# the steps.
+# With slopes of 0, means are by the trapezoidal rule, and extremes are taken at the
+# ends of the steps.
 CHANNELS = (
     Channel("twist", "twist", "bit_speed", "bit_acceleration", frame="drive_speed"),
     Channel("bit speed", "bit_speed", "bit_acceleration", rate_of="twist", level="stuck_below"),
@@ -121,18 +129,20 @@ CHANNELS = (
     Channel("interference", "interference", "interference_rate", level=0.0, scale="z"),
     Channel("radius", "radius", "radius_rate", scale="gap"),
     Channel("clearance", "clearance", "clearance_rate", level=0.0, scale="gap"),
-    Channel("across", "across", 0.0),
-    Channel("aside", "aside", 0.0),
+    Channel("watched_x", "watched_x", 0.0),
+    Channel("watched_y", "watched_y", 0.0),
     Channel("lateral square", "lateral_square", 0.0),
     Channel("axial square", _square, 0.0),
     Channel("wall slip", "wall_slip", 0.0),
-    Channel("wall turn", "wall_turn", 0.0),
+    Channel("wall surface speed", "wall_surface_speed", 0.0),
     Channel("bit torque", "rock_torque", 0.0, scale="torque_scale"),
 )
 
 
-def _ratio(above: Any, below: Any, otherwise: float) -> Any:
-    return np.divide(above, below, out=np.full(len(below), otherwise), where=below != 0.0)
+def _ratio(numerator: Any, denominator: Any, otherwise: float) -> Any:
+    return np.divide(
+        numerator, denominator, out=np.full(len(denominator), otherwise), where=denominator != 0.0
+    )
 
 
 def _wall_force(hertz: int) -> Any:
@@ -155,14 +165,14 @@ FEATURES = (
     TimeAbove("interference", "on_rock"),
     TimeAbove("clearance", "wall_contact_fraction"),
     Passages("clearance", "impact_rate"),
-    Winding("across", "aside", "whirl_speed_mean"),
+    Winding("watched_x", "watched_y", "whirl_speed_mean"),
     Mean("bit speed", "bit_speed_mean"),
     Mean("twist", "twist_mean"),
     Mean("radius", "radius_mean"),
     Mean("lateral square", "lateral_square_mean"),
     Mean("axial square", "axial_square_mean"),
     Mean("wall slip", "wall_slip_mean"),
-    Mean("wall turn", "wall_turn_mean"),
+    Mean("wall surface speed", "wall_surface_speed_mean"),
     Derived(
         "stick_slip_index",
         lambda bit_speed_max, bit_speed_min, bit_speed_mean: _ratio(
@@ -181,8 +191,10 @@ FEATURES = (
     ),
     Derived(
         "rolling_ratio",
-        lambda wall_slip_mean, wall_turn_mean: np.where(
-            wall_turn_mean != 0.0, 1.0 - _ratio(wall_slip_mean, wall_turn_mean, 1.0), 0.0
+        lambda wall_slip_mean, wall_surface_speed_mean: np.where(
+            wall_surface_speed_mean != 0.0,
+            1.0 - _ratio(wall_slip_mean, wall_surface_speed_mean, 1.0),
+            0.0,
         ),
     ),
     Derived(
@@ -204,7 +216,7 @@ FEATURES = (
 
 @lru_cache
 def declaration_of(options: Options) -> Declaration:
-    """What is observed of a collar with these options."""
+    """The declaration of a collar with these options."""
     return Declaration(
         channels=CHANNELS,
         features=(*FEATURES, Derived("wall_force_max", _wall_force(options.hertz))),

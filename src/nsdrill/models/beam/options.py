@@ -1,4 +1,4 @@
-"""What of the parameters is compiled in."""
+"""The options of a collar, which are compiled in."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ from typing import NamedTuple
 
 from nsdrill.models.beam.parameters import MOST_MODES, Parameters
 
-STARTED = ("x", "vx", "y", "vy")  # of the first mode, as the study's start names them
+FIRST_MODE = ("x", "vx", "y", "vy")  # of the first mode, as named in the study's start
 COMMON = ("z", "vz", "twist", "bit_speed")
 
 
 class Options(NamedTuple):
     """Whole numbers, as they go into the names of compiled functions: the numbers of
     ``modes`` and ``stations``; whether the law of the wall is Hertz's; the ``lobes`` of
-    the rock; which modes are ``unbalanced``, 1 for the first, 2 for the second, 4 for
-    the third, added up; whether the torque softens the collar."""
+    the rock; the ``unbalanced`` modes as a sum of bits, 1 for the first, 2 for the
+    second, 4 for the third; whether the ``torque`` softens the collar; whether friction
+    is kept ``apart``."""
 
     modes: int = 5
     stations: int = 5
@@ -44,11 +45,11 @@ def options_of(parameters: Parameters) -> Options:
 
 
 def unbalanced_modes(parameters: Parameters) -> list[int]:
-    """The numbers of the modes whose mass centre is off the axis; of a swept
-    eccentricity those that it may be."""
-    given, modes = parameters.beam.eccentricity_modes, range(1, parameters.beam.modes + 1)
-    if given is not None:
-        return [n for n, value in zip(modes, given, strict=False) if value != 0.0]
+    """The numbers of the modes whose mass centre is off the axis; with a swept
+    eccentricity all modes that may be."""
+    distances, modes = parameters.beam.eccentricity_modes, range(1, parameters.beam.modes + 1)
+    if distances is not None:
+        return [n for n, value in zip(modes, distances, strict=False) if value != 0.0]
     return (
         [n for n in modes if n % 2]
         if parameters.drillstring.eccentricity_shape == "uniform"
@@ -62,7 +63,7 @@ def lateral(n: int) -> tuple[str, str, str, str]:
 
 
 def states_of(modes: int) -> tuple[str, ...]:
-    """The names of the states: those that the lumped model has too come first, in its
+    """The names of the states; those that the lumped model also has come first, in its
     order."""
     return (*lateral(1), *COMMON, *(name for n in range(2, modes + 1) for name in lateral(n)))
 

@@ -100,7 +100,7 @@ class Bit(Checked):
 @dataclass(frozen=True)
 class Station(Checked):
     """A place along the span where the collar may touch a wall. None stands for the gap
-    and the stiffness of the well, and for the drag with which the first mode has that
+    and the stiffness of the well, and for the drag that gives the first mode the drag
     of the lumped model."""
 
     at: float = parameter(
@@ -148,8 +148,8 @@ class Beam(Checked):
 
     ``axial_load`` softens it in bending: the force of the rock at every moment
     (``live``), the weight on bit (``static``) or a constant force. ``watched`` None is
-    the station nearest to the middle. ``eccentricity_modes`` None is what
-    ``drillstring`` says.
+    the station nearest to the middle. ``eccentricity_modes`` None stands for the
+    eccentricity of ``drillstring``.
     """
 
     modes: int = parameter(
@@ -239,7 +239,7 @@ class Parameters:
 
     def __post_init__(self) -> None:
         check_hole(self.well.diameter, self.drillstring.collar.outer_diameter)
-        places = [one.at for one in self.beam.stations]
+        places = [station.at for station in self.beam.stations]
         if not all(np.all(np.asarray(a) < np.asarray(b)) for a, b in pairwise(places)):
             raise ValueError(
                 f"beam.stations: found the places {places}, allowed: each beyond the one before"
@@ -248,12 +248,12 @@ class Parameters:
 
 @dataclass(frozen=True)
 class Initial(Starts):
-    """The state at the start. ``x`` ... ``vy`` are of the first bending mode, the
-    others begin at rest.
+    """The state at the start. ``x`` ... ``vy`` are of the first bending mode; the other
+    modes begin at rest.
 
-    With a ``wall_force`` the collar begins at rest as a force at the watched place
-    bends it in the plane of x, so far that a wall there presses it with this force; 0
-    is as far as the wall.
+    With a ``wall_force`` the collar begins at rest, bent in the plane of x by a force
+    at the watched place, so far that a wall there presses it with this force; with 0 it
+    just reaches the wall.
     """
 
     x: float = state(

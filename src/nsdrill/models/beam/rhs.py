@@ -1,22 +1,25 @@
 """The right-hand side of the elastic collar, for all lanes at once.
 
 Collar: simply supported, deflection X = sum x_n sin(n pi xi), Y alike, n = 1 ... N;
-modal mass m and stiffness k_n = E I (n pi)^4 / (2 l^3) - P (n pi)^2 / (2 l) - T (n
-pi)^3 / (2 l^2) (Ghasemloonia, Rideout & Butt for m and P; the torque as Christoforou &
-Yigit have it). All that is local acts at stations j, with phi_jn = sin(n pi xi_j)::
+modal mass m and stiffness k_n (Ghasemloonia, Rideout & Butt for m and P; the torque as
+in Christoforou & Yigit). Walls and mud act at stations j, with phi_jn = sin(n pi
+xi_j)::
 
+    k_n = E I (n pi)^4 / (2 l^3) - P (n pi)^2 / (2 l) - T (n pi)^3 / (2 l^2)
     N_j = k_j max(r_j - c_j, 0)^(1 or 3/2),   T_j = N_j f(omega R + theta_j' r_j)
     f_j = -N_j e_r - T_j e_theta - d_j |v_j| v_j
     F_n = -k_n (x_n, y_n) - c_n (x_n', y_n') + sum_j phi_jn f_j
 
-J_e phi'' = -T_ob - c_t omega - k_t psi - sum_j T_j R - sum_n q_n (F_yn cos phi - F_xn
-sin phi) x_n'' = q_n (omega^2 cos phi + phi'' sin phi) + F_xn / m y_n'' = q_n (omega^2
-sin phi - phi'' cos phi) + F_yn / m
+    J_e phi'' = -T_ob - c_t omega - k_t psi - sum_j T_j R
+                - sum_n q_n (F_yn cos phi - F_xn sin phi)
+    x_n'' = q_n (omega^2 cos phi + phi'' sin phi) + F_xn / m
+    y_n'' = q_n (omega^2 sin phi - phi'' cos phi) + F_yn / m
 
 with q_n = m_e e_n / m and J_e = J + sum_n m_e e_n (e_n - q_n): Lagrange's equations of
 the kinetic energy that :func:`nsdrill.models.beam.forces.energy` gives. Bit, rock and
-twist are those of the lumped model. The text is written out over modes and stations, as
-a loop over them inside the one over the lanes would not compile to packed instructions.
+twist are those of the lumped model. The text is written out over modes and stations,
+because a loop over them inside the one over the lanes would not compile to packed
+instructions.
 """
 
 from __future__ import annotations
@@ -39,12 +42,13 @@ from nsdrill.models.christoforou_yigit.lobes import multiple_sine
 from nsdrill.models.christoforou_yigit.unit_loads import FEW
 from nsdrill.scalar import STEP
 
-# Left for the observer: cosine and sine of the bit angle, force and torque of the rock,
-# and over the stations on the wall the sums of friction, of ones, and of slip.
-SHARED = ("cosine", "sine", "force", "torque", "friction", "pressed", "slipping")
-# Of each station: place, its radius, radius times radial velocity, slip times radius,
-# and the forces there.
-LOCAL = ("px", "py", "reach", "inward", "slip", "fx", "fy")
+# Auxiliary outputs for the observer: cosine and sine of the bit angle, force and torque
+# of the rock; the sum of friction over the stations on the wall, their number, and the
+# sum of their slips.
+SHARED = ("cosine", "sine", "force", "torque", "friction", "wall_contacts", "slip_sum")
+# Auxiliary outputs of each station: position, radius, radius times radial velocity,
+# slip times radius, and forces.
+LOCAL = ("px", "py", "radius", "outward", "slip", "fx", "fy")
 PARAMETERS = (
     "drive_speed",
     "wob",
@@ -76,24 +80,24 @@ PARAMETERS = (
     "stuck_below",
     "torque_scale",
 )
-# Of each station: the gap, the stiffness of the wall, the drag, and the penetration of
-# the well's wall at the force of its own at a penetration of 1, by which penetrations
-# of different walls compare.
-STATION = ("gap", "wall_stiffness", "drag", "yield")
-# Forces that are added up in one loop over the lanes: a smaller loop is unrolled by the
-# compiler before it is packed, in a larger one not all numbers have a register.
-TOGETHER = 10
+# Lane parameters of each station: the gap, the stiffness of the wall, the drag, and the
+# factor from a penetration of this wall to that of the well's wall under the same
+# force, for comparing penetrations of different walls.
+STATION = ("gap", "wall_stiffness", "drag", "penetration_factor")
+# The number of forces that are added in one loop over the lanes. The compiler unrolls a
+# smaller loop before it packs it; a larger one needs more registers than there are.
+FORCES_PER_LOOP = 10
 
 
 def columns_of(options: Options) -> tuple[str, ...]:
     """The names of the lane parameters: those of every collar, the arms of unbalanced
-    modes, the shapes of the modes at the watched place, what each station has of its
-    own, and the shapes there."""
+    modes, the mode shapes at the watched place, the parameters of each station, and the
+    mode shapes there."""
     modes, stations = range(1, options.modes + 1), range(1, options.stations + 1)
     arms = (f"unbalance_arm_{n}" for n in options.eccentric)
-    own = (f"{name}_{j}" for j in stations for name in STATION)
+    of_stations = (f"{name}_{j}" for j in stations for name in STATION)
     shapes = (f"phi_{j}_{n}" for j in stations for n in modes)
-    return (*PARAMETERS, *arms, *(f"watched_{n}" for n in modes), *own, *shapes)
+    return (*PARAMETERS, *arms, *(f"watched_{n}" for n in modes), *of_stations, *shapes)
 
 
 def aux_of(options: Options) -> tuple[str, ...]:
@@ -105,8 +109,8 @@ def aux_of(options: Options) -> tuple[str, ...]:
 def rows_of(
     options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None
 ) -> Rows:
-    """The lane buffer for an observer with so many rows, with a deviation beside the
-    states or without."""
+    """The layout of the lane buffer for an observer with ``observed`` rows, with a
+    deviation beside the states if ``tangent``."""
     states = 4 * options.modes + 4
     tangent_states = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
@@ -119,9 +123,9 @@ def rows_of(
 @lru_cache
 def make_right_hand_side(lanes: int, options: Options, *, tangent: bool = False) -> Any:
     """The compiled right-hand side for a number of lanes and these options; with
-    ``tangent`` that of a deviation besides, which is the difference of the slopes at
-    two states ``STEP`` times the deviation about the motion, as
-    :func:`nsdrill.scalar.in_lanes` has it."""
+    ``tangent`` also that of a deviation: the central difference of the slopes at two
+    states, ``STEP`` times the deviation to either side of the motion, as in
+    :func:`nsdrill.scalar.in_lanes`."""
     helpers = {
         "np": np,
         "fma": fma,
@@ -147,10 +151,10 @@ def text(lanes: int, options: Options, *, tangent: bool = False) -> str:
             for k in range(rows.own_slopes)
         ]
         pairs += [(rows.push + k, rows.push + pushes + k) for k in range(pushes)]
-        for own, other in pairs:
-            value, follows = (f"b[{lanes * n} + i]" for n in (own, other))
-            found = value if sign == "+" else f"({follows} - {value}) * {0.5 / STEP!r}"
-            lines += [f"    for i in range({lanes}):", f"        {follows} = {found}"]
+        for slope_row, tangent_row in pairs:
+            value, follows = (f"b[{lanes * n} + i]" for n in (slope_row, tangent_row))
+            result = value if sign == "+" else f"({follows} - {value}) * {0.5 / STEP!r}"
+            lines += [f"    for i in range({lanes}):", f"        {follows} = {result}"]
     if tangent and options.apart:
         aux, names = aux_of(options), states_of(options.modes)
         for k, name in enumerate(apart.velocities(options)):
@@ -158,25 +162,25 @@ def text(lanes: int, options: Options, *, tangent: bool = False) -> str:
                 *(rows.aux_now + aux.index(f"{word}_{k}") for word in ("above", "below")),
                 rows.own + names.index(name),
             )
-            one, two, deviation = (f"b[{lanes * n} + i]" for n in places)
+            above, below, deviation = (f"b[{lanes * n} + i]" for n in places)
             lines += [
                 f"    for i in range({lanes}):",
-                f"        {deviation} = ({one} - {two}) * {0.5 / STEP!r}",
+                f"        {deviation} = ({above} - {below}) * {0.5 / STEP!r}",
             ]
     return "\n".join([*lines, *Writer(lanes, options, rows).lines(), ""])
 
 
 def total(terms: list[tuple[str, str]], last: str = "") -> str:
     """The sum of products and of ``last``, fused: the text of the expression."""
-    found = last or f"{terms[-1][0]} * {terms[-1][1]}"
-    for one, other in reversed(terms if last else terms[:-1]):
-        found = f"fma({one}, {other}, {found})"
-    return found
+    expression = last or f"{terms[-1][0]} * {terms[-1][1]}"
+    for first, second in reversed(terms if last else terms[:-1]):
+        expression = f"fma({first}, {second}, {expression})"
+    return expression
 
 
 class Writer:
-    """Writes the loops, of states moved by ``sign`` times ``STEP`` times the deviation
-    if there is a sign."""
+    """Writes the loops of the right-hand side at the states, or, with a ``sign``, at
+    the states plus or minus ``STEP`` times the deviation."""
 
     def __init__(self, lanes: int, options: Options, rows: Rows, sign: str = "") -> None:
         modes = options.modes
@@ -206,15 +210,15 @@ class Writer:
 
     def lines(self) -> list[str]:
         if self.options.apart:
-            found = apart.Solve(self, closer=bool(self.sign)).lines()
-            # All that follows is at the velocities to which the stage has moved.
+            lines = apart.Solve(self, for_tangent=bool(self.sign)).lines()
+            # All that follows is evaluated at the velocities after the pushes.
             for k, name in enumerate(apart.velocities(self.options)):
                 self.row[name] = self.row[f"moved_{k}"]
         else:
             flags = " = ".join(f"touching_{j}" for j in self.stations)
-            found = [f"    {flags} = 0", *self.loop(self._bit())]
+            lines = [f"    {flags} = 0", *self.loop(self._bit())]
         for j in self.stations:
-            found += [
+            lines += [
                 *self.loop(self._station(j)),
                 f"    if touching_{j} != 0:",
                 *(f"    {line}" for line in self.loop(self._wall(j))),
@@ -223,18 +227,18 @@ class Writer:
         if self.options.modes * self.options.stations <= 2:
             eccentric = tuple(self.modes)
         others = [n for n in self.modes if n not in eccentric]
-        few = len(eccentric) * self.options.stations <= TOGETHER
+        few = len(eccentric) * self.options.stations <= FORCES_PER_LOOP
         for modes in (others, [] if few else eccentric):
-            each = max(1, TOGETHER // self.options.stations)
-            for first in range(0, len(modes), each):
-                found += self.loop(self._bending(modes[first : first + each]))
-        return found + self.loop([*(self._bending(eccentric) if few else []), *self._turning()])
+            per_loop = max(1, FORCES_PER_LOOP // self.options.stations)
+            for first in range(0, len(modes), per_loop):
+                lines += self.loop(self._bending(modes[first : first + per_loop]))
+        return lines + self.loop([*(self._bending(eccentric) if few else []), *self._rotation()])
 
     total = staticmethod(total)
 
     def loop(self, body: list[str]) -> list[str]:
-        # A length that the compiler does not know keeps it from unrolling the short
-        # loops of few lanes.
+        # A length that is unknown at compile time keeps the compiler from unrolling the
+        # short loops of few lanes.
         few = self.options.apart and self.lanes <= FEW
         length = f"min({self.lanes}, len(b))" if few else f"{self.lanes}"
         return [f"    for i in range({length}):", *(f"        {line}" for line in body)]
@@ -268,7 +272,7 @@ class Writer:
         ]
 
     def _bit(self) -> list[str]:
-        """Force and torque of the rock; the sums over the stations begin."""
+        """Force and torque of the rock; sets the sums over the stations to zero."""
         return [
             *self.rock(),
             "g, decayed, _ = slip_factors(bit_speed, 1.0, bit_smoothing, bit_decay)",
@@ -277,14 +281,14 @@ class Writer:
                 sine="s",
                 force="force",
                 friction="0.0",
-                pressed="0.0",
-                slipping="0.0",
+                wall_contacts="0.0",
+                slip_sum="0.0",
                 torque="force * (g * fma(bit_rise, decayed, bit_dynamic))",
             ),
         ]
 
     def _station(self, j: int) -> list[str]:
-        """Place and velocity there, and the drag of the mud."""
+        """Position and velocity of the station, and the drag of the mud there."""
         shapes = {n: f"phi_{j}_{n}" for n in self.modes}
         lines = self.load(*shapes.values(), *(name for n in self.modes for name in lateral(n)))
         for k, name in enumerate(("px", "vx", "py", "vy")):
@@ -292,17 +296,17 @@ class Writer:
         return [
             *lines,
             *self.load(f"gap_{j}", f"drag_{j}", "collar_radius", "bit_speed"),
-            # The floor matters at the hole's centre only, where no force is.
-            "reach = np.sqrt(max(fma(px, px, py * py), 1e-60))",
-            *([] if self.options.apart else [f"touching_{j} |= 1 if reach > gap_{j} else 0"]),
+            # The floor matters only at the centre of the hole, where there is no force.
+            "radius = np.sqrt(max(fma(px, px, py * py), 1e-60))",
+            *([] if self.options.apart else [f"touching_{j} |= 1 if radius > gap_{j} else 0"]),
             f"drag = drag_{j} * np.sqrt(fma(vx, vx, vy * vy))",
             *self.store(
                 **{
                     f"px_{j}": "px",
                     f"py_{j}": "py",
-                    f"reach_{j}": "reach",
-                    f"inward_{j}": "fma(px, vx, py * vy)",
-                    f"slip_{j}": "fma(bit_speed * collar_radius, reach, fma(px, vy, -(py * vx)))",
+                    f"radius_{j}": "radius",
+                    f"outward_{j}": "fma(px, vx, py * vy)",
+                    f"slip_{j}": "fma(bit_speed * collar_radius, radius, fma(px, vy, -(py * vx)))",
                     f"fx_{j}": "-(drag * vx)",
                     f"fy_{j}": "-(drag * vy)",
                 }
@@ -312,27 +316,27 @@ class Writer:
     def _wall(self, j: int) -> list[str]:
         """Penetration, normal force, friction against the slip of the collar's
         surface."""
-        px, py, reach, slip, fx, fy = (
-            f"{name}_{j}" for name in ("px", "py", "reach", "slip", "fx", "fy")
+        px, py, radius, slip, fx, fy = (
+            f"{name}_{j}" for name in ("px", "py", "radius", "slip", "fx", "fy")
         )
-        made = [
-            f"penetration = max({reach} - gap_{j}, 0.0)",
+        law = [
+            f"penetration = max({radius} - gap_{j}, 0.0)",
             f"normal = wall_stiffness_{j} * penetration",
             *(["normal = normal * np.sqrt(penetration)"] if self.options.hertz else []),
-            f"g, decayed, per_radius = slip_factors({slip}, {reach}, wall_smoothing, wall_decay)",
+            f"g, decayed, per_radius = slip_factors({slip}, {radius}, wall_smoothing, wall_decay)",
             "rubbing = normal * (g * fma(wall_rise, decayed, wall_dynamic))",
         ]
         if self.options.apart:
             names = (f"normal_{j}", f"load_{j}")
-            made = [
+            law = [
                 *self.load(*names),
-                f"normal, rubbing, per_radius = {', '.join(names)}, 1.0 / {reach}",
+                f"normal, rubbing, per_radius = {', '.join(names)}, 1.0 / {radius}",
             ]
         return [
             *self.load(
                 px,
                 py,
-                reach,
+                radius,
                 slip,
                 fx,
                 fy,
@@ -343,26 +347,26 @@ class Writer:
                 "wall_rise",
                 "wall_dynamic",
                 "friction",
-                "pressed",
-                "slipping",
+                "wall_contacts",
+                "slip_sum",
             ),
-            f"touches = 1.0 if {reach} > gap_{j} else 0.0",
-            *made,
+            f"touches = 1.0 if {radius} > gap_{j} else 0.0",
+            *law,
             "radial, tangential = normal * per_radius, rubbing * per_radius",
             *self.store(
                 **{
                     fx: f"fma(tangential, {py}, fma(-radial, {px}, {fx}))",
                     fy: f"fma(-tangential, {px}, fma(-radial, {py}, {fy}))",
                     "friction": "friction + rubbing",
-                    "pressed": "pressed + touches",
-                    "slipping": f"fma(touches * per_radius, {slip}, slipping)",
+                    "wall_contacts": "wall_contacts + touches",
+                    "slip_sum": f"fma(touches * per_radius, {slip}, slip_sum)",
                 }
             ),
         ]
 
     def _bending(self, modes: Sequence[int]) -> list[str]:
-        """The forces on these modes, and the accelerations of those that are not
-        eccentric."""
+        """The accelerations of these modes; for eccentric ones the forces, in the rows
+        of the accelerations."""
         torque = bool(self.options.torque)
         lines = [
             *self.load(
@@ -395,9 +399,9 @@ class Writer:
                 lines += self.store(**{f"a{axis}_{n}": f"{force}{mass}"})
         return lines
 
-    def _turning(self) -> list[str]:
-        """The moment, the bit's acceleration, the eccentric modes, which have their
-        forces in place of accelerations so far, and the axial motion."""
+    def _rotation(self) -> list[str]:
+        """The moment, the bit's acceleration, the accelerations of the eccentric modes,
+        whose rows hold forces so far, and the axial motion."""
         lines = self.load(
             "cosine",
             "sine",

@@ -1,4 +1,5 @@
-"""The chart of the drives that a string of segments may have: it needs no integration."""
+"""The chart of the drives that a string of segments may have: it needs no
+integration."""
 
 from __future__ import annotations
 
@@ -10,7 +11,12 @@ from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import DriveCard
 from nsdrill.models.operation import Operation
 from nsdrill.models.segments.drive import impedance
-from nsdrill.models.segments.linear import of_point, seen_from_below, slope_held, waves_of
+from nsdrill.models.segments.linear import (
+    drive_impedance,
+    slope_held,
+    string_at,
+    torsional_frequencies,
+)
 from nsdrill.models.segments.parameters import Parameters
 
 WAVES = 4
@@ -18,18 +24,20 @@ WAVES = 4
 
 def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
     """The chart ``drive-card``: every kind of drive with the numbers of the study."""
-    own, pipe = parameters.drive.kind, float(impedance(parameters))
+    study_kind, pipe = parameters.drive.kind, float(impedance(parameters))
 
-    def seen(kind: str, frequency: np.ndarray) -> tuple[float, np.ndarray | None]:
-        driven = with_values(parameters, {"drive.kind": kind})
-        if kind == "dc_motor" != own:
-            driven = with_values(driven, {"drive.gains": None})
-        string = of_point(driven, operation)
-        held = slope_held(driven, string)
+    def slope_and_reflection(kind: str, frequency: np.ndarray) -> tuple[float, np.ndarray | None]:
+        with_kind = with_values(parameters, {"drive.kind": kind})
+        if kind == "dc_motor" != study_kind:
+            with_kind = with_values(with_kind, {"drive.gains": None})
+        string = string_at(with_kind, operation)
+        slope = slope_held(with_kind, string)
         if kind == "ideal":
-            return held, None
-        law, circuit = seen_from_below(driven, string)
-        return held, reflection(law, pipe, frequency, circuit)
+            return slope, None
+        law, circuit = drive_impedance(with_kind, string)
+        return slope, reflection(law, pipe, frequency, circuit)
 
-    waves = waves_of(of_point(parameters, operation), WAVES)
-    return drives.drive_card(("ideal", *LAWS, "dc_motor", "lqr"), own, waves, seen)
+    waves = torsional_frequencies(string_at(parameters, operation), WAVES)
+    return drives.drive_card(
+        ("ideal", *LAWS, "dc_motor", "lqr"), study_kind, waves, slope_and_reflection
+    )

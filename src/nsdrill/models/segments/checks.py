@@ -1,5 +1,5 @@
-"""What ``check`` finds of a study of a string of segments: what it is made of, what
-linear theory knows of string and drive, and warnings."""
+"""What ``check`` shows of a study of a string of segments: coefficients, derived
+quantities of the linearised string and drive, and warnings."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.segments.drive import impedance, law_of
 from nsdrill.models.segments.linear import (
     axial_free,
+    drive_impedance,
     growth_at_rest,
-    modes_of,
-    of_point,
     onset,
-    seen_from_below,
+    oscillating_modes,
     slope_held,
+    string_at,
+    torsional_frequencies,
     torsional_matrix,
-    waves_of,
 )
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import steady_of, string_of
 
-# a value in SI units, in those shown in SI or in field units, in words
-Told = Callable[[float, str, str], str]
-MODES = 3  # of string and drive that are told
+# Text of a value in SI units, from the value, its SI unit and the unit that is shown.
+FormatValue = Callable[[float, str, str], str]
+MODES = 3  # modes of string and drive among the derived quantities
 LEAST_PERIODS = 4
 
 
 class Coefficients(NamedTuple):
-    """Of the string as a whole, with its lumped inertia."""
+    """Coefficients of the string as a whole, with its lumped inertia."""
 
     k_a: float
     k_t: float
@@ -50,9 +50,9 @@ COEFFICIENTS = {
 
 
 def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
-    """Those at an operating point."""
-    string = of_point(parameters, operation)
-    first = float(waves_of(string, 1)[0])
+    """The coefficients at an operating point."""
+    string = string_at(parameters, operation)
+    first = float(torsional_frequencies(string, 1)[0])
     k_t = float(string.torsional)
     return Coefficients(float(string.axial), k_t, k_t / first**2, float(sum(string.drags)))
 
@@ -61,15 +61,17 @@ def every_derived_quantity(
     parameters: Parameters, operation: Operation
 ) -> dict[str, DerivedQuantity]:
     """The derived quantities at an operating point."""
-    string, drive = of_point(parameters, operation), parameters.drive
+    string, drive = string_at(parameters, operation), parameters.drive
     steady = steady_of(parameters, string, operation.wob, operation.rotary_speed)
     torque, pipe = float(steady.table_torque), float(impedance(parameters))
-    first, second = waves_of(string, 2)
-    held = slope_held(parameters, string)
-    below = onset(parameters, operation, string, held)
-    seen, circuit = seen_from_below(parameters, string)
-    reflected = None if drive.kind == "ideal" else reflection(seen, pipe, float(first), circuit)
-    found = {
+    first, second = torsional_frequencies(string, 2)
+    slope = slope_held(parameters, string)
+    onset_speed = onset(parameters, operation, string, slope)
+    law_at_top, circuit = drive_impedance(parameters, string)
+    reflected = (
+        None if drive.kind == "ideal" else reflection(law_at_top, pipe, float(first), circuit)
+    )
+    quantities = {
         "axial_free": DerivedQuantity(
             axial_free(parameters, string),
             "rad/s",
@@ -85,18 +87,18 @@ def every_derived_quantity(
             float(steady.angles[-1]), "rad", "steady twist of the string"
         ),
         "slope_held": DerivedQuantity(
-            held,
+            slope,
             "N m s/rad",
             "steepest fall of the bit's torque with speed that steady drilling withstands",
         ),
         "stick_slip_onset": DerivedQuantity(
-            below, "rad/s", "speed below which steady drilling is unstable to stick-slip"
+            onset_speed, "rad/s", "speed below which steady drilling is unstable to stick-slip"
         ),
         "pipe_impedance": DerivedQuantity(pipe, "N m s/rad", "torsional impedance of the pipe"),
     }
     if drive.kind in LAWS:
         law = law_of(parameters, string)
-        found |= {
+        quantities |= {
             "drive_stiffness": DerivedQuantity(
                 float(law.stiffness), "N m/rad", "integral gain of the drive, K_i"
             ),
@@ -106,20 +108,22 @@ def every_derived_quantity(
         }
     if drive.kind != "ideal":
         share = None if reflected is None else float(abs(reflected))
-        words = "share of a wave at the first torsional frequency that the drive throws back"
-        found |= {
+        meaning = "share of a wave at the first torsional frequency that the drive throws back"
+        quantities |= {
             "drive_inertia": DerivedQuantity(
-                float(seen.inertia), "kg m^2", "inertia of drive and kelly, as it is felt"
+                float(law_at_top.inertia), "kg m^2", "inertia of drive and kelly, as it is felt"
             ),
-            "drive_reflection": DerivedQuantity(share, "1", words),
+            "drive_reflection": DerivedQuantity(share, "1", meaning),
         }
     if drive.torque_limit is not None and drive.kind in LAWS:
-        left = float(drive.torque_limit) - torque
-        found["torque_reserve"] = DerivedQuantity(
-            left, "N m", "torque limit of the drive less the steady torque"
+        reserve = float(drive.torque_limit) - torque
+        quantities["torque_reserve"] = DerivedQuantity(
+            reserve, "N m", "torque limit of the drive less the steady torque"
         )
-    for number, root in enumerate(modes_of(torsional_matrix(parameters, string), MODES), start=1):
-        found |= {
+    for number, root in enumerate(
+        oscillating_modes(torsional_matrix(parameters, string), MODES), start=1
+    ):
+        quantities |= {
             f"drive_mode_{number}": DerivedQuantity(
                 abs(root), "rad/s", f"frequency {number} of string and drive"
             ),
@@ -127,50 +131,57 @@ def every_derived_quantity(
                 -root.real / abs(root), "1", "its damping ratio, without bit friction"
             ),
         }
-    return found
+    return quantities
 
 
-def warnings(study: Any, corners: list[Values], told: Told) -> list[str | None]:
-    """Warnings of a study, with what its points have at the ends of all axes and ramps
-    in ``corners``; None where there is nothing to warn of."""
-    found = [_overloaded(corners, told), _unstable(study, corners, told)]
-    if study.swept or not study.ramped:  # else there is no observed window
-        found.append(_few_periods(study, corners))
-    return found
+def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
+    """Warnings of a study, whose ``corners`` are the values at the ends of all axes and
+    ramps; None where there is nothing to warn of."""
+    messages = [_overloaded(corners, format_value), _unstable(study, corners, format_value)]
+    if study.swept or not study.ramped:  # else nothing is observed
+        messages.append(_few_periods(study, corners))
+    return messages
 
 
-def _overloaded(corners: list[Values], told: Told) -> str | None:
-    """A motor at its limit does not keep the set speed."""
+def _overloaded(corners: list[Values], format_value: FormatValue) -> str | None:
+    """The warning of a motor whose torque limit is below the steady torque."""
     pairs = []
-    for at in corners:
-        depth, wob, speed = at.operation
-        drive = at.parameters.drive
+    for corner in corners:
+        depth, wob, speed = corner.operation
+        drive = corner.parameters.drive
         if drive.kind in LAWS and drive.torque_limit is not None:
-            steady = steady_of(at.parameters, string_of(at.parameters, depth), wob, speed)
+            steady = steady_of(corner.parameters, string_of(corner.parameters, depth), wob, speed)
             pairs.append((float(steady.table_torque), float(drive.torque_limit)))
-    return overloaded(pairs, told)
+    return overloaded(pairs, format_value)
 
 
-def _unstable(study: Any, corners: list[Values], told: Told) -> str | None:
-    """A drive that swings the string by itself, as gains of the wrong sign make it."""
-    found = [
-        (root, at.operation[0], at.parameters.drive.kind)
-        for at in corners
-        if (root := growth_at_rest(at.parameters, string_of(at.parameters, at.operation[0])))
+def _unstable(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
+    """The warning of a drive that makes the string oscillate by itself, as gains of the
+    wrong sign do."""
+    growing = [
+        (root, corner.operation[0], corner.parameters.drive.kind)
+        for corner in corners
+        if (
+            root := growth_at_rest(
+                corner.parameters, string_of(corner.parameters, corner.operation[0])
+            )
+        )
         is not None
     ]
-    return swinging(found, "depth" in study.swept, told)
+    return swinging(growing, "depth" in study.swept, format_value)
 
 
 def _few_periods(study: Any, corners: list[Values]) -> str | None:
     period = max(
-        2 * math.pi / float(waves_of(string_of(at.parameters, at.operation[0]), 1)[0])
-        for at in corners
+        2
+        * math.pi
+        / float(torsional_frequencies(string_of(corner.parameters, corner.operation[0]), 1)[0])
+        for corner in corners
     )
     if study.simulation.observe >= LEAST_PERIODS * period:
         return None
     return (
-        f"Short: the torsional period is {period:.3g} s at most; the observed window of "
-        f"{study.simulation.observe:g} s holds fewer than {LEAST_PERIODS}. Lengthen "
+        f"Short: the torsional period is {period:.3g} s at most; an observation of "
+        f"{study.simulation.observe:g} s has fewer than {LEAST_PERIODS}. Lengthen "
         f"simulation.observe."
     )

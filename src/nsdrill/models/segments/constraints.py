@@ -34,12 +34,13 @@ ORDERS = (
     Order("drillstring.pipe.outer_diameter", "well.diameter"),
     Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
 )
-# N: with less the rock's damping, which is that under the weight on bit, has no measure
+# N. The rock's damping is given under the weight on bit, so it needs a load to refer
+# to.
 LEAST_LOAD = 1e3
 
 
 def constraints(check: Any) -> Iterator[Fault]:
-    """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
+    """All constraints but the :data:`ORDERS`; ``check`` is the Checker of the study."""
     yield from _load(check)
     yield from _drive(check)
     yield from _gains(check)
@@ -47,7 +48,7 @@ def constraints(check: Any) -> Iterator[Fault]:
 
 
 def _load(check: Any) -> Iterator[Fault]:
-    """A load under which the rock has its damping."""
+    """The weight on bit is large enough to refer the rock's damping to it."""
     keys = ("operation.wob", "segments.rock_damping")
     if not check.sound(*keys) or check.ends("segments.rock_damping")[1] == 0.0:
         return
@@ -62,7 +63,7 @@ def _load(check: Any) -> Iterator[Fault]:
 
 
 def _gains(check: Any) -> Iterator[Fault]:
-    """Five of them, and a time at which they begin only with them."""
+    """There are five gains, and a time of switching on only with them."""
     if not check.sound("drive") or check.value("drive.kind") != "dc_motor":
         return
     gains, key = check.value("drive.gains"), "drive.on_at"
@@ -79,7 +80,7 @@ def _gains(check: Any) -> Iterator[Fault]:
 
 
 def _torque(check: Any) -> Iterator[Fault]:
-    """What goes together of a drive by torque."""
+    """The inertia and the start time of a drive by torque are consistent."""
     if not check.sound("drive") or check.value("drive.kind") not in LAWS:
         return
     yield from inertia_faults(check)
@@ -93,7 +94,7 @@ def _torque(check: Any) -> Iterator[Fault]:
 
 
 def _drive(check: Any) -> Iterator[Fault]:
-    """No value and no axis that the kind of drive does not read."""
+    """There is no value and no axis that the kind of drive does not read."""
     if not check.sound("drive"):
         return
     kind = check.value("drive.kind")

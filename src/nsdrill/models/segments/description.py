@@ -1,4 +1,4 @@
-"""What this model tells those who do not compute with it."""
+"""The description of the model: its study keys, variables and pictures."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from nsdrill.models.leaves import Values
 from nsdrill.models.segments.constraints import ORDERS, constraints
 from nsdrill.models.segments.names import names_of
 from nsdrill.models.segments.parameters import MOST_SEGMENTS, Initial, Parameters, SegmentsOperation
-from nsdrill.models.segments.string import SPEEDS, cut_root, string_of
+from nsdrill.models.segments.string import SPEEDS, depth_root, string_of
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.variables import at_section, feature, in_trace
 
@@ -28,11 +28,11 @@ def states(parameters: Parameters) -> tuple[str, ...]:
     return states_of(parameters.segments.pipe, parameters.segments.collar)
 
 
-def are_states(found: tuple[str, ...]) -> bool:
+def are_states(names: tuple[str, ...]) -> bool:
     """Whether these are the states of a string with any allowed number of segments.
-    (The names tell of all segments together only.)"""
-    last = (len(found) - 2) // 4 - 1
-    return 2 <= last <= 2 * MOST_SEGMENTS and found == states_of(1, last - 1)
+    (The names give only the sum of the segments of pipe and of collars.)"""
+    last = (len(names) - 2) // 4 - 1
+    return 2 <= last <= 2 * MOST_SEGMENTS and names == states_of(1, last - 1)
 
 
 # The states between surface and bit, which a trace leaves out.
@@ -57,30 +57,32 @@ _INNER = (
 
 
 def friction_rates(points: Values) -> dict[str, Any]:
-    """How fast the cutting torque under the weight on bit brakes the bit [1/s], at its
-    steepest: at rest, or, where the depth of cut follows the bit's speed, between two
-    of the speeds :data:`.string.SPEEDS` of a bit that creeps. (Where such a bit begins
-    to cut the slope is infinite; over a fifth of the speed it is not.) See
-    :mod:`nsdrill.models.segments.rhs`."""
+    """The rate at which the cutting torque under the weight on bit brakes the bit
+    [1/s], at its steepest: at rest, or, where the depth of cut follows the bit speed,
+    between two of the speeds :data:`.string.SPEEDS` of a bit that creeps. (The slope is
+    infinite where such a bit begins to cut, but finite between speeds that differ by a
+    fifth.) See :mod:`nsdrill.models.segments.rhs`."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
-    bit, cut = parameters.bit, parameters.bit.cutting
-    # the speed at which friction at rest cuts
-    at = speed if cut.speed == "mean" else 0.0 * np.asarray(speed)
-    steep = 2 / math.pi * cut.smoothing * cut_root(parameters, wob, at)
-    if cut.speed == "live":
-        turned = [cut.smoothing * slow for slow in SPEEDS]  # x / (0.8 + x) stands for (2/pi) atan x
+    bit, cutting = parameters.bit, parameters.bit.cutting
+    # The speed of the depth of cut, for a bit at rest.
+    cutting_speed = speed if cutting.speed == "mean" else 0.0 * np.asarray(speed)
+    steepest = 2 / math.pi * cutting.smoothing * depth_root(parameters, wob, cutting_speed)
+    if cutting.speed == "live":
+        scaled = [
+            cutting.smoothing * slow for slow in SPEEDS
+        ]  # x / (0.8 + x) stands for (2/pi) atan x
         torques = [
-            x / (0.8 + x) * cut_root(parameters, wob, slow)
-            for x, slow in zip(turned, SPEEDS, strict=True)
+            x / (0.8 + x) * depth_root(parameters, wob, slow)
+            for x, slow in zip(scaled, SPEEDS, strict=True)
         ]
-        for one, two, a, b in zip(torques, torques[1:], SPEEDS, SPEEDS[1:], strict=False):
-            steep = np.maximum(steep, (two - one) / (b - a))
-    rate = wob * bit.radius * cut.zeta * steep / string_of(parameters, depth).bit_inertia
+        for before, after, a, b in zip(torques, torques[1:], SPEEDS, SPEEDS[1:], strict=False):
+            steepest = np.maximum(steepest, (after - before) / (b - a))
+    rate = wob * bit.radius * cutting.zeta * steepest / string_of(parameters, depth).bit_inertia
     return {"bit.cutting.smoothing": rate}
 
 
 def options(parameters: Parameters) -> tuple[str, ...]:
-    """What brings features of its own: an electric motor, or a drive by torque."""
+    """The option that adds features: an electric motor, or a drive by torque."""
     return ("by_torque",) if parameters.drive.by_torque else ("motor",)
 
 
@@ -95,7 +97,7 @@ DESCRIPTION = Description(
     explicit_only=lambda parameters: None,
     meanings={
         "drillstring": "The string",
-        "segments": "How the string is cut, and what there is at its ends",
+        "segments": "The division of the string, and what is at its ends",
         "segments.top": "What the string hangs from",
         "segments.kelly": "The kelly, a rigid body",
         "segments.material_damping": "Damping of a segment over its stiffness",
@@ -107,13 +109,13 @@ DESCRIPTION = Description(
         "a table that turns",
         "well": "The hole",
         "bit": "The bit on its lobed surface",
-        "bit.lobes": "Lobes a turn: 3 for a roller cone, 1 for a PDC bit",
+        "bit.lobes": "Lobes per revolution: 3 for a roller cone, 1 for a PDC bit",
         "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] "
         "sqrt(w[rad/s]) + c2",
         "bit.cutting.speed": "The speed in the ROP law: live, that of the bit, or mean, the set "
         "speed",
         "bit.friction": "Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w)",
-        "drive": "What turns the string; each kind reads its own keys",
+        "drive": "The drive at the top of the string; each kind reads its own keys",
         "drive.kind": "A motor at constant voltage, with gains or a regulator; a top that keeps "
         "its speed; or a drive "
         "whose torque a controller sets",

@@ -1,8 +1,8 @@
-"""What controls the drive: the gains of its linear-quadratic regulator, or the law of
+"""The control of the drive: the gains of its linear-quadratic regulator, or the law of
 its torque.
 
-    V = V_0 - [K_I (I - I*) + K_1 lag + K_2 (omega_d - Omega) + K_3 (twist - twist*) +
-    K_4 (omega - Omega)]
+    V = V_0 - [K_I (I - I*) + K_1 lag + K_2 (omega_d - Omega) + K_3 (twist - twist*)
+               + K_4 (omega - Omega)]
 
 The gains minimise the integral of the weighted squares of the five deviations and of
 the voltage, by the algebraic Riccati equation of a string of two inertias: the drive's,
@@ -12,12 +12,12 @@ and the material's damping are left out. Source: Sarker, Rideout & Butt 2012 nam
 method and its weights.
 
 The law of a drive by torque is that of :mod:`nsdrill.models.drives`, where the angle of
-the bit is its twist. It is tuned to what turns with the drive, its own inertia and the
-kelly, to the impedance of the pipe, and to the first torsional mode below a held top:
-the stiffness k_t of the whole string and the inertia J_b. J_0 w_0' is T_m less what the
-string takes, with J_0 the inertia of the law and half a segment. Until ``on_at``, and
-always of an ideal drive, the top keeps the set speed, and the torque is what that
-takes.
+the bit is its twist. It is tuned to the inertia at the top, of the drive and the kelly,
+to the impedance of the pipe, and to the first torsional mode below a held top: the
+stiffness k_t of the whole string and the inertia J_b. J_0 w_0' is T_m less the torque
+of the string, with J_0 the inertia of the law and half a segment. Until ``on_at``, and
+always with an ideal drive, the top keeps the set speed, and the torque is the one that
+this takes.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ UNLIMITED = 1e30  # N m
 
 def gains_of(parameters: Parameters, string: String) -> np.ndarray:
     """The gains of the voltage, an array (points, 5) or (1, 5): those of the regulator,
-    those that are given, or 0."""
+    those of the study, or 0."""
     drive = parameters.drive
     if drive.kind == "lqr":
         return regulator(parameters, string)
-    given = drive.gains if drive.kind == "dc_motor" and drive.gains is not None else (0.0,) * 5
-    return np.array([given])
+    gains = drive.gains if drive.kind == "dc_motor" and drive.gains is not None else (0.0,) * 5
+    return np.array([gains])
 
 
 def law_of(parameters: Parameters, string: String) -> Gains:
-    """The law of a drive by torque, at the depths of the ``string``; one without gains
-    of an ideal drive."""
+    """The law of a drive by torque, at the depths of the ``string``; that of an ideal
+    drive has no gains."""
     drive = parameters.drive
     top = drive.inertia + string.kelly_inertia
     if drive.kind == "ideal":
@@ -71,33 +71,33 @@ def impedance(parameters: Parameters) -> Any:
 
 
 def lag_of(parameters: Parameters, string: String, steady: Steady) -> Any:
-    """The lag [rad] of steady drilling, at which the law asks for its torque; 0 of a
-    drive that comes on later or has no integral gain, whose speed gives way in place of
-    its angle."""
+    """The lag [rad] at which the law gives the torque of steady drilling; 0 for a drive
+    that is switched on later, or that has no integral gain and deviates in speed rather
+    than in angle."""
     drive = parameters.drive
     if drive.kind not in LAWS:
         return 0.0
     law = law_of(parameters, string)
-    asked = steady.table_torque + law.twist_gain * steady.angles[-1]
-    asked, stiffness, on_at = np.broadcast_arrays(asked, law.stiffness, drive.on_at)
+    torque = steady.table_torque + law.twist_gain * steady.angles[-1]
+    torque, stiffness, on_at = np.broadcast_arrays(torque, law.stiffness, drive.on_at)
     return -np.divide(
-        asked, stiffness, out=np.zeros(asked.shape), where=(stiffness != 0.0) & (on_at == 0.0)
+        torque, stiffness, out=np.zeros(torque.shape), where=(stiffness != 0.0) & (on_at == 0.0)
     )
 
 
 def _modal_inertia(string: String) -> Any:
-    """The inertia J_b [kg m^2] that has with the stiffness of the string the first
-    frequency below a held top."""
-    values = (string.torsional, *string.springs, *string.inertias)
+    """The inertia J_b [kg m^2] that has, with the stiffness of the string, the first
+    torsional frequency below a held top."""
+    values = (string.torsional, *string.torsional_stiffnesses, *string.inertias)
     numbers = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in values))
     table = np.stack([value.ravel() for value in numbers], axis=1)
-    distinct, places = np.unique(table, axis=0, return_inverse=True)
-    found, count = [], len(string.springs)
+    distinct, row_of = np.unique(table, axis=0, return_inverse=True)
+    inertias, count = [], len(string.torsional_stiffnesses)
     for row in distinct:
         w = first_frequency(row[1 : 1 + count], row[1 + count :])
-        found.append(float(f"{row[0] / (w * w):.{DIGITS}g}"))
-    made = np.array(found)[places.ravel()].reshape(numbers[0].shape)
-    return made if made.ndim else float(made)
+        inertias.append(float(f"{row[0] / (w * w):.{DIGITS}g}"))
+    at_points = np.array(inertias)[row_of.ravel()].reshape(numbers[0].shape)
+    return at_points if at_points.ndim else float(at_points)
 
 
 def regulator(parameters: Parameters, string: String) -> np.ndarray:
@@ -121,33 +121,37 @@ def regulator(parameters: Parameters, string: String) -> np.ndarray:
             drive.twist_weight,
             drive.bit_speed_weight,
         ),
-        *(np.atleast_1d(value) for value in string.springs + string.inertias),
+        *(np.atleast_1d(value) for value in string.torsional_stiffnesses + string.inertias),
     )
     table = np.stack(numbers, axis=1).astype(float)
-    distinct, places = np.unique(table, axis=0, return_inverse=True)
-    return np.array([_gains(row, len(string.springs)) for row in distinct])[places.ravel()]
+    distinct, row_of = np.unique(table, axis=0, return_inverse=True)
+    return np.array([_gains(row, len(string.torsional_stiffnesses)) for row in distinct])[
+        row_of.ravel()
+    ]
 
 
-def first_frequency(springs: Any, inertias: Any) -> float:
-    """The lowest torsional frequency [rad/s] of ``springs`` [N m/rad] below a held end,
-    with ``inertias`` [kg m^2]."""
+def first_frequency(stiffnesses: Any, inertias: Any) -> float:
+    """The lowest frequency [rad/s] of a chain of springs with these ``stiffnesses``
+    [N m/rad] below a held end, and ``inertias`` [kg m^2] below each; of axial motion,
+    [N/m] and [kg]."""
     from scipy.linalg import eigh_tridiagonal
 
-    springs, inertias = np.asarray(springs, dtype=float), np.asarray(inertias, dtype=float)
-    diagonal = (springs + np.append(springs[1:], 0.0)) / inertias
-    beside = -springs[1:] / np.sqrt(inertias[:-1] * inertias[1:])
+    stiffnesses, inertias = np.asarray(stiffnesses, dtype=float), np.asarray(inertias, dtype=float)
+    diagonal = (stiffnesses + np.append(stiffnesses[1:], 0.0)) / inertias
+    off_diagonal = -stiffnesses[1:] / np.sqrt(inertias[:-1] * inertias[1:])
     return float(
         np.sqrt(
-            eigh_tridiagonal(diagonal, beside, eigvals_only=True, select="i", select_range=(0, 0))[
-                0
-            ]
+            eigh_tridiagonal(
+                diagonal, off_diagonal, eigvals_only=True, select="i", select_range=(0, 0)
+            )[0]
         )
     )
 
 
 def matrices(row: Any, springs: int) -> tuple[Any, Any]:
-    """The matrix of the linear drive and string, states (lag, omega_d, I, twist,
-    omega), and the column of V."""
+    """The matrix of the linear drive and string, with the states (lag, omega_d, I,
+    twist, omega), and the column of V, from a ``row`` of :func:`regulator`'s table for
+    a string of so many ``springs``."""
     k_t, J_d, c_d, c_b, motor, inductance, resistance = row[:7]
     w = first_frequency(row[13 : 13 + springs], row[13 + springs :])
     J_b = k_t / (w * w)

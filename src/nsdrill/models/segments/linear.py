@@ -1,10 +1,10 @@
-"""The string and its drive, linear about steady drilling: what damps torsional
-vibration, and where it grows.
+"""The string and its drive, linearised about steady drilling: damping and growth of
+torsional vibration.
 
 The coordinates are the angle of the top, where something holds it, the twist of each
-segment e_i = th_{i+1} - th_i, the turning speeds less the set speed, and of an electric
-motor the current less that of steady drilling. Axial motion is apart from these on a
-rock without lobes, where the force on the bit is the weight on it.
+segment e_i = th_{i+1} - th_i, the angular speeds less the set speed, and, with an
+electric motor, the current less that of steady drilling. Axial motion is decoupled from
+these on a rock without lobes, where the force on the bit is the weight on it.
 """
 
 from __future__ import annotations
@@ -20,17 +20,21 @@ from nsdrill.models.segments.drive import first_frequency, gains_of, law_of
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import String, bit_torque, steady_of, string_of
 
-HALVINGS = 50
-SPEEDS = np.geomspace(0.05, 1000.0, 400)  # rad/s: where the onset is looked for
-STEP = 1e-5  # of a bit speed, for the slope of the torque
+BISECTIONS = 50
+SPEEDS = np.geomspace(0.05, 1000.0, 400)  # rad/s, searched for the onset
+STEP = 1e-5  # of the bit speed, in the slope of the torque
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
 def torsional_matrix(parameters: Parameters, string: String) -> Array:
     """d(rates)/d(coordinates) without friction at the bit, whose speed is the last of
-    the turning speeds (its place: :func:`place_of_bit`)."""
-    drive, springs, n = parameters.drive, string.springs, string.pipes + string.collars
+    the angular speeds (its row: :func:`bit_row`)."""
+    drive, stiffnesses, n = (
+        parameters.drive,
+        string.torsional_stiffnesses,
+        string.pipes + string.collars,
+    )
     motor = not drive.by_torque
     top = (
         string.drive_inertia
@@ -41,14 +45,14 @@ def torsional_matrix(parameters: Parameters, string: String) -> Array:
     matrix = np.zeros((2 * n + 2 + motor, 2 * n + 2 + motor))
     speeds = range(n + 1, 2 * n + 2)
     matrix[0, speeds[0]] = 1.0
-    for i, spring in enumerate(springs):
-        lag = spring * parameters.segments.material_damping.torsional
+    for i, stiffness in enumerate(stiffnesses):
+        damping = stiffness * parameters.segments.material_damping.torsional
         matrix[1 + i, speeds[i + 1]], matrix[1 + i, speeds[i]] = 1.0, -1.0
         for node, sign in ((i, 1.0), (i + 1, -1.0)):
             row = speeds[node]
-            matrix[row, 1 + i] += sign * spring / inertias[node]
-            matrix[row, speeds[i + 1]] += sign * lag / inertias[node]
-            matrix[row, speeds[i]] -= sign * lag / inertias[node]
+            matrix[row, 1 + i] += sign * stiffness / inertias[node]
+            matrix[row, speeds[i + 1]] += sign * damping / inertias[node]
+            matrix[row, speeds[i]] -= sign * damping / inertias[node]
     for node, row in enumerate(speeds):
         matrix[row, row] -= drags[node] / inertias[node]
     first, bit = speeds[0], speeds[-1]
@@ -58,72 +62,73 @@ def torsional_matrix(parameters: Parameters, string: String) -> Array:
         matrix[first, current] = constant / top
         K_I, K_1, K_2, K_3, K_4 = gains_of(parameters, string)[0]
         rates = {current: drive.resistance + K_I, 0: K_1 + K_3, first: constant + K_2, bit: K_4}
-        for place, value in (*rates.items(), *((1 + i, K_3) for i in range(n))):
-            matrix[current, place] -= value / drive.inductance
+        for column, value in (*rates.items(), *((1 + i, K_3) for i in range(n))):
+            matrix[current, column] -= value / drive.inductance
     elif drive.kind == "ideal":
         matrix[first] = 0.0
     else:
         law = law_of(parameters, string)
-        for place, value in (
+        for column, value in (
             (0, law.stiffness),
             (first, law.damping),
             (bit, law.speed_gain),
             *((1 + i, law.twist_gain) for i in range(n)),
         ):
-            matrix[first, place] -= value / top
-    if drive.kind == "ideal":  # the top does not move
-        keep = [place for place in range(len(matrix)) if place not in (0, first)]
-    else:  # nor does it matter where it is, if nothing holds it there
-        keep = [place for place in range(len(matrix)) if place > 0 or np.any(matrix[:, 0])]
+            matrix[first, column] -= value / top
+    if drive.kind == "ideal":  # the top follows the set speed
+        keep = [column for column in range(len(matrix)) if column not in (0, first)]
+    else:  # the top's angle is left out where nothing depends on it
+        keep = [column for column in range(len(matrix)) if column > 0 or np.any(matrix[:, 0])]
     return matrix[np.ix_(keep, keep)]
 
 
-def place_of_bit(parameters: Parameters, matrix: Array) -> int:
+def bit_row(parameters: Parameters, matrix: Array) -> int:
     """The row of the bit's speed in the :func:`torsional_matrix`."""
     return len(matrix) - 1 - int(not parameters.drive.by_torque)
 
 
-def modes_of(matrix: Array, count: int) -> list[complex]:
-    """The first ``count`` eigenvalues that swing, by their frequency."""
+def oscillating_modes(matrix: Array, count: int) -> list[complex]:
+    """The first ``count`` eigenvalues that oscillate, by their frequency."""
     return sorted((complex(root) for root in np.linalg.eigvals(matrix) if root.imag > 0), key=abs)[
         :count
     ]
 
 
-def waves_of(string: String, count: int) -> Array:
-    """The first ``count`` torsional frequencies [rad/s] of the string below a held top."""
-    springs, inertias = (
-        np.asarray(string.springs, dtype=float),
+def torsional_frequencies(string: String, count: int) -> Array:
+    """The first ``count`` torsional frequencies [rad/s] of the string below a held
+    top."""
+    stiffnesses, inertias = (
+        np.asarray(string.torsional_stiffnesses, dtype=float),
         np.asarray(string.inertias, dtype=float),
     )
-    stiffness = (
-        np.diag(springs + np.append(springs[1:], 0.0))
-        - np.diag(springs[1:], 1)
-        - np.diag(springs[1:], -1)
+    matrix = (
+        np.diag(stiffnesses + np.append(stiffnesses[1:], 0.0))
+        - np.diag(stiffnesses[1:], 1)
+        - np.diag(stiffnesses[1:], -1)
     )
-    root = 1.0 / np.sqrt(inertias)
-    return np.sqrt(np.linalg.eigvalsh(stiffness * root[:, None] * root))[:count]
+    inverse_root = 1.0 / np.sqrt(inertias)
+    return np.sqrt(np.linalg.eigvalsh(matrix * inverse_root[:, None] * inverse_root))[:count]
 
 
 def axial_free(parameters: Parameters, string: String) -> float:
     """The first axial frequency [rad/s] of the string on its hoist, with the bit off
     the rock."""
-    between = [
+    inner = [
         (string.pipe.mass, string.pipes - 1),
         (string.joint_mass, 1),
         (string.collar.mass, string.collars - 1),
     ]
     masses = [
         string.top_mass,
-        *(mass for mass, count in between for _ in range(count)),
+        *(mass for mass, count in inner for _ in range(count)),
         string.bit_mass,
     ]
-    return first_frequency((parameters.segments.top.stiffness, *string.stretches), masses)
+    return first_frequency((parameters.segments.top.stiffness, *string.axial_stiffnesses), masses)
 
 
 def growth_at_rest(parameters: Parameters, string: String) -> complex | None:
-    """The eigenvalue [1/s] of string and drive, without the bit's friction, whose
-    deviations grow fastest; None where all decay, or stay."""
+    """The eigenvalue [1/s] of string and drive, without friction at the bit, that grows
+    fastest; None where none grows."""
     roots = np.linalg.eigvals(torsional_matrix(parameters, string))
     worst = roots[np.argmax(roots.real)]
     return complex(worst) if worst.real > 1e-9 * np.abs(roots).max() else None
@@ -132,16 +137,16 @@ def growth_at_rest(parameters: Parameters, string: String) -> complex | None:
 def slope_held(parameters: Parameters, string: String) -> float:
     """The steepest fall of the bit's torque with its speed [N m s/rad] with which
     steady drilling is stable; negative where the drive itself makes the string
-    swing."""
+    oscillate."""
     matrix = torsional_matrix(parameters, string)
-    bit = place_of_bit(parameters, matrix)
-    springs, inertias = (
-        np.asarray(string.springs, dtype=float),
+    bit = bit_row(parameters, matrix)
+    stiffnesses, inertias = (
+        np.asarray(string.torsional_stiffnesses, dtype=float),
         np.asarray(string.inertias, dtype=float),
     )
-    most = sum(string.drags) + 4.0 * math.sqrt(float(np.max(springs) * np.sum(inertias)))
-    low, high = -most, most
-    for _ in range(HALVINGS):  # it is stable below and unstable above
+    bound = sum(string.drags) + 4.0 * math.sqrt(float(np.max(stiffnesses) * np.sum(inertias)))
+    low, high = -bound, bound
+    for _ in range(BISECTIONS):  # stable at low, unstable at high
         middle = 0.5 * (low + high)
         falling = matrix.copy()
         falling[bit, bit] += middle / inertias[-1]
@@ -151,7 +156,7 @@ def slope_held(parameters: Parameters, string: String) -> float:
 
 
 def fall_of_torque(parameters: Parameters, wob: Any, force: Any, speed: Any) -> Any:
-    """How fast the torque on the bit falls with its speed [N m s/rad] in steady
+    """How fast the torque on the bit falls with its speed [N m s/rad], in steady
     drilling at a ``speed`` [rad/s]."""
     ahead, behind = (
         bit_torque(parameters, wob, speed, force, speed * (1 + sign * STEP)) for sign in (1, -1)
@@ -160,43 +165,44 @@ def fall_of_torque(parameters: Parameters, wob: Any, force: Any, speed: Any) -> 
 
 
 def onset(
-    parameters: Parameters, operation: Operation, string: String, held: float
+    parameters: Parameters, operation: Operation, string: String, slope: float
 ) -> float | None:
-    """The set speed [rad/s] below which steady drilling grows into stick-slip, with the
-    fall that is ``held``; None where it is stable at every speed, or at none."""
+    """The set speed [rad/s] below which steady drilling is unstable to stick-slip,
+    where ``slope`` is the :func:`slope_held`; None where it is stable at every speed,
+    or at none."""
     from scipy.optimize import brentq
 
     force = steady_of(parameters, string, operation.wob, operation.rotary_speed).force
 
-    def beyond(speed: Any) -> Any:
-        return fall_of_torque(parameters, operation.wob, force, speed) - held
+    def instability(speed: Any) -> Any:
+        return fall_of_torque(parameters, operation.wob, force, speed) - slope
 
-    unstable = np.flatnonzero(beyond(SPEEDS) > 0.0)
+    unstable = np.flatnonzero(instability(SPEEDS) > 0.0)
     if not len(unstable) or unstable[-1] == len(SPEEDS) - 1:
         return None
     last = unstable[-1]
-    return float(brentq(beyond, SPEEDS[last], SPEEDS[last + 1], xtol=1e-10))
+    return float(brentq(instability, SPEEDS[last], SPEEDS[last + 1], xtol=1e-10))
 
 
-def seen_from_below(parameters: Parameters, string: String) -> tuple[Gains, Circuit | None]:
-    """The law of the drive, and the circuit of an electric motor, as a wave from below
-    meets them."""
+def drive_impedance(parameters: Parameters, string: String) -> tuple[Gains, Circuit | None]:
+    """The law of the drive, and the circuit of an electric motor, that reflect a
+    torsional wave from below (:func:`nsdrill.models.drives.reflection`)."""
     drive = parameters.drive
     if drive.by_torque:
         return law_of(parameters, string), None
     K_I, K_1, K_2, K_3, K_4 = gains_of(parameters, string)[0]
-    constant, own = drive.gear * drive.torque_constant, 1.0 + K_I / drive.resistance
+    constant, factor = drive.gear * drive.torque_constant, 1.0 + K_I / drive.resistance
     per_volt = constant / drive.resistance
     circuit = Circuit(
-        float((constant * per_volt + per_volt * K_2) / own),
-        float(drive.inductance / drive.resistance / own),
-        float(per_volt * K_1 / own),
+        float((constant * per_volt + per_volt * K_2) / factor),
+        float(drive.inductance / drive.resistance / factor),
+        float(per_volt * K_1 / factor),
         bool(K_3 or K_4),
     )
     inertia = string.drive_inertia - string.pipe.inertia / 2
     return Gains(float(inertia), 0.0, float(drive.table_damping)), circuit
 
 
-def of_point(parameters: Parameters, operation: Operation) -> String:
+def string_at(parameters: Parameters, operation: Operation) -> String:
     """The string at an operating point."""
     return string_of(parameters, operation.depth)

@@ -1,5 +1,5 @@
-"""The string of segments as a model: what is compiled in is the number of segments of
-pipe and of collars."""
+"""The string of segments as a model. The numbers of segments of pipe and of collars are
+compiled in."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from nsdrill.models.segments.string import bit_torque, steady_of, string_of
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.thresholds import Record, Thresholds
 
-# What is seen at the returns, and the state that it is.
+# The variables of the section, and the states that they are.
 SECTION = {
     "axial": "z",
     "axial_velocity": "vz",
@@ -35,10 +35,10 @@ SECTION = {
 
 
 class Segments(ScalarModel):
-    """Pairs of position and velocity from the surface to the bit, then angles and
-    speeds, then the motor's current, which stays 0 where the drive goes by torque. The
-    variant are the numbers of segments of pipe and of collars, and whether the drive
-    goes by torque."""
+    """States are pairs of position and velocity from the surface to the bit, then pairs
+    of angle and speed, then the motor's current, which stays 0 with a drive by torque.
+    The variant is (segments of pipe, segments of collars, whether the drive is one by
+    torque)."""
 
     name = "segments"
     contacts = ("rock",)
@@ -76,17 +76,17 @@ class Segments(ScalarModel):
         rows = self.rows(variant, tangent=True)
         motion = make_right_hand_side(lanes, rows, *variant[:3])
         aux = self.names(variant).aux
-        touch = rows.aux_now + aux.index("interference_"), -1
-        number = NAMES.index(self.name)
+        contact = rows.aux_now + aux.index("interference_"), -1
+        model_number = NAMES.index(self.name)
         return make_differences(
             motion,
             lanes,
             rows,
             rows.aux_now + len(aux),
-            number,
+            model_number,
             *variant,
             place,
-            touches=(touch,),
+            touches=(contact,),
             place=place,
         )
 
@@ -96,20 +96,24 @@ class Segments(ScalarModel):
 
         return make_contact(lanes, self.rows(variant, tangent=True), place, *variant)
 
-    def kept_meanwhile(self, states: int, apart: int) -> int:
+    def extra_tangent_rows(self, states: int, apart: int) -> int:
         return rows_to_keep(states, (states + self.singles) // 2, apart, len(self.contacts))
 
     def pushed(self, variant: Variant) -> int:
-        return 1 << (2 * sum(variant[:2]) + 1)  # that of the bit speed
+        return 1 << (2 * sum(variant[:2]) + 1)  # the slope of the bit speed
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         return names.columns(points, thresholds)
 
     def natural_scales(self, table: Mapping[str, Array], variant: Variant = ()) -> Sequence[Any]:
-        """Lengths: the rock's penetration under the weight on bit, at least a tenth of
-        the lobes; angles: a tenth of a radian; turning speeds: a tenth of the set
-        speed; the current: a tenth of that of steady drilling. Velocities: the length
-        times the frequency of a segment, at the bit that of the contact."""
+        """The natural scales are
+
+        - of positions, the rock's penetration under the weight on bit, at least a tenth
+          of the lobes;
+        - of velocities, that length times the frequency of a segment, at the bit that
+          of the contact;
+        - of angles a tenth of a radian, of angular speeds a tenth of the set speed;
+        - of the current a tenth of that of steady drilling."""
         pipes, collars = variant[:2] or names.DEFAULT[:2]
         length = table["wob"] / (table["chain_stiffness"] + table["rock_stiffness"])
         length = np.maximum(length, np.maximum(0.1 * table["surface_amplitude"], 1e-6))
@@ -132,7 +136,7 @@ class Segments(ScalarModel):
         )
 
     def frame_rates(self, table: Array, variant: Variant) -> Array:
-        """Angles are counted from that of the set speed."""
+        """Angles are relative to that of the set speed."""
         rows, nodes = self.rows(variant), sum(variant[:2]) + 1
         frame_rate = np.zeros((len(table), rows.own_slopes))
         frame_rate[:, nodes : 2 * nodes] = -self._by_name(table, variant)["set_speed"][:, None]
@@ -157,21 +161,21 @@ class Segments(ScalarModel):
         steady = steady_of(points.parameters, string_of(points.parameters, depth), wob, speed)
         return {"z": steady.z, "twist": steady.angles[-1], "bit_speed": speed}
 
-    def given(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
+    def initial_values(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
         """A string at rest has neither twist nor bit speed."""
-        found = super().given(points, names)
+        values = super().initial_values(points, names)
         if points.initial.start == "rest":  # type: ignore[attr-defined]
-            found |= {
+            values |= {
                 name: 0.0
                 for name in ("twist", "bit_speed")
                 if getattr(points.initial, name) is None
             }
-        return found
+        return values
 
     def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
-        """Twists from none to one and a half times that of steady drilling, bit speeds
-        from 0 to twice the set speed, bit positions about the static one by the
-        amplitude of the lobes; closer to steady drilling with a smaller spread."""
+        """Twists from zero to one and a half times that of steady drilling, bit speeds
+        from 0 to twice the set speed, bit positions within the amplitude of the lobes
+        of the static one; closer to steady drilling with a smaller spread."""
         q, steady = points.initial.spread, self.steady(points)
         return {
             "z": steady["z"] + q * points.parameters.bit.surface_amplitude * (2 * shape[:, 0] - 1),
@@ -180,18 +184,18 @@ class Segments(ScalarModel):
             "drive_angle": 2 * math.pi * shape[:, 3],
         }
 
-    def started(self, points: Values, values: Mapping[str, Any]) -> Mapping[str, Any]:
-        """All states from those that a start gives."""
+    def complete_states(self, points: Values, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """All states from those of the start."""
         depth, wob, speed = points.operation
         parameters = points.parameters
         string = string_of(parameters, depth)
         steady = steady_of(parameters, string, wob, speed)
         lag = 0.0 if points.initial.start == "rest" else lag_of(parameters, string, steady)  # type: ignore[attr-defined]
-        found: dict[str, Any] = dict.fromkeys(self.states(self.variant(parameters)), 0.0)
-        stretch, turn = 1 / parameters.segments.top.stiffness, 0.0
-        last = len(string.springs)
+        states: dict[str, Any] = dict.fromkeys(self.states(self.variant(parameters)), 0.0)
+        axial_compliance, twist_compliance = 1 / parameters.segments.top.stiffness, 0.0
+        last = len(string.torsional_stiffnesses)
         for node in range(last + 1):
-            u, angle, rate = (
+            u, angle, angular_speed = (
                 ("z", "twist", "bit_speed")
                 if node == last
                 else (
@@ -200,21 +204,21 @@ class Segments(ScalarModel):
                     f"speed_{node}" if node else "drive_speed",
                 )
             )
-            # What lies above the node, as a share of the whole string's compliance.
-            share = turn * string.torsional
-            found[u] = values["z"] * stretch * string.axial
-            # The part of the twist that drag to the wall makes does not grow in
-            # proportion to the compliance.
+            # The compliance above the node, as a share of the whole string's.
+            share = twist_compliance * string.torsional
+            states[u] = values["z"] * axial_compliance * string.axial
+            # The twist of steady drilling is added node by node: the part of it that
+            # the drag to the wall makes is not proportional to the compliance.
             extra = values["twist"] - steady.angles[-1]
-            found[angle] = lag + (steady.angles[node] + extra * share)
-            found[rate] = speed + (values["bit_speed"] - speed) * share
+            states[angle] = lag + (steady.angles[node] + extra * share)
+            states[angular_speed] = speed + (values["bit_speed"] - speed) * share
             if node < last:
-                stretch, turn = (
-                    stretch + 1 / string.stretches[node],
-                    turn + 1 / string.springs[node],
+                axial_compliance, twist_compliance = (
+                    axial_compliance + 1 / string.axial_stiffnesses[node],
+                    twist_compliance + 1 / string.torsional_stiffnesses[node],
                 )
         current = 0.0 if parameters.drive.by_torque else steady.current
-        return {**found, **values, "twist": lag + values["twist"], "current": current}
+        return {**states, **values, "twist": lag + values["twist"], "current": current}
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:
         if not parameters.drive.by_torque:
@@ -222,8 +226,8 @@ class Segments(ScalarModel):
         return ("drive_speed", "current") if parameters.drive.kind == "ideal" else ("current",)
 
     def undeviated(self, parameters: Parameters) -> tuple[str, ...]:
-        """What an ideal drive keeps: a deviation of these would stay as well, and hide
-        one that decays."""
+        """The states that an ideal drive keeps: a deviation of these would not decay,
+        and would hide one that does."""
         return (
             ("lag", *self.held(parameters))
             if parameters.drive.kind == "ideal"
@@ -243,13 +247,13 @@ class Segments(ScalarModel):
         )
 
     def section(
-        self, report: Array, record: Record, table: Array, variant: Variant
+        self, outcome: Array, record: Record, table: Array, variant: Variant
     ) -> dict[str, Array]:
-        found = super().section(report, record, table, variant)
-        # The drive may stray from the set point: the twist is counted from the drive,
-        # so that what repeats is seen to.
-        found["section_twist"] = found["section_twist"] - found["section_lag"]
-        return {f"section_{name}": found[f"section_{state}"] for name, state in SECTION.items()}
+        section = super().section(outcome, record, table, variant)
+        # The twist is relative to the drive here: the drive may deviate from the set
+        # point, and the twist relative to that would not repeat.
+        section["section_twist"] = section["section_twist"] - section["section_lag"]
+        return {f"section_{name}": section[f"section_{state}"] for name, state in SECTION.items()}
 
     def returns(self, section: Mapping[str, Array]) -> Array:
         return np.stack([section[f"section_{name}"] for name in SECTION], axis=-1)
@@ -259,14 +263,14 @@ class Segments(ScalarModel):
         return state_scales[..., [2 * nodes - 2, 2 * nodes - 1, -3, -2, 2 * nodes + 1, -1]]
 
     def still(self, features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
-        """Whether neither bit speed nor bit position moves."""
-        size = self.seen(state_scales)
-        moved = (
+        """Whether neither bit speed nor bit position varies."""
+        scales = self.seen(state_scales)
+        swings = (
             features["axial_max"] - features["axial_min"],
             features["bit_speed_max"] - features["bit_speed_min"],
         )
         return np.asarray(
-            (moved[0] <= absolute * size[..., 0]) & (moved[1] <= absolute * size[..., 3])
+            (swings[0] <= absolute * scales[..., 0]) & (swings[1] <= absolute * scales[..., 3])
         )
 
     def outputs(
@@ -277,22 +281,26 @@ class Segments(ScalarModel):
             parameters.bit,
             parameters.segments.top,
         )
-        drag = parameters.segments.material_damping.torsional
+        damping_time = parameters.segments.material_damping.torsional
         angle = bit.lobes * (state["twist"] + state["drive_angle"])
         interference = bit.surface_amplitude * np.sin(angle) - state["z"]
         closing = (
             bit.surface_amplitude * bit.lobes * np.cos(angle) * state["bit_speed"] - state["vz"]
         )
         damped = np.maximum(
-            1 + names.over(parameters.segments.rock_damping, point.wob) * closing, 0.0
+            1 + names.quotient(parameters.segments.rock_damping, point.wob) * closing, 0.0
         )
         force = bit.rock_stiffness * np.maximum(interference, 0.0) * damped
-        wound = state["lag"] - state["angle_1"] + drag * (state["drive_speed"] - state["speed_1"])
+        relative_twist = (
+            state["lag"]
+            - state["angle_1"]
+            + damping_time * (state["drive_speed"] - state["speed_1"])
+        )
         return {
             "bit_force": force,
             "bit_torque": bit_torque(
                 parameters, point.wob, point.rotary_speed, force, state["bit_speed"]
             ),
-            "surface_torque": string.pipe.torsional * wound,
+            "surface_torque": string.pipe.torsional * relative_twist,
             "hook_load_change": -(top.stiffness * state["u_0"] + top.damping * state["v_0"]),
         }

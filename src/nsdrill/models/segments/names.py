@@ -1,4 +1,4 @@
-"""The names of states, lane parameters and auxiliary outputs, and what stands in the
+"""The names of states, lane parameters and auxiliary outputs, and the values of the
 lane parameters."""
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ import numpy as np
 from nsdrill.models.leaves import Values
 from nsdrill.models.segments.drive import NEVER, UNLIMITED, gains_of, law_of
 from nsdrill.models.segments.parameters import Parameters
-from nsdrill.models.segments.string import Steady, String, creeping, steady_of, string_of
+from nsdrill.models.segments.string import Steady, String, creep_parameters, steady_of, string_of
 from nsdrill.observe.channels import Names
 from nsdrill.observe.thresholds import Thresholds
 
 DEFAULT = (10, 10, 0)  # segments of pipe and of collars, and the electric motor
 
-# Left by the right-hand side: speeds of the mud past a string that stands still, sine
-# and cosine of the lobes, the interference of bit and rock with its rate, force and
-# torque of the rock.
+# Auxiliary outputs of the right-hand side: speeds of the mud past a string at rest,
+# sine and cosine of the lobes, the interference of bit and rock with its rate, force
+# and torque of the rock.
 AUX = (
     "pipe_up",
     "pipe_down",
@@ -38,8 +38,9 @@ PARAMETERS = (
     "set_speed",
     "wob",
     "stuck",
-    # In these lines all is over the mass or the inertia of a whole segment; at the ends
-    # the share tells how much of one such mass half a segment brings to the node.
+    # The next rows are divided by the mass or the inertia of a whole segment. At the
+    # ends and at the junction, a share is half such a mass or inertia over that of the
+    # node.
     "pipe_axial",
     "collar_axial",
     "pipe_torsional",
@@ -57,9 +58,9 @@ PARAMETERS = (
     "joint_collar_share",
     "bit_share",
     "drive_share",
-    "joint_pipe_turn",
-    "joint_collar_turn",
-    "bit_turn",
+    "joint_pipe_inertia_share",
+    "joint_collar_inertia_share",
+    "bit_inertia_share",
     "axial_time",
     "torsional_time",
     "flow_",
@@ -108,17 +109,17 @@ PARAMETERS = (
     "surface_stiffness",
     "steady_torque",
     "chain_stiffness",
-    # By the implicit method, of a bit that creeps: the root of the speed at which it
-    # begins to cut (0: there is none such), r over tau and over the root of its speed,
-    # how steeply r falls at most, and twice the slow speed. Of any other bit r at the
-    # set speed or at rest.
+    # Read by the implicit method (rhs.py). For a bit that creeps: the root of the speed
+    # at which it begins to cut (0 for any other bit), r over tau and over the root of
+    # its speed, the steepest fall of r, and twice the slow speed. For any other bit: r
+    # at the set speed or at rest.
     "creep_start",
     "creep_root",
     "creep_fall",
     "creep_speed",
     "flat_root",
 )
-# What the electric motor reads, and a drive by torque in its place.
+# What the electric motor reads, and what a drive by torque reads in its place.
 MOTOR = (
     "drive_share",
     "motor",
@@ -152,24 +153,25 @@ BY_TORQUE = (*(name for name in PARAMETERS if name not in MOTOR), *TORQUE)
 
 @lru_cache
 def names_of(pipes: int, collars: int, by_torque: int = 0) -> Names:
-    """The names of the rows with so many segments, of a drive by torque or of the
-    electric motor. Nodes are counted from the surface; the last one is the bit."""
+    """The names of the rows of a string with these numbers of segments, with a drive by
+    torque or with the electric motor. Nodes are counted from the surface; the last one
+    is the bit."""
     last = pipes + collars
     inner = range(1, last)
     axial = ["u_0", "v_0", *(f"{word}_{node}" for node in inner for word in "uv"), "z", "vz"]
-    turning = [
+    rotary = [
         "lag",
         "drive_speed",
         *(f"{word}_{node}" for node in inner for word in ("angle", "speed")),
     ]
     return Names(
-        states=(*axial, *turning, "twist", "bit_speed", "current"),
+        states=(*axial, *rotary, "twist", "bit_speed", "current"),
         slopes=(
             "top_acceleration",
             *(f"acceleration_{node}" for node in inner),
             "bit_axial_acceleration",
             "drive_acceleration",
-            *(f"turn_{node}" for node in inner),
+            *(f"angular_acceleration_{node}" for node in inner),
             "bit_acceleration",
             "current_rate",
         ),
@@ -183,22 +185,22 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
     parameters, (depth, wob, speed) = points.parameters, points.operation
     string = string_of(parameters, depth)
     pipe, collar, steady = string.pipe, string.collar, steady_of(parameters, string, wob, speed)
-    bit, chain = parameters.bit, parameters.segments
-    mud = chain.hydraulics
-    law, cut = bit.friction, bit.cutting
-    found: dict[str, Any] = {}
-    for name, ring in (("pipe", pipe), ("collar", collar)):
-        annulus, bore = ring.annulus / ring.mass, ring.bore / ring.mass
-        up, down = mud.flow / ring.annulus_area, over(mud.flow, ring.bore_area)
-        found |= {
-            f"{name}_axial": ring.axial / ring.mass,
-            f"{name}_torsional": ring.torsional / ring.inertia,
-            f"{name}_drag": ring.drag / ring.inertia,
+    bit, segments = parameters.bit, parameters.segments
+    mud = segments.hydraulics
+    friction, cutting = bit.friction, bit.cutting
+    values: dict[str, Any] = {}
+    for name, part in (("pipe", pipe), ("collar", collar)):
+        annulus, bore = part.annulus / part.mass, part.bore / part.mass
+        up, down = mud.flow / part.annulus_area, quotient(mud.flow, part.bore_area)
+        values |= {
+            f"{name}_axial": part.axial / part.mass,
+            f"{name}_torsional": part.torsional / part.inertia,
+            f"{name}_drag": part.drag / part.inertia,
             f"{name}_annulus": annulus,
             f"{name}_bore": bore,
             f"{name}_mean": annulus * up * up - bore * down * down,
-            f"per_{name}_annulus": 1 / ring.annulus_area,
-            f"per_{name}_bore": over(1.0, ring.bore_area),
+            f"per_{name}_annulus": 1 / part.annulus_area,
+            f"per_{name}_bore": quotient(1.0, part.bore_area),
         }
     top = (
         _torque(parameters, string)
@@ -206,7 +208,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         else _motor(parameters, string, steady)
     )
     return (
-        found
+        values
         | top
         | {
             "set_speed": speed,
@@ -216,46 +218,46 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
             "joint_pipe_share": pipe.mass / (2 * string.joint_mass),
             "joint_collar_share": collar.mass / (2 * string.joint_mass),
             "bit_share": collar.mass / (2 * string.bit_mass),
-            "joint_pipe_turn": pipe.inertia / (2 * string.joint_inertia),
-            "joint_collar_turn": collar.inertia / (2 * string.joint_inertia),
-            "bit_turn": collar.inertia / (2 * string.bit_inertia),
-            "axial_time": chain.material_damping.axial,
-            "torsional_time": chain.material_damping.torsional,
+            "joint_pipe_inertia_share": pipe.inertia / (2 * string.joint_inertia),
+            "joint_collar_inertia_share": collar.inertia / (2 * string.joint_inertia),
+            "bit_inertia_share": collar.inertia / (2 * string.bit_inertia),
+            "axial_time": segments.material_damping.axial,
+            "torsional_time": segments.material_damping.torsional,
             "flow_": mud.flow,
             "pulsation": mud.pulsation,
             "pulsation_rate": mud.pulsation_rate,
-            "top_stiffness": chain.top.stiffness,
-            "top_damping": chain.top.damping,
+            "top_stiffness": segments.top.stiffness,
+            "top_damping": segments.top.damping,
             "per_top_mass": 1 / string.top_mass,
             "per_bit_mass": 1 / string.bit_mass,
             "per_bit_inertia": 1 / string.bit_inertia,
             "rock_stiffness": bit.rock_stiffness,
-            "closing_factor": over(chain.rock_damping, wob),
+            "closing_factor": quotient(segments.rock_damping, wob),
             "surface_amplitude": bit.surface_amplitude,
             "lobes_": float(bit.lobes),
-            "friction_arm": bit.radius * law.level,
-            "hump": law.hump,
-            "narrowing": law.narrowing,
-            "viscous": law.viscous,
-            "cutting_arm": bit.radius * cut.zeta,
+            "friction_arm": bit.radius * friction.level,
+            "hump": friction.hump,
+            "narrowing": friction.narrowing,
+            "viscous": friction.viscous,
+            "cutting_arm": bit.radius * cutting.zeta,
             "cutting_factor": 2 * math.pi / bit.radius,
-            "advance_": cut.c1 * wob,
-            "advance_offset": cut.c2,
-            "slow_square": cut.slow * cut.slow,
-            "smoothing": cut.smoothing,
-            "live_": float(cut.speed == "live"),
-            "threshold": chain.threshold_force,
-            "per_threshold_width": 10 / chain.threshold_force,
+            "advance_": cutting.c1 * wob,
+            "advance_offset": cutting.c2,
+            "slow_square": cutting.slow * cutting.slow,
+            "smoothing": cutting.smoothing,
+            "live_": float(cutting.speed == "live"),
+            "threshold": segments.threshold_force,
+            "per_threshold_width": 10 / segments.threshold_force,
             "surface_stiffness": pipe.torsional,
             "steady_torque": steady.table_torque,
             "chain_stiffness": string.axial,
-            **creeping(parameters, wob, speed),
+            **creep_parameters(parameters, wob, speed),
         }
     )
 
 
 def _motor(parameters: Parameters, string: String, steady: Steady) -> dict[str, Any]:
-    """Those of the electric motor."""
+    """The lane parameters of the electric motor."""
     drive, gains = parameters.drive, gains_of(parameters, string).T
     names = ("gain_current", "gain_lag", "gain_drive_speed", "gain_twist", "gain_bit_speed")
     return {
@@ -273,7 +275,7 @@ def _motor(parameters: Parameters, string: String, steady: Steady) -> dict[str, 
 
 
 def _torque(parameters: Parameters, string: String) -> dict[str, Any]:
-    """Those of a drive by torque. An ideal one is never switched on."""
+    """The lane parameters of a drive by torque. An ideal one is never switched on."""
     drive, law = parameters.drive, law_of(parameters, string)
     limit = drive.torque_limit
     half = string.pipe.inertia / 2
@@ -291,10 +293,12 @@ def _torque(parameters: Parameters, string: String) -> dict[str, Any]:
     }
 
 
-def over(above: Any, below: Any) -> Any:
-    """The quotient, and 0 where there is nothing below: a bore that is not there, a bit
+def quotient(numerator: Any, denominator: Any) -> Any:
+    """The quotient, and 0 where the denominator is 0: a string without bore, a bit
     without load."""
-    above, below = np.broadcast_arrays(
-        np.asarray(above, dtype=float), np.asarray(below, dtype=float)
+    numerator, denominator = np.broadcast_arrays(
+        np.asarray(numerator, dtype=float), np.asarray(denominator, dtype=float)
     )
-    return np.divide(above, below, out=np.zeros(below.shape), where=below != 0.0)
+    return np.divide(
+        numerator, denominator, out=np.zeros(denominator.shape), where=denominator != 0.0
+    )

@@ -33,16 +33,18 @@ def _bit(  # type: ignore[no-untyped-def]
     surface_amplitude,
     lobes_,
 ):
-    """The interference of bit and rock, its rate and second derivative; the force and
-    its rate."""
-    turn = lobes_ * bit_speed
-    rate = (
-        surface_amplitude * (lobes_ * cosine_ * bit_acceleration - sine_ * turn * turn)
+    """The interference of bit and rock [m], its rate and second derivative; the force
+    [N] and its rate."""
+    lobe_rate = lobes_ * bit_speed
+    closing_rate = (
+        surface_amplitude * (lobes_ * cosine_ * bit_acceleration - sine_ * lobe_rate * lobe_rate)
         - bit_axial_acceleration
     )
     damped = 1.0 + closing_factor * closing_
-    force_rate = rock_stiffness * (closing_ * damped + interference_ * closing_factor * rate)
-    return interference_, closing_, rate, force_, force_rate if force_ > 0.0 else 0.0
+    force_rate = rock_stiffness * (
+        closing_ * damped + interference_ * closing_factor * closing_rate
+    )
+    return interference_, closing_, closing_rate, force_, force_rate if force_ > 0.0 else 0.0
 
 
 def _surface_torque(  # type: ignore[no-untyped-def]
@@ -52,10 +54,15 @@ def _surface_torque(  # type: ignore[no-untyped-def]
 
 
 def _surface_torque_rate(  # type: ignore[no-untyped-def]
-    drive_speed, speed_1, drive_acceleration, turn_1, surface_stiffness, torsional_time
+    drive_speed,
+    speed_1,
+    drive_acceleration,
+    angular_acceleration_1,
+    surface_stiffness,
+    torsional_time,
 ):
     return surface_stiffness * (
-        drive_speed - speed_1 + torsional_time * (drive_acceleration - turn_1)
+        drive_speed - speed_1 + torsional_time * (drive_acceleration - angular_acceleration_1)
     )
 
 
@@ -69,7 +76,7 @@ def _index(bit_speed_max: Any, bit_speed_min: Any, bit_speed_mean: Any) -> Any:
     )
 
 
-def _asked(  # type: ignore[no-untyped-def]
+def _motor_torque(  # type: ignore[no-untyped-def]
     lag,
     drive_speed,
     twist,
@@ -89,17 +96,18 @@ def _asked(  # type: ignore[no-untyped-def]
     top_drag,
     time,
 ):
-    """The torque of the motor; while the top keeps the set speed, what that takes."""
+    """The torque of the motor [N m]; while the top keeps the set speed, the torque that
+    this takes."""
     law = drive_stiffness * lag + drive_damping * (drive_speed - set_speed)
     law = law + twist_gain * (twist - lag) + speed_gain * (bit_speed - set_speed)
-    held = (
+    holding_torque = (
         surface_stiffness * (lag - angle_1 + torsional_time * (drive_speed - speed_1))
         + top_drag * drive_speed
     )
-    return min(max(-law, torque_least), torque_most) if time >= on_at else held
+    return min(max(-law, torque_least), torque_most) if time >= on_at else holding_torque
 
 
-def _asked_rate(  # type: ignore[no-untyped-def]
+def _motor_torque_rate(  # type: ignore[no-untyped-def]
     lag,
     drive_speed,
     twist,
@@ -107,7 +115,7 @@ def _asked_rate(  # type: ignore[no-untyped-def]
     speed_1,
     drive_acceleration,
     bit_acceleration,
-    turn_1,
+    angular_acceleration_1,
     set_speed,
     drive_stiffness,
     drive_damping,
@@ -125,20 +133,20 @@ def _asked_rate(  # type: ignore[no-untyped-def]
     law = law + twist_gain * (twist - lag) + speed_gain * (bit_speed - set_speed)
     rate = drive_stiffness * (drive_speed - set_speed) + drive_damping * drive_acceleration
     rate = rate + twist_gain * (bit_speed - drive_speed) + speed_gain * bit_acceleration
-    inside = rate if (-law > torque_least) and (-law < torque_most) else 0.0
-    held = surface_stiffness * (
-        drive_speed - speed_1 + torsional_time * (drive_acceleration - turn_1)
+    law_rate = rate if (-law > torque_least) and (-law < torque_most) else 0.0
+    holding_rate = surface_stiffness * (
+        drive_speed - speed_1 + torsional_time * (drive_acceleration - angular_acceleration_1)
     )
-    return -inside if time >= on_at else held + top_drag * drive_acceleration
+    return -law_rate if time >= on_at else holding_rate + top_drag * drive_acceleration
 
 
-def _declared(drive: tuple[Channel, Extremes]) -> Declaration:
-    """What is observed with this channel of the drive, and its extremes."""
+def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
+    """The declaration with this channel of the drive, and its extremes."""
     return Declaration(
-        outputs=Outputs(("interference", "closing", "bend", "force", "force_rate"), _bit),
+        outputs=Outputs(("interference", "closing", "closing_rate", "force", "force_rate"), _bit),
         channels=(
             Channel("bit position", "z", "vz", "bit_axial_acceleration"),
-            Channel("interference", "interference", "closing", "bend", level=0.0),
+            Channel("interference", "interference", "closing", "closing_rate", level=0.0),
             Channel("twist", "twist", "bit_speed", "bit_acceleration", frame="set_speed"),
             Channel("bit speed", "bit_speed", "bit_acceleration", rate_of="twist", level="stuck"),
             Channel(
@@ -187,16 +195,16 @@ def _declared(drive: tuple[Channel, Extremes]) -> Declaration:
     )
 
 
-DECLARATION = _declared(
+DECLARATION = _declaration(
     (
         Channel("current", "current", "current_rate"),
         Extremes("current", greatest="current_max", least="current_min"),
     )
 )
-# As many channels of the same kinds, so that reports have the same columns.
-BY_TORQUE = _declared(
+# As many channels of the same kinds, so that outcomes have the same columns.
+BY_TORQUE = _declaration(
     (
-        Channel("drive torque", _asked, _asked_rate, scale="steady_torque"),
+        Channel("drive torque", _motor_torque, _motor_torque_rate, scale="steady_torque"),
         Extremes("drive torque", greatest="drive_torque_max", least="drive_torque_min"),
     )
 )

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
 from nsdrill.models.christoforou_yigit.parameters import Cutting, Material, Pipe, check_bore
-from nsdrill.models.christoforou_yigit.parameters import Drive as DriveOfMain
+from nsdrill.models.christoforou_yigit.parameters import Drive as MainDrive
 from nsdrill.models.drives import LAWS, check_inertia
 from nsdrill.models.operation import LARGEST_FORCE, Operation
 from nsdrill.models.segments.reads import unread
@@ -50,7 +50,7 @@ class DrillPipe(Pipe):
 
 @dataclass(frozen=True)
 class Drillstring(Checked):
-    """What the string is made of."""
+    """The string: collars, pipe and their steel."""
 
     collar: Collar = field(default_factory=Collar)
     pipe: DrillPipe = field(default_factory=DrillPipe)
@@ -144,8 +144,8 @@ class MaterialDamping(Checked):
 
 @dataclass(frozen=True)
 class Hydraulics(Checked):
-    """The flow of the mud, down the bore and up the annulus, which drags on the string
-    as it moves."""
+    """The flow of the mud, down the bore and up the annulus, and its drag on the moving
+    string."""
 
     flow: float = parameter(
         0.022, "m^3/s", "B", "high", high=10.0, usual="0.01 to 0.08 m^3/s", meaning="Mean flow"
@@ -193,7 +193,7 @@ NO_HYDRAULICS = {"annulus_factor": 0.0, "bore_factor": 0.0}
 
 @dataclass(frozen=True)
 class Segments(Checked):
-    """How the string is cut into segments, and what there is at its ends."""
+    """The division of the string into segments, and what is at its ends."""
 
     pipe: int = parameter(
         10,
@@ -203,7 +203,7 @@ class Segments(Checked):
         low=1,
         high=MOST_SEGMENTS,
         usual="5 to 20",
-        meaning="Into how many segments the pipe is cut",
+        meaning="Number of segments of the pipe",
     )
     collar: int = parameter(
         10,
@@ -213,7 +213,7 @@ class Segments(Checked):
         low=1,
         high=MOST_SEGMENTS,
         usual="5 to 20",
-        meaning="Into how many segments the collars are cut",
+        meaning="Number of segments of the collars",
     )
     top: Top = field(default_factory=Top)
     kelly: Kelly = field(default_factory=Kelly)
@@ -252,7 +252,7 @@ class Mud(Checked):
         "high",
         high=1e3,
         usual="0.001 to 0.1 Pa s",
-        meaning="Viscosity between the turning string and the wall",
+        meaning="Viscosity between the rotating string and the wall",
     )
 
 
@@ -366,19 +366,19 @@ class Bit(Checked):
     friction: BitFriction = field(default_factory=BitFriction)
 
 
-def _as_main(name: str, meaning: str) -> Any:
-    """A number of the drive as the main model has it."""
-    same = next(item for item in fields(DriveOfMain) if item.name == name)
-    return field(default=same.default, metadata={**same.metadata, "meaning": meaning})
+def _from_main(name: str, meaning: str) -> Any:
+    """A number of the drive with the default and the range of the main model."""
+    original = next(item for item in fields(MainDrive) if item.name == name)
+    return field(default=original.default, metadata={**original.metadata, "meaning": meaning})
 
 
 @dataclass(frozen=True)
 class Drive(Checked):
-    """What turns the string: a shaft that keeps its speed (``ideal``), a motor at
-    constant voltage (``dc_motor``), the motor with its voltage controlled by a
-    linear-quadratic regulator (``lqr``), or a drive whose torque follows the law of a
-    controller (:mod:`nsdrill.models.drives`). The weights of the regulator are those of
-    squared deviations from steady drilling, and of the squared voltage."""
+    """The drive: a shaft that keeps its speed (``ideal``), a motor at constant voltage
+    (``dc_motor``), the motor with its voltage controlled by a linear-quadratic
+    regulator (``lqr``), or a drive whose torque follows the law of a controller
+    (:mod:`nsdrill.models.drives`). The weights of the regulator are those of squared
+    deviations from steady drilling, and of the squared voltage."""
 
     kind: Literal[
         "dc_motor", "ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "pi", "lqr"
@@ -421,7 +421,7 @@ class Drive(Checked):
         low=1e-3,
         high=1e3,
         usual="1 to 12",
-        meaning="Turns of the motor for one of the table",
+        meaning="Revolutions of the motor for one of the table",
     )
     motor_inertia: float = parameter(
         23.0,
@@ -527,31 +527,33 @@ class Drive(Checked):
         "with lqr and gains the "
         "voltage is constant, else the top turns with the set speed",
     )
-    inertia: float = _as_main("inertia", "Inertia of a drive by torque, without the kelly's")
-    torque_limit: float | None = _as_main(
+    inertia: float = _from_main("inertia", "Inertia of a drive by torque, without the kelly's")
+    torque_limit: float | None = _from_main(
         "torque_limit", "Greatest torque of the motor, whose least is 0 then; null: no limits"
     )
-    matching: float = _as_main("matching", "Speed gain in impedances of the pipe; kind soft_torque")
-    frequency: float | None = _as_main(
+    matching: float = _from_main(
+        "matching", "Speed gain in impedances of the pipe; kind soft_torque"
+    )
+    frequency: float | None = _from_main(
         "frequency",
         "Frequency that the controller is tuned to, null: the string's first; kind soft_torque",
     )
-    compensated_inertia: float = _as_main(
+    compensated_inertia: float = _from_main(
         "compensated_inertia", "Inertia that is compensated; kind soft_torque"
     )
-    a: float = _as_main("a", "How much softer than a stiff drive; kind z_torque")
-    high_pass: float = _as_main(
+    a: float = _from_main("a", "How much softer than a stiff drive; kind z_torque")
+    high_pass: float = _from_main(
         "high_pass", "Time constant of the filter on the torque; kind z_torque"
     )
-    stiffness: float = _as_main("stiffness", "Integral gain of the speed control (K_i); kind pi")
-    damping: float = _as_main("damping", "Proportional gain of the speed control (K_p); kind pi")
-    twist_gain: float = _as_main("twist_gain", "Gain on the twist of the string (G_t); kind pi")
-    speed_gain: float = _as_main("speed_gain", "Gain on the bit speed (G_w); kind pi")
+    stiffness: float = _from_main("stiffness", "Integral gain of the speed control (K_i); kind pi")
+    damping: float = _from_main("damping", "Proportional gain of the speed control (K_p); kind pi")
+    twist_gain: float = _from_main("twist_gain", "Gain on the twist of the string (G_t); kind pi")
+    speed_gain: float = _from_main("speed_gain", "Gain on the bit speed (G_w); kind pi")
 
     @property
     def by_torque(self) -> bool:
-        """Whether the torque follows the law of a controller, or is whatever keeps the
-        set speed: the drive has no circuit."""
+        """Whether the drive has no circuit: its torque follows the law of a controller,
+        or is the one that keeps the set speed."""
         return self.kind == "ideal" or self.kind in LAWS
 
     def __post_init__(self) -> None:
@@ -598,13 +600,13 @@ class SegmentsOperation(Operation):
 
 @dataclass(frozen=True)
 class Initial(Starts):
-    """The state at the start, from which the rest of the string follows. None stands
-    for steady drilling, of twist and bit speed with ``start: rest`` for 0: a string at
-    rest below a table that turns.
+    """The state at the start. None stands for the value in steady drilling; with
+    ``start: rest``, twist and bit speed are 0 instead: a string at rest below a
+    rotating table.
 
-    The positions and angles between surface and bit are those of a string that is
-    stretched or twisted by a force or a torque at its ends, and the speeds grow from
-    that of the table to that of the bit as such angles do."""
+    The states between surface and bit follow from these: positions and angles are those
+    of a string that is stretched or twisted by a force or a torque at its ends, and the
+    speeds vary from that of the table to that of the bit as such angles do."""
 
     start: Literal["steady", "rest"] = choice("steady", "")
     z: float | None = state(None, "m", 1e3, "-50 to 50 mm")

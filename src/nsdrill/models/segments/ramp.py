@@ -1,12 +1,16 @@
 """The string of segments along a ramp: its own right-hand side, with lane parameters
 that move in time.
 
-As :mod:`nsdrill.models.scalar_ramp` has it, but for three things. All angles of the
-string are counted from the set speed. The voltage and the regulator follow the true set
-speed, not that of the middle of a segment of the ramp. And the mud's pulsation and the
-time at which control begins go by the time of the whole run: of a segment the clock
-begins at zero. So while the right-hand side is evaluated, set speed and time are the
-true ones, and the phase is less by what both would add to the angle of the drive.
+This differs from :mod:`nsdrill.models.scalar_ramp` in three things:
+
+- All angles of the string are counted from the set speed.
+- The voltage and the regulator follow the true set speed, not that of the middle of a
+  segment of the ramp.
+- The mud's pulsation and the time at which control begins refer to the time of the
+  whole run, while the kernel's time begins at zero in each segment.
+
+So while the right-hand side is evaluated, set speed and time are the true ones, and the
+phase is less by what both would add to the angle of the drive.
 """
 
 from __future__ import annotations
@@ -21,24 +25,31 @@ from nsdrill.models.schedule import Schedule
 from nsdrill.observe.thresholds import Thresholds
 
 SPEED = "set_speed"
-ADDED = ("phase_kept", "time_kept", "speed_kept", "begun", "ahead_square", "ahead_linear")
+ADDED = (
+    "saved_phase",
+    "saved_time",
+    "saved_speed",
+    "segment_start",
+    "ahead_square",
+    "ahead_linear",
+)
 
 
 class SegmentsRamps(Ramps):
-    """Of the ``model`` of segments."""
+    """The ``model`` of segments along ramps."""
 
     def __init__(self, model: Any) -> None:
         self.model = model
 
     def _names(self, variant: Variant) -> tuple[str, ...]:
-        found: tuple[str, ...] = self.model.names(variant).parameters
-        return found
+        names: tuple[str, ...] = self.model.names(variant).parameters
+        return names
 
     def columns(self, variant: Variant) -> tuple[str, ...]:
-        own = self._names(variant)
-        moving = [name for name in own if name != SPEED]
+        names = self._names(variant)
+        moving = [name for name in names if name != SPEED]
         return (
-            *own,
+            *names,
             *(f"{name}_start" for name in moving),
             *(f"{name}_slope" for name in moving),
             *ADDED,
@@ -50,43 +61,64 @@ class SegmentsRamps(Ramps):
         from nsdrill.abi import BUFFER, compiled
         from nsdrill.elementary import fma
 
-        columns, own = self.columns(variant), self._names(variant)
-        count = len(own)
+        columns, names = self.columns(variant), self._names(variant)
+        count = len(names)
         rows, W = self.model.rows(variant, columns=len(columns)), lanes
-        place = {name: W * (rows.parameter + number) for number, name in enumerate(columns)}
-        now = np.array([place[name] for name in own if name != SPEED])
-        start_, slope_ = W * (rows.parameter + count), W * (rows.parameter + count + len(now))
+        offset = {name: W * (rows.parameter + number) for number, name in enumerate(columns)}
+        moving_ = np.array([offset[name] for name in names if name != SPEED])
+        start_, slope_ = W * (rows.parameter + count), W * (rows.parameter + count + len(moving_))
         nodes = sum(variant[:2]) + 1
         angle_ = W * (rows.stage + 2 * nodes)
-        speed_, time_, phase_ = place[SPEED], W * rows.stage_time, W * rows.phase
-        saved_, clock_, mean_, begun_ = (place[name] for name in ADDED[:4])
-        on_at_, turn_, by_torque = place["on_at"], W * (rows.acceleration + nodes), variant[2]
-        square_, linear_ = place["ahead_square"], place["ahead_linear"]
+        speed_, time_, phase_ = offset[SPEED], W * rows.stage_time, W * rows.phase
+        saved_phase_, saved_time_, saved_speed_, segment_start_ = (
+            offset[name] for name in ADDED[:4]
+        )
+        on_at_, drive_acceleration_, by_torque = (
+            offset["on_at"],
+            W * (rows.acceleration + nodes),
+            variant[2],
+        )
+        square_, linear_ = offset["ahead_square"], offset["ahead_linear"]
         motion = self.model.right_hand_side(lanes, variant)
 
         @compiled(types.void(BUFFER), W, *variant)
         def ramped_segments(b):  # type: ignore[no-untyped-def]
-            for j in range(len(now)):
+            for j in range(len(moving_)):
                 for i in range(W):
-                    b[now[j] + i] = fma(b[slope_ + j * W + i], b[time_ + i], b[start_ + j * W + i])
+                    b[moving_[j] + i] = fma(
+                        b[slope_ + j * W + i], b[time_ + i], b[start_ + j * W + i]
+                    )
             for i in range(W):
-                t, mean = b[time_ + i], b[speed_ + i]
+                t, middle_speed = b[time_ + i], b[speed_ + i]
                 ahead = fma(b[square_ + i], t, b[linear_ + i]) * t
-                speed, time = mean + fma(2.0 * b[square_ + i], t, b[linear_ + i]), t + b[begun_ + i]
-                b[saved_ + i], b[clock_ + i], b[mean_ + i] = b[phase_ + i], t, mean
-                b[phase_ + i] += fma(mean, t, ahead) - speed * time
+                speed, time = (
+                    middle_speed + fma(2.0 * b[square_ + i], t, b[linear_ + i]),
+                    t + b[segment_start_ + i],
+                )
+                b[saved_phase_ + i], b[saved_time_ + i], b[saved_speed_ + i] = (
+                    b[phase_ + i],
+                    t,
+                    middle_speed,
+                )
+                b[phase_ + i] += fma(middle_speed, t, ahead) - speed * time
                 b[speed_ + i], b[time_ + i] = speed, time
                 for k in range(nodes):
                     b[angle_ + 2 * k * W + i] -= ahead
             motion(b)
             for i in range(W):
-                t = b[clock_ + i]
+                t = b[saved_time_ + i]
                 ahead = fma(b[square_ + i], t, b[linear_ + i]) * t
-                b[phase_ + i], b[time_ + i], b[speed_ + i] = b[saved_ + i], t, b[mean_ + i]
+                b[phase_ + i], b[time_ + i], b[speed_ + i] = (
+                    b[saved_phase_ + i],
+                    t,
+                    b[saved_speed_ + i],
+                )
                 for k in range(nodes):
                     b[angle_ + 2 * k * W + i] += ahead
-                if by_torque and t + b[begun_ + i] < b[on_at_ + i]:  # the top follows the set point
-                    b[turn_ + i] += 2.0 * b[square_ + i]
+                if (
+                    by_torque and t + b[segment_start_ + i] < b[on_at_ + i]
+                ):  # the top follows the set point
+                    b[drive_acceleration_ + i] += 2.0 * b[square_ + i]
 
         return ramped_segments
 
@@ -98,10 +130,10 @@ class SegmentsRamps(Ramps):
             parameters, self.model.initial(), (point.depth, point.wob, point.rotary_speed)
         )
         ends = self.model.pack(values, thresholds)
-        own = self._names(variant)
-        moving = [place for place, name in enumerate(own) if name != SPEED]
-        length, count = np.diff(cuts)[:, np.newaxis], len(own)
-        slope, speed = np.diff(ends, axis=0) / length, own.index(SPEED)
+        names = self._names(variant)
+        moving = [column for column, name in enumerate(names) if name != SPEED]
+        length, count = np.diff(cuts)[:, np.newaxis], len(names)
+        slope, speed = np.diff(ends, axis=0) / length, names.index(SPEED)
         table = np.zeros((len(cuts) - 1, len(self.columns(variant))))
         table[:, :count] = ends[:-1]
         table[:, speed] = 0.5 * (ends[:-1, speed] + ends[1:, speed])

@@ -38,11 +38,12 @@ READ_BY: dict[str, tuple[str, ...]] = {
 
 
 def unread(parameters: Any) -> frozenset[str]:
-    """The keys that a string with these :class:`.parameters.Parameters` does not read."""
+    """The keys that a string with these :class:`.parameters.Parameters` does not
+    read."""
     drive = parameters.drive
-    found = {
+    keys = {
         f"drive.{item.name}"
         for item in fields(drive)
         if item.name not in ("kind", *READ_BY[drive.kind])
     }
-    return frozenset(found)
+    return frozenset(keys)

@@ -1,5 +1,5 @@
-"""What the lumped string is made of: masses, inertias, stiffnesses and drag of its
-segments, and steady drilling.
+"""The lumped string: masses, inertias, stiffnesses and drag of its segments, and steady
+drilling.
 
 Nodes i = 0 (surface) to n (bit); a segment is a spring with half of its mass at either
 end. With h the length of a segment, A its steel area and I_p its polar moment:
@@ -7,10 +7,13 @@ end. With h the length of a segment, A its steel area and I_p its polar moment:
     k = E A / h,  kt = G I_p / h,  m = rho A h,  J = rho I_p h
 
 **Mud.** Weisbach's drag of the flow Q = Q_m + Q_a sin(w_q t), up the annulus (area A_o)
-and down the bore (A_b), on a segment that moves with v, less that of the mean flow: D =
-a [x|x| - (Q_m/A_o)^2] - b [y|y| - (Q_m/A_b)^2] with x = Q/A_o - v, y = Q/A_b + v, a =
-(f_o/8) rho_f pi D h and b = (f_i/8) rho_f pi d h. The turning string is slowed by the
-shear in the annulus, a narrow gap between cylinders: 2 pi mu (D/2)^3 h / ((D_w - D)/2).
+and down the bore (A_b), on a segment that moves with v, less that of the mean flow::
+
+    D = a [x|x| - (Q_m/A_o)^2] - b [y|y| - (Q_m/A_b)^2]
+    x = Q/A_o - v,  y = Q/A_b + v,  a = (f_o/8) rho_f pi D h,  b = (f_i/8) rho_f pi d h
+
+The rotating string is slowed by the shear in the annulus, a narrow gap between
+cylinders: 2 pi mu (D/2)^3 h / ((D_w - D)/2).
 
 Source: the structure of Sarker, Rideout & Butt 2012 (a bond graph); the closed forms
 are the textbook ones. The flow that the moving pipe displaces is left out.
@@ -25,12 +28,12 @@ import numpy as np
 
 from nsdrill.models.segments.parameters import Parameters
 
-# rad/s, to 53: where the cutting torque is looked at
+# Bit speeds [rad/s] at which the cutting torque is evaluated, up to 53.
 SPEEDS = tuple(0.01 * 1.2**k for k in range(48))
-LEAST_ADVANCE = 1e-12  # m/s at a rad/s: with less the bit never cuts
+LEAST_ADVANCE = 1e-12  # m/s at 1 rad/s; with less the bit never cuts
 
 
-class Ring(NamedTuple):
+class Segment(NamedTuple):
     """A segment of pipe or of collar: its length [m], stiffnesses [N/m, N m/rad], mass
     [kg], inertia [kg m^2], drag coefficients of annulus and bore [kg/m], drag to the
     wall [N m s/rad] and areas of annulus and bore [m^2]."""
@@ -48,14 +51,14 @@ class Ring(NamedTuple):
 
 
 class String(NamedTuple):
-    """The whole string: segments of pipe and collar with their numbers; at the ends and
-    at the junction the masses [kg] and inertias [kg m^2]; stiffnesses of the whole
-    string, the hoist's spring among them, [N/m, N m/rad]; the kelly's inertia [kg m^2].
-    ``drive_inertia`` is that of the electric motor, with its table, kelly and half a
-    segment."""
+    """The whole string: a segment of pipe and one of collar, and how many of each; the
+    masses [kg] and inertias [kg m^2] at the ends and at the junction; the axial
+    stiffness of the whole string with the hoist's spring [N/m] and its torsional
+    stiffness [N m/rad]; the kelly's inertia [kg m^2]. ``drive_inertia`` is that of the
+    electric motor, with its table, kelly and half a segment."""
 
-    pipe: Ring
-    collar: Ring
+    pipe: Segment
+    collar: Segment
     pipes: int
     collars: int
     top_mass: Any
@@ -70,7 +73,8 @@ class String(NamedTuple):
 
     @property
     def drags(self) -> tuple[Any, ...]:
-        """The drag to the wall [N m s/rad] of each node, from the surface to the bit."""
+        """The drag to the wall [N m s/rad] of each node, from the surface to the
+        bit."""
         pipe, collar = self.pipe.drag, self.collar.drag
         return (
             pipe / 2,
@@ -81,13 +85,13 @@ class String(NamedTuple):
         )
 
     @property
-    def springs(self) -> tuple[Any, ...]:
+    def torsional_stiffnesses(self) -> tuple[Any, ...]:
         """The torsional stiffness [N m/rad] of each segment, from the surface to the
         bit."""
         return (self.pipe.torsional,) * self.pipes + (self.collar.torsional,) * self.collars
 
     @property
-    def stretches(self) -> tuple[Any, ...]:
+    def axial_stiffnesses(self) -> tuple[Any, ...]:
         """The axial stiffness [N/m] of each segment, from the surface to the bit."""
         return (self.pipe.axial,) * self.pipes + (self.collar.axial,) * self.collars
 
@@ -118,23 +122,25 @@ class Steady(NamedTuple):
 
 def string_of(parameters: Parameters, depth: Any) -> String:
     """The lumped string at a depth [m], a number or an array."""
-    drill, bit, drive, cut = (
+    drill, bit, drive, segments = (
         parameters.drillstring,
         parameters.bit,
         parameters.drive,
         parameters.segments,
     )
-    steel, kelly = drill.material, cut.kelly
-    pipe = _ring(parameters, drill.pipe, (depth - drill.collar.length) / cut.pipe)
-    collar = _ring(parameters, drill.collar, drill.collar.length / cut.collar)
+    steel, kelly = drill.material, segments.kelly
+    pipe = _segment(parameters, drill.pipe, (depth - drill.collar.length) / segments.pipe)
+    collar = _segment(parameters, drill.collar, drill.collar.length / segments.collar)
     area, polar = _section(kelly.outer_diameter, kelly.inner_diameter)
-    compliance = 1 / cut.top.stiffness + cut.pipe / pipe.axial + cut.collar / collar.axial
+    compliance = (
+        1 / segments.top.stiffness + segments.pipe / pipe.axial + segments.collar / collar.axial
+    )
     return String(
         pipe,
         collar,
-        cut.pipe,
-        cut.collar,
-        cut.top.mass + steel.density * area * kelly.length + pipe.mass / 2,
+        segments.pipe,
+        segments.collar,
+        segments.top.mass + steel.density * area * kelly.length + pipe.mass / 2,
         (pipe.mass + collar.mass) / 2,
         bit.mass + collar.mass / 2,
         drive.table_inertia
@@ -144,7 +150,7 @@ def string_of(parameters: Parameters, depth: Any) -> String:
         (pipe.inertia + collar.inertia) / 2,
         bit.mass * bit.radius * bit.radius / 2 + collar.inertia / 2,
         1 / compliance,
-        1 / (cut.pipe / pipe.torsional + cut.collar / collar.torsional),
+        1 / (segments.pipe / pipe.torsional + segments.collar / collar.torsional),
         steel.density * polar * kelly.length,
     )
 
@@ -158,20 +164,20 @@ def _section(outer: Any, inner: Any) -> tuple[Any, Any]:
     )
 
 
-def _ring(parameters: Parameters, ring: Any, length: Any) -> Ring:
+def _segment(parameters: Parameters, part: Any, length: Any) -> Segment:
     steel, mud, hole = parameters.drillstring.material, parameters.mud, parameters.well.diameter
-    flow = parameters.segments.hydraulics
-    outer, inner = ring.outer_diameter, ring.inner_diameter
+    hydraulics = parameters.segments.hydraulics
+    outer, inner = part.outer_diameter, part.inner_diameter
     area, polar = _section(outer, inner)
     radius = outer / 2
-    return Ring(
+    return Segment(
         length,
         steel.young_modulus * area / length,
         steel.shear_modulus * polar / length,
         steel.density * area * length,
         steel.density * polar * length,
-        flow.annulus_factor / 8 * mud.density * math.pi * outer * length,
-        flow.bore_factor / 8 * mud.density * math.pi * inner * length,
+        hydraulics.annulus_factor / 8 * mud.density * math.pi * outer * length,
+        hydraulics.bore_factor / 8 * mud.density * math.pi * inner * length,
         2 * math.pi * mud.viscosity * radius * radius * radius * length / (hole / 2 - radius),
         math.pi / 4 * (hole * hole - outer * outer),
         math.pi / 4 * inner * inner,
@@ -181,62 +187,64 @@ def _ring(parameters: Parameters, ring: Any, length: Any) -> Ring:
 def bit_torque(parameters: Parameters, wob: Any, set_speed: Any, force: Any, speed: Any) -> Any:
     """The torque of the rock on the bit [N m] under a ``force`` [N] at a bit ``speed``
     [rad/s], with friction and cutting (:mod:`nsdrill.models.segments.rhs`)."""
-    bit, law, cut = parameters.bit, parameters.bit.friction, parameters.bit.cutting
-    at = speed if cut.speed == "live" else set_speed
-    advance = np.maximum(cut.c1 * wob * np.sqrt(np.abs(at)) + cut.c2, 0.0)
-    depth = 2 * math.pi * advance / np.sqrt(at * at + cut.slow * cut.slow)
+    bit, friction, cutting = parameters.bit, parameters.bit.friction, parameters.bit.cutting
+    cutting_speed = speed if cutting.speed == "live" else set_speed
+    advance = np.maximum(cutting.c1 * wob * np.sqrt(np.abs(cutting_speed)) + cutting.c2, 0.0)
+    depth = (
+        2 * math.pi * advance / np.sqrt(cutting_speed * cutting_speed + cutting.slow * cutting.slow)
+    )
     threshold = parameters.segments.threshold_force
     on = np.clip((force - threshold) / (0.1 * threshold), 0.0, 1.0)
     rubbing = (
         np.tanh(speed)
-        + law.hump * speed / (1 + law.narrowing * speed * speed)
-        + law.viscous * speed
+        + friction.hump * speed / (1 + friction.narrowing * speed * speed)
+        + friction.viscous * speed
     )
-    cutting = (
+    bite = (
         on
         * (2 / math.pi)
-        * np.arctan(cut.smoothing * speed)
-        * cut.zeta
+        * np.arctan(cutting.smoothing * speed)
+        * cutting.zeta
         * np.sqrt(depth / bit.radius)
     )
-    return force * bit.radius * (law.level * rubbing + cutting)
+    return force * bit.radius * (friction.level * rubbing + bite)
 
 
-def cut_root(parameters: Parameters, wob: Any, speed: Any) -> Any:
+def depth_root(parameters: Parameters, wob: Any, speed: Any) -> Any:
     """sqrt(depth of cut / radius) at a ``speed`` [rad/s] that the depth follows, under
     a weight on bit [N]."""
-    bit, cut = parameters.bit, parameters.bit.cutting
-    advance = np.maximum(cut.c1 * wob * np.sqrt(speed) + cut.c2, 0.0)
+    bit, cutting = parameters.bit, parameters.bit.cutting
+    advance = np.maximum(cutting.c1 * wob * np.sqrt(speed) + cutting.c2, 0.0)
     return np.sqrt(
-        2 * math.pi * advance / bit.radius / np.sqrt(speed * speed + cut.slow * cut.slow)
+        2 * math.pi * advance / bit.radius / np.sqrt(speed * speed + cutting.slow * cutting.slow)
     )
 
 
-def creeping(parameters: Parameters, wob: Any, set_speed: Any) -> dict[str, Any]:
-    """What the implicit method knows of the cutting torque
-    (:mod:`nsdrill.models.segments.rhs`), by name: of a bit that creeps, whose depth of
-    cut follows its speed and begins at one above zero, or else the root at the set
-    speed or at rest."""
-    bit, cut = parameters.bit, parameters.bit.cutting
-    live = cut.speed == "live"
-    advance, offset = np.broadcast_arrays(np.asarray(cut.c1 * wob, dtype=float), cut.c2)
+def creep_parameters(parameters: Parameters, wob: Any, set_speed: Any) -> dict[str, Any]:
+    """The lane parameters of the cutting torque that the implicit method reads
+    (:mod:`nsdrill.models.segments.rhs`), by name: those of a bit that creeps, whose
+    depth of cut follows its speed and begins at a speed above zero, or else the root at
+    the set speed or at rest."""
+    bit, cutting = parameters.bit, parameters.bit.cutting
+    live = cutting.speed == "live"
+    advance, offset = np.broadcast_arrays(np.asarray(cutting.c1 * wob, dtype=float), cutting.c2)
     creeps = (offset < 0.0) & live
     start = np.where(creeps, -offset / np.maximum(advance, LEAST_ADVANCE), 0.0)
-    roots = [cut_root(parameters, wob, speed) for speed in SPEEDS]
+    roots = [depth_root(parameters, wob, speed) for speed in SPEEDS]
     falls = [
-        (one - two) / (b - a)
-        for one, two, a, b in zip(roots, roots[1:], SPEEDS, SPEEDS[1:], strict=False)
+        (before - after) / (b - a)
+        for before, after, a, b in zip(roots, roots[1:], SPEEDS, SPEEDS[1:], strict=False)
     ]
     steepest = 0.0
     for fall in falls:
         steepest = np.maximum(steepest, fall)
     return {
         "creep_start": start,
-        "creep_root": np.sqrt(2 * math.pi / bit.radius * cut.c1 * wob),
+        "creep_root": np.sqrt(2 * math.pi / bit.radius * cutting.c1 * wob),
         "creep_fall": np.where(creeps, steepest, 0.0),
-        "creep_speed": 2 * cut.slow,
+        "creep_speed": 2 * cutting.slow,
         "flat_root": np.where(
-            creeps, 0.0, cut_root(parameters, wob, 0.0 * set_speed if live else set_speed)
+            creeps, 0.0, depth_root(parameters, wob, 0.0 * set_speed if live else set_speed)
         ),
     }
 
@@ -248,14 +256,20 @@ def steady_of(parameters: Parameters, string: String, wob: Any, speed: Any) -> S
     force = -bit.rock_stiffness * z
     torque = bit_torque(parameters, wob, speed, force, speed)
     drags = string.drags
-    below, angles, angle = sum(drags) - drags[0], [0.0 * torque], 0.0
-    for drag, spring in zip(drags[1:], string.springs, strict=True):
-        angle = angle - (torque + speed * below) / spring
+    drag_below, angles, angle = sum(drags) - drags[0], [0.0 * torque], 0.0
+    for drag, spring in zip(drags[1:], string.torsional_stiffnesses, strict=True):
+        angle = angle - (torque + speed * drag_below) / spring
         angles.append(angle)
-        below = below - drag
-    table = torque + speed * (sum(drags) + drive.table_damping)
-    motor = drive.gear * drive.torque_constant
-    current = table / motor
+        drag_below = drag_below - drag
+    table_torque = torque + speed * (sum(drags) + drive.table_damping)
+    constant = drive.gear * drive.torque_constant
+    current = table_torque / constant
     return Steady(
-        force, torque, table, current, motor * speed + drive.resistance * current, tuple(angles), z
+        force,
+        torque,
+        table_torque,
+        current,
+        constant * speed + drive.resistance * current,
+        tuple(angles),
+        z,
     )
