@@ -1,7 +1,7 @@
 """Write the tables of the documentation from the code, so that the two cannot disagree.
 
-python docs/make_tables.py           # writes them into the pages python
-docs/make_tables.py --check   # says which pages are stale, exit code 1 if any
+    python docs/make_tables.py           # writes them into the pages
+    python docs/make_tables.py --check   # says which pages are stale, exit code 1 if any
 
 A table stands between two comments, ``<!-- table: NAME -->`` and
 ``<!-- end of table -->``. The tests run the check.

@@ -5,10 +5,10 @@ The torque of the bit is its force F times an arm a(omega), the friction of the 
 normal force N times a coefficient f(v_s), v_s = omega R_c + (x vy - y vx)/r. Forces
 depend on positions alone, and all accelerations are linear in both loads: per unit of
 torque, u_b = (u_x, u_y, u_alpha) with the moment of the softened span, per unit of
-friction u_w. A stage that moves velocities by c times the push therefore has
+friction u_w. A stage that moves velocities by c times the push therefore has::
 
-omega = omega* - c (K_bb F a(omega) + K_bw N f(v_s)),    v_s = v_s* - c (K_wb F a(omega)
-+ K_ww N f(v_s))
+    omega = omega* - c (K_bb F a(omega) + K_bw N f(v_s))
+    v_s = v_s* - c (K_wb F a(omega) + K_ww N f(v_s))
 
 with K = -w u and the directions w_b = (0, 0, 1), w_w = (-y/r, x/r, R_c) of the slips.
 Two equations, which Newton's method solves jointly. The loads are those of its last
