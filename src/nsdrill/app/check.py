@@ -22,7 +22,7 @@ from nsdrill.models.schedule import Ramp
 from nsdrill.quantity import amount, unit_in
 from nsdrill.study.study import Study
 
-LEAST_TURNS = 20
+LEAST_REVOLUTIONS = 20
 LARGE = 2e9  # bytes of results
 
 
@@ -97,15 +97,15 @@ def check(study: Study, units: str = "si") -> Report:
     parameters = study.parameters
     if any(map(words_of, study.swept)):  # what other words read
         parameters, _, _ = chosen_at(parameters, study.initial, {})
-    own = checks_of(study.model)
+    checks = checks_of(study.model)
     points, chains = (0, 0) if study.ramped and not study.swept else (plan.points, plan.chains)
     coarse = points
     for axis in study.refined:
         coarse = coarse // len(study.axes[axis]) * coarse_length(study, axis)
     return Report(
         operation,
-        own and own.coefficients(parameters, operation),
-        own.every_derived_quantity(parameters, operation) if own else {},
+        checks and checks.coefficients(parameters, operation),
+        checks.every_derived_quantity(parameters, operation) if checks else {},
         _warnings(study, units),
         points,
         chains,
@@ -114,7 +114,7 @@ def check(study: Study, units: str = "si") -> Report:
         disk(plan, kept_of(study)) if points else 0,
         memory(plan) if points else 0.0,
         chosen_of(study).words(),
-        own.COEFFICIENTS if own else {},
+        checks.COEFFICIENTS if checks else {},
     )
 
 
@@ -139,14 +139,14 @@ def coarse_length(study: Study, axis: str) -> int:
 
 def _warnings(study: Study, units: str) -> list[str]:
     found: list[str | None] = []
-    if (own := checks_of(study.model)) is not None:
+    if (checks := checks_of(study.model)) is not None:
 
-        def told(value: float, si: str, shown: str) -> str:
-            return _told(value, si, shown, units)
+        def amount_text(value: float, si: str, shown: str) -> str:
+            return _amount_text(value, si, shown, units)
 
-        found += own.warnings(study, _corners(study), told)
+        found += checks.warnings(study, _corners(study), amount_text)
     if study.swept or not study.ramped:  # else there is no observed window
-        found += [_few_turns(study, units), _verified(study), _large(study)]
+        found += [_short_observation(study, units), _verify_cost(study), _large_results(study)]
     return [warning for warning in found if warning is not None]
 
 
@@ -155,8 +155,8 @@ def passed_over(study: Study) -> list[dict[str, Any]]:
     none of a model that does not tell them. Each has its ``name`` and ``words``,
     ``min``, ``max`` and ``from`` along its ``axis`` (SI), and whether they lie below
     ``everywhere`` in the study."""
-    own = checks_of(study.model)
-    found: list[dict[str, Any]] = getattr(own, "passed_over", lambda study, corners: [])(
+    checks = checks_of(study.model)
+    found: list[dict[str, Any]] = getattr(checks, "passed_over", lambda study, corners: [])(
         study, _corners(study)
     )
     return found
@@ -169,13 +169,13 @@ def checks_of(model: str) -> Any:
     return import_module(name) if name else None
 
 
-def _told(value: float, si: str, shown: str, units: str) -> str:
+def _amount_text(value: float, si: str, shown: str, units: str) -> str:
     """A value in the units ``si`` in a warning: in ``shown`` units, or in field
     units."""
     return amount(value, unit_in(si, units) or shown, 4)
 
 
-def _verified(study: Study) -> str | None:
+def _verify_cost(study: Study) -> str | None:
     if not study.simulation.verify:
         return None
     # late: it brings the compiler, which nothing else here needs
@@ -190,7 +190,7 @@ def _verified(study: Study) -> str | None:
     )
 
 
-def _large(study: Study) -> str | None:
+def _large_results(study: Study) -> str | None:
     size = disk(plan_of(study), kept_of(study))
     if size < LARGE:
         return None
@@ -232,18 +232,17 @@ def _corners(study: Study) -> list[Values]:
     return found
 
 
-def _few_turns(study: Study, units: str) -> str | None:
+def _short_observation(study: Study, units: str) -> str | None:
     slowest = float(
         study.drawn["rotary_speed"].min()
         if "rotary_speed" in study.drawn
         else ends_of(study, "rotary_speed")[0]
     )
-    turns = slowest * study.simulation.observe / (2 * math.pi)
-    if turns >= LEAST_TURNS:
+    revolutions = slowest * study.simulation.observe / (2 * math.pi)
+    if revolutions >= LEAST_REVOLUTIONS:
         return None
     return (
-        f"Short: at {_told(slowest, 'rad/s', 'rad/s', units)} the observed window of "
-        f"{study.simulation.observe:g} s "
-        f"holds only {turns:.3g} turns of the drive. Extremes and fractions will be rough; "
-        f"lengthen simulation.observe."
+        f"Short: at {_amount_text(slowest, 'rad/s', 'rad/s', units)} the observation of "
+        f"{study.simulation.observe:g} s holds only {revolutions:.3g} revolutions of the drive. "
+        f"Extremes and fractions will be rough; lengthen simulation.observe."
     )

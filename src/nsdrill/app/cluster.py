@@ -17,7 +17,7 @@ from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.registry import other_packages, sources_of
 
 CONNECT_SECONDS = 10
-_OF_TERMINALS = {signal.SIGINT, signal.SIGHUP}
+_TERMINAL_SIGNALS = {signal.SIGINT, signal.SIGHUP}
 
 
 @contextmanager
@@ -37,7 +37,7 @@ def dask_executor(
         ) from error
     if scheduler is None:
         count = workers or processors()
-        with _deaf_children():
+        with _terminal_signals_blocked():
             # Not its warnings: that a worker which computes is killed at the end after
             # some seconds is no news.
             try:
@@ -76,7 +76,7 @@ def dask_executor(
                 f"--scheduler: the Dask scheduler at {scheduler} has no workers. Nothing has run."
             )
         for worker, found in client.run(versions, on_error="return").items():
-            if differing := _differing(found):
+            if differing := _version_differences(found):
                 raise NsdrillError(
                     f"--scheduler: the worker {worker} has other versions, whose numbers may "
                     f"differ ({differing}). "
@@ -95,7 +95,7 @@ class _Cluster(Executor):
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **more: Any) -> Future[Any]:
         future: Future[Any] = self._executor.submit(
-            _compared, versions(), _sources(), function, *args, **more
+            _call_on_same_versions, versions(), _model_sources(), function, *args, **more
         )
         return future
 
@@ -110,7 +110,7 @@ class _Cluster(Executor):
             )
 
 
-def _differing(found: Any) -> str:
+def _version_differences(found: Any) -> str:
     """In words, what differs between this process and the one whose :func:`versions`
     are ``found``, or which could not tell them; numpy too, as what goes to and fro
     holds its arrays."""
@@ -121,12 +121,12 @@ def _differing(found: Any) -> str:
     )
 
 
-def _sources() -> dict[str, str]:
+def _model_sources() -> dict[str, str]:
     """Digests of the models of other packages that this process knows of."""
     return {name: sources_of(name) for name in other_packages()}
 
 
-def _compared(
+def _call_on_same_versions(
     expected: dict[str, str],
     models: dict[str, str],
     function: Callable[..., Any],
@@ -135,7 +135,7 @@ def _compared(
     **more: Any,
 ) -> Any:
     """The call, in a worker, which may have joined after the others were compared."""
-    if differing := _differing(expected):
+    if differing := _version_differences(expected):
         raise NsdrillError(f"the worker has other versions ({differing})")
     if other := [name for name, digest in models.items() if sources_of(name) != digest]:
         raise NsdrillError(f"the worker has another version of the model {other[0]}, or none")
@@ -143,13 +143,13 @@ def _compared(
 
 
 @contextmanager
-def _deaf_children() -> Iterator[None]:
+def _terminal_signals_blocked() -> Iterator[None]:
     """Processes that are started in here, and later by threads that are started in
     here, do not receive what a terminal sends to all: Ctrl-C, and its end. The main
     process receives it, and closes the workers in order."""
     from multiprocessing import resource_tracker
 
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _OF_TERMINALS)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _TERMINAL_SIGNALS)
     try:
         # Python's helper, which would complain of semaphores, and remove them, where we
         # end at once.
@@ -159,7 +159,9 @@ def _deaf_children() -> Iterator[None]:
         del os.environ["PYTHONWARNINGS"]
         if quiet is not None:
             os.environ["PYTHONWARNINGS"] = quiet
-        signal.pthread_sigmask(signal.SIG_BLOCK, _OF_TERMINALS)  # Python 3.11 has unblocked some
+        signal.pthread_sigmask(
+            signal.SIG_BLOCK, _TERMINAL_SIGNALS
+        )  # Python 3.11 has unblocked some
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)

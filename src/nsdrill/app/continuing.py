@@ -50,11 +50,11 @@ RANGE_PARTS = 10  # the natural scale of the number continued is this part of it
 CIRCLE_PERIODS = 200  # over which features of a motion on a circle are measured
 UNSTABLE = 1e6  # a multiplier beyond which one period no longer follows the orbit
 WHAT = "continuation"
-Words = Callable[[str], object]
+Say = Callable[[str], object]
 
 
 @dataclass(frozen=True)
-class Continued:
+class ContinuationResult:
     """What came of a continuation: the Dataset, what became of the seeds in words with
     their numbers, and the seconds that it took."""
 
@@ -64,14 +64,14 @@ class Continued:
 
 
 @dataclass(frozen=True)
-class Setting:
+class ContinuationSetup:
     """What a continuation computes with: the study, its continuation and its model,
     with what is compiled in."""
 
     study: Study
-    asked: Continuation
+    continuation: Continuation
     model: Model
-    fixed: Variant
+    variant: Variant
     symmetry: Symmetry
 
     def values(self, numbers: Array, keys: tuple[str, ...]) -> Values:
@@ -96,15 +96,15 @@ class Setting:
             return table if released is None else released
 
         return Flow(
-            equations_of(self.model, self.fixed, self.symmetry, pack, scales), workers=workers
+            equations_of(self.model, self.variant, self.symmetry, pack, scales), workers=workers
         )
 
 
-def setting_of(study: Study) -> Setting:
+def continuation_setup(study: Study) -> ContinuationSetup:
     """What to compute with; InputError where the study cannot be continued."""
     source = study.source or "the study"
-    asked = study.continuation
-    if asked is None:
+    continuation = study.continuation
+    if continuation is None:
         raise InputError(
             f"{source}: found no section continue; allowed: one that says what is followed, as "
             "continue: {along: rotary_speed, from: 2 rad/s, to: 8 rad/s}."
@@ -120,30 +120,30 @@ def setting_of(study: Study) -> Setting:
         raise InputError(
             f"{source}: found drive.on_at; allowed: nothing that is switched on within the run."
         )
-    keys = (asked.along, *((asked.curves.over,) if asked.curves else ()))
-    if asked.curves is not None:
-        own = _number_of(study, dimension_of(asked.curves.over))
-        if not asked.curves.low <= own <= asked.curves.high:
+    keys = (continuation.along, *((continuation.curves.over,) if continuation.curves else ()))
+    if continuation.curves is not None:
+        own = _number_of(study, dimension_of(continuation.curves.over))
+        if not continuation.curves.low <= own <= continuation.curves.high:
             raise InputError(
-                f"{source}: continue.curves: found {asked.curves.over} from {asked.curves.low:g} "
+                f"{source}: continue.curves: found {continuation.curves.over} from {continuation.curves.low:g} "
                 f"to "
-                f"{asked.curves.high:g} (SI); allowed: a range that has the study's own value, "
+                f"{continuation.curves.high:g} (SI); allowed: a range that has the study's own value, "
                 f"{own:g}, from where the "
                 "curves set out."
             )
     ends = [
-        (asked.low, asked.high),
-        *(((asked.curves.low, asked.curves.high),) if asked.curves else ()),
+        (continuation.low, continuation.high),
+        *(((continuation.curves.low, continuation.curves.high),) if continuation.curves else ()),
     ]
     corners = np.array(np.meshgrid(*ends)).reshape(len(keys), -1).T
-    setting = Setting(study, asked, model, (), Symmetry(0, ()))
+    setup = ContinuationSetup(study, continuation, model, (), Symmetry(0, ()))
     found = []
     for corner in corners:
-        values = setting.values(corner[None], keys)
+        values = setup.values(corner[None], keys)
         single = values_at(
             values.parameters, values.initial, dict(zip(OPERATION, values.operation, strict=True))
         )
-        plain = _with_plain(single, keys, corner)
+        plain = _scalar_values(single, keys, corner)
         try:
             found.append((model.variant(plain.parameters), model.symmetry(plain)))
         except NotImplementedError:
@@ -162,7 +162,7 @@ def setting_of(study: Study) -> Setting:
             "height at one end; "
             "allowed: a range that leaves such an end out."
         )
-    if found[0][1].folds and {*asked.motions} == {"stick_slip"}:
+    if found[0][1].folds and {*continuation.motions} == {"stick_slip"}:
         raise InputError(
             f"{source}: continue.motions: found stick_slip alone, over lobes; allowed: a smooth "
             f"rock, on which "
@@ -170,10 +170,10 @@ def setting_of(study: Study) -> Setting:
             "followed: a sweep up and "
             "down (sweep.procedure: up-down) tells where it is stable."
         )
-    return Setting(study, asked, model, *found[0])
+    return ContinuationSetup(study, continuation, model, *found[0])
 
 
-def _finished(study: Study, path: str | os.PathLike[str]) -> Continued:
+def _finished(study: Study, path: str | os.PathLike[str]) -> ContinuationResult:
     """What a file that is whole holds. FileError where it was made from another
     study."""
     data = open_branches(path)
@@ -181,10 +181,10 @@ def _finished(study: Study, path: str | os.PathLike[str]) -> Continued:
         raise FileError(
             f"{path}: finished, and made from another study ({listed}). Start anew by --overwrite."
         )
-    return Continued(data, {}, 0.0)
+    return ContinuationResult(data, {}, 0.0)
 
 
-def _with_plain(values: Values, keys: tuple[str, ...], numbers: Array) -> Values:
+def _scalar_values(values: Values, keys: tuple[str, ...], numbers: Array) -> Values:
     """``values`` with plain numbers at ``keys``, from which options are told."""
     given = {key: float(number) for key, number in zip(keys, numbers, strict=True)}
     operation = {
@@ -201,8 +201,8 @@ def continue_study(
     workers: int | None = None,
     overwrite: bool = False,
     resume: bool = False,
-    say: Words = lambda text: None,
-) -> Continued:
+    say: Say = lambda text: None,
+) -> ContinuationResult:
     """Continue ``study``, from the results file ``seeds`` in place of its own seeds if
     given, into ``path`` if given.
 
@@ -210,8 +210,8 @@ def continue_study(
     goes on with them. A KeyboardInterrupt says so. Of a finished file of the same study
     nothing is left to do. InputError where the study cannot be continued.
     """
-    setting = setting_of(study)
-    asked = setting.asked
+    setup = continuation_setup(study)
+    continuation = setup.continuation
     part, there = None, False
     if (
         path is not None
@@ -224,29 +224,29 @@ def continue_study(
     if path is not None:
         part, there = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
     begun = time.perf_counter()
-    keys = (asked.along,)
-    scale = (asked.high - asked.low) / RANGE_PARTS
-    flow = setting.flow(keys, (scale,), workers or processors())
+    keys = (continuation.along,)
+    scale = (continuation.high - continuation.low) / RANGE_PARTS
+    flow = setup.flow(keys, (scale,), workers or processors())
     grazes = _grazes(study, flow)
     orders = Orders(
-        asked.lobes,
-        (asked.low, asked.high),
-        asked.points,
-        asked.switch,
-        "periodic" in asked.motions,
-        bool({"rolling", "stick_slip"} & {*asked.motions}),
-        "rolling" in asked.motions,
+        continuation.lobes,
+        (continuation.low, continuation.high),
+        continuation.points,
+        continuation.switch,
+        "periodic" in continuation.motions,
+        bool({"rolling", "stick_slip"} & {*continuation.motions}),
+        "rolling" in continuation.motions,
         grazes,
     )
-    started = _seeds(setting, flow, seeds, say)
+    started = _seeds(setup, flow, seeds, say)
     digest = _digest(study, started)
-    known = _kept(part, digest) if part is not None and there else {}
+    known = _load_branches(part, digest) if part is not None and there else {}
     kept = dict(known)
 
     def keep(branches: dict[Any, Branch]) -> None:
         kept.update(branches)
         if part is not None:
-            _keep(part, study.model, digest, kept)
+            _save_branches(part, study.model, digest, kept)
         number, points = len(kept), sum(map(len, kept.values()))
         say(f"{number} branch{'' if number == 1 else 'es'}, {points} points")
 
@@ -268,10 +268,10 @@ def continue_study(
         raise InputError(_no_branch(study, found, started))
     try:
         with interrupt.heeded():
-            data = dataset_of(setting, flow, found)
-            if asked.curves is not None:
+            data = dataset_of(setup, flow, found)
+            if continuation.curves is not None:
                 say("curves")
-                data = with_curves(setting, data, found, workers or processors())
+                data = with_curves(setup, data, found, workers or processors())
     except KeyboardInterrupt:
         raise KeyboardInterrupt(_interrupted(part, kept)) from None
     if path is not None:
@@ -281,7 +281,7 @@ def continue_study(
     words: dict[str, int] = {}
     for word in found.seeds:
         words[word] = words.get(word, 0) + 1
-    return Continued(data, words, time.perf_counter() - begun)
+    return ContinuationResult(data, words, time.perf_counter() - begun)
 
 
 def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
@@ -329,21 +329,21 @@ def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
 
 
 def _seeds(
-    setting: Setting, flow: Flow, given: str | os.PathLike[str] | None, say: Words
+    setup: ContinuationSetup, flow: Flow, given: str | os.PathLike[str] | None, say: Say
 ) -> list[Seed]:
-    asked = setting.asked
-    source = given if given is not None else asked.seeds
+    continuation = setup.continuation
+    source = given if given is not None else continuation.seeds
     if isinstance(source, str | os.PathLike):
-        return _seeds_in(setting, Path(source))
-    return _settled(setting, flow, np.array(source[asked.along], dtype=float), say)
+        return _seeds_in(setup, Path(source))
+    return _settled(setup, flow, np.array(source[continuation.along], dtype=float), say)
 
 
-def _settled(setting: Setting, flow: Flow, numbers: Array, say: Words) -> list[Seed]:
+def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> list[Seed]:
     """The motions on which the study's starts settle at these values."""
-    study, model = setting.study, setting.model
+    study, model = setup.study, setup.model
     starts = max(1, study.initial.starts)
     at = np.repeat(numbers, starts)[:, None]
-    values = setting.values(at, (setting.asked.along,))
+    values = setup.values(at, (setup.continuation.along,))
     state = model.starts(values, np.tile(np.arange(starts), len(numbers)))
     own, phase = state[:, :-1], state[:, -1]
     first = [
@@ -369,10 +369,10 @@ def _settled(setting: Setting, flow: Flow, numbers: Array, say: Words) -> list[S
     return [*first[::starts], *settled]
 
 
-def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
+def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
     """The settled points of a results file that has the study's string and, but for
     what is continued, its operating point."""
-    study, asked = setting.study, setting.asked
+    study, continuation = setup.study, setup.continuation
     results = read_results(path, ("status", "settled", "final_state"))
     if str(results.attrs.get("model", study.model)) != study.model:
         raise FileError(
@@ -381,7 +381,7 @@ def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
             "results of the same model as seeds."
         )
     there = resolved_study(results.attrs)
-    free = {asked.along, *there.get("sweep", {})}
+    free = {continuation.along, *there.get("sweep", {})}
     keys = [key for key, _, _ in string_differences(there, study.resolved, free)]
     if there.get("uncertain") != study.resolved.get("uncertain"):
         keys.append("uncertain")
@@ -392,9 +392,11 @@ def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
             f"string as seeds."
         )
     lines = np.ones(results.shape, dtype=bool)
-    name_along = dimension_of(asked.along)
-    if name_along not in results.axes and asked.along in OPERATION:
-        raise FileError(f"{path}: found no {asked.along}. Choose results of a sweep as seeds.")
+    name_along = dimension_of(continuation.along)
+    if name_along not in results.axes and continuation.along in OPERATION:
+        raise FileError(
+            f"{path}: found no {continuation.along}. Choose results of a sweep as seeds."
+        )
     for place, name in enumerate(results.grid):
         if name in ("procedure", "start", "sample", name_along):
             continue
@@ -424,7 +426,7 @@ def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
             if name_along in results.grid
             else numbers[0]
         )
-        if asked.low <= number <= asked.high:
+        if continuation.low <= number <= continuation.high:
             state = results["final_state"][tuple(index)]
             seeds.append(Seed(state[:-1], float(state[-1]), np.array([number])))
     if not seeds:
@@ -458,12 +460,12 @@ def _digest(study: Study, seeds: list[Seed]) -> str:
     return digest.hexdigest()
 
 
-def _keep(part: Path, model: str, digest: str, branches: Mapping[Any, Branch]) -> None:
+def _save_branches(part: Path, model: str, digest: str, branches: Mapping[Any, Branch]) -> None:
     arrays, told = to_arrays(branches)
     unfinished.keep(part, WHAT, digest, told, arrays, model)
 
 
-def _kept(part: Path, digest: str) -> dict[Any, Branch]:
+def _load_branches(part: Path, digest: str) -> dict[Any, Branch]:
     """The branches in ``part``; FileError where they are of another continuation."""
     told, arrays = unfinished.kept(part, WHAT, digest, "another study or from other seeds")
     try:
@@ -475,17 +477,17 @@ def _kept(part: Path, digest: str) -> dict[Any, Branch]:
 # The Dataset
 
 
-def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
+def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
     """The Dataset of branches."""
     import xarray
 
-    study, asked, model = setting.study, setting.asked, setting.model
+    study, continuation, model = setup.study, setup.continuation, setup.model
     branches = found.branches
     points: list[Point] = [one.point for branch in branches for one in branch.marked]
     labels = np.array([one.label for branch in branches for one in branch.marked], dtype=np.int16)
     rows = np.array([len(branch) for branch in branches], dtype=np.int64)
     numbers = np.array([point.found.values[-1] for point in points])
-    names = model.states(setting.fixed)
+    names = model.states(setup.variant)
     finer = finer_multipliers(flow, branches, interrupt.look)
     widest = max(map(len, finer))
     multipliers = np.full((len(points), widest), np.nan + 0j)
@@ -498,11 +500,17 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
     coordinates: dict[str, Any] = {}
     for name in OPERATION:
         value = (
-            numbers if name == asked.along else np.full(len(points), getattr(study.operation, name))
+            numbers
+            if name == continuation.along
+            else np.full(len(points), getattr(study.operation, name))
         )
         coordinates[name] = ("point", value, _axis_attrs(study, name))
-    if asked.along not in OPERATION:
-        coordinates[dimension_of(asked.along)] = ("point", numbers, _axis_attrs(study, asked.along))
+    if continuation.along not in OPERATION:
+        coordinates[dimension_of(continuation.along)] = (
+            "point",
+            numbers,
+            _axis_attrs(study, continuation.along),
+        )
     meanings = meanings_of(described(study.model))
     flags = {
         "flag_values": np.array([*meanings], np.int16),
@@ -519,22 +527,24 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
         "lobes": (
             "branch",
             np.array([one.lobes for one in branches], np.int64),
-            _words("period in lobes"),
+            _dimensionless("period in lobes"),
         ),
         "parent": (
             "branch",
             np.array([one.parent for one in branches], np.int64),
-            _words("number of the branch from which it springs, -1 for none"),
+            _dimensionless("number of the branch from which it springs, -1 for none"),
         ),
         "parent_point": (
             "branch",
             np.array([one.parent_point for one in branches], np.int64),
-            _words("point of the parent, counted within it, at which it springs; -1 for none"),
+            _dimensionless(
+                "point of the parent, counted within it, at which it springs; -1 for none"
+            ),
         ),
         "closed": (
             "branch",
             np.array([one.closed for one in branches], np.int8),
-            _words("1 for a closed branch"),
+            _dimensionless("1 for a closed branch"),
         ),
         "end_reason": (
             "branch",
@@ -544,14 +554,14 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
         "row_size": (
             "branch",
             rows,
-            {**_words("number of points of the branch"), "sample_dimension": "point"},
+            {**_dimensionless("number of points of the branch"), "sample_dimension": "point"},
         ),
         "branch_of_point": (
             "point",
             np.repeat(np.arange(len(branches)), rows),
-            _words("number of the branch"),
+            _dimensionless("number of the branch"),
         ),
-        "label": ("point", labels, {**_words("kind of special point"), **flags}),
+        "label": ("point", labels, {**_dimensionless("kind of special point"), **flags}),
         "label_note": (
             "point",
             np.array([one.words for b in branches for one in b.marked], dtype=object),
@@ -570,32 +580,32 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
         "multiplier_real": (
             ("point", "multiplier"),
             multipliers.real,
-            _words("Floquet multipliers, real parts"),
+            _dimensionless("Floquet multipliers, real parts"),
         ),
         "multiplier_imag": (
             ("point", "multiplier"),
             multipliers.imag,
-            _words("Floquet multipliers, imaginary parts"),
+            _dimensionless("Floquet multipliers, imaginary parts"),
         ),
         "unstable": (
             "point",
             np.array([point.found.unstable for point in points], np.int16),
-            _words("number of multipliers outside the unit circle; 0: stable"),
+            _dimensionless("number of multipliers outside the unit circle; 0: stable"),
         ),
         "arclength": (
             "point",
             np.array([point.s for point in points]),
-            _words("arclength from the branch's begin"),
+            _dimensionless("arclength from the branch's begin"),
         ),
         "iterations": (
             "point",
             np.array([point.iterations for point in points], np.int16),
-            _words("iterations of Newton's method"),
+            _dimensionless("iterations of Newton's method"),
         ),
         "residual": (
             "point",
             np.array([point.residual for point in points]),
-            _words("residual in natural scales"),
+            _dimensionless("residual in natural scales"),
         ),
         "state": (
             ("point", "state_name"),
@@ -607,7 +617,7 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
                 "touches": (
                     ("point", "contact"),
                     touches,
-                    _words("how often in a period a contact begins"),
+                    _dimensionless("how often in a period a contact begins"),
                 )
             }
             if touches is not None
@@ -616,7 +626,7 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
     }
     circles = np.repeat([one.motion == CIRCLE for one in branches], rows)
     features = _features(
-        setting, states, periods, numbers, circles, np.nanmax(np.abs(multipliers), axis=1)
+        setup, states, periods, numbers, circles, np.nanmax(np.abs(multipliers), axis=1)
     )
     own = {variable.name: variable for variable in described(study.model).features}
     for name, values in features.items():
@@ -641,17 +651,17 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
     attrs = {
         **provenance(study, "continue"),
         "nsdrill_kind": "branches",
-        "along": dimension_of(asked.along),
-        "along_key": asked.along,
-        "continue_from": asked.low,
-        "continue_to": asked.high,
+        "along": dimension_of(continuation.along),
+        "along_key": continuation.along,
+        "continue_from": continuation.low,
+        "continue_to": continuation.high,
         "seeds": json_text(seeds),
         "rtol": flow.rtol,
     }
     return xarray.Dataset(data, coords, attrs)
 
 
-def _words(text: str) -> dict[str, Any]:
+def _dimensionless(text: str) -> dict[str, Any]:
     return {"units": "1", "long_name": text}
 
 
@@ -662,20 +672,25 @@ def _axis_attrs(study: Study, key: str) -> dict[str, Any]:
 
 
 def _features(
-    setting: Setting, states: Array, periods: Array, numbers: Array, circles: Array, largest: Array
+    setup: ContinuationSetup,
+    states: Array,
+    periods: Array,
+    numbers: Array,
+    circles: Array,
+    largest: Array,
 ) -> dict[str, Array]:
     """The features of a results file of every point, over one period, on a circle over
     many; NaN where the motion is too unstable to be followed that long."""
-    study, model = setting.study, setting.model
+    study, model = setup.study, setup.model
     record = Record(peaks=1)
     lanes = choose_lanes(1000)
-    variant = Compiled(study.model, setting.fixed)
-    rows, width = variant.rows, model.report_width(record, setting.fixed)
+    variant = Compiled(study.model, setup.variant)
+    rows, width = variant.rows, model.report_width(record, setup.variant)
     n = len(states)
     windows = np.where(circles, CIRCLE_PERIODS * periods, periods)
-    values = setting.values(numbers[:, None], (setting.asked.along,))
+    values = setup.values(numbers[:, None], (setup.continuation.along,))
     table = model.pack(values, study.thresholds)
-    runs = model.runs(table, setting.fixed, np.concatenate([states, np.zeros((n, 1))], axis=1))
+    runs = model.runs(table, setup.variant, np.concatenate([states, np.zeros((n, 1))], axis=1))
     made = replace(runs, transient=np.zeros(n), observe=windows)
     store = model.store(lanes, study.parameters, record)
     batch = Batch(
@@ -691,12 +706,12 @@ def _features(
         report[done.job], ok[done.job] = done.report, done.status == OK
         parameters[done.job] = done.parameters
         left -= len(done.job)
-    found = model.features(report, parameters, windows, setting.fixed)  # type: ignore[arg-type]
-    good = ok & followed(largest, circles)
+    found = model.features(report, parameters, windows, setup.variant)  # type: ignore[arg-type]
+    good = ok & stays_on_motion(largest, circles)
     return {name: np.where(good, value, np.nan) for name, value in found.items()}
 
 
-def followed(largest: Array, circles: Array) -> Array:
+def stays_on_motion(largest: Array, circles: Array) -> Array:
     """Whether a run over the observed time stays on the motion, by its ``largest``
     multiplier over a period [n] and whether it lies on a circle, which is observed over
     many periods [n]."""
@@ -707,10 +722,10 @@ def followed(largest: Array, circles: Array) -> Array:
 # Curves
 
 
-def conditions_of(setting: Setting) -> dict[int, Condition]:
+def conditions_of(setup: ContinuationSetup) -> dict[int, Condition]:
     """What holds along the curves that are asked for, by the label of the points that
     they pass."""
-    curves, model = setting.asked.curves, setting.model
+    curves, model = setup.continuation.curves, setup.model
     assert curves is not None
     found = {}
     if "fold" in curves.of:
@@ -721,37 +736,40 @@ def conditions_of(setting: Setting) -> dict[int, Condition]:
         found[TORUS] = Condition(pair=True)
     if "hopf" in curves.of:
         found[HOPF] = Condition(pair=True)
-    for one in described(setting.study.model).grazing:
+    for one in described(setup.study.model).grazing:
         if one.border in curves.of:
             place = model.contacts.index(one.contact)
             found[one.code] = Condition(contact=place, which=1 if one.when == "reached" else 0)
     return found
 
 
-def with_curves(setting: Setting, data: Any, found: Found, workers: int) -> Any:
+def with_curves(setup: ContinuationSetup, data: Any, found: Found, workers: int) -> Any:
     """The Dataset with the curves of special points in the second number."""
-    asked, study = setting.asked, setting.study
-    curves = asked.curves
+    continuation, study = setup.continuation, setup.study
+    curves = continuation.curves
     assert curves is not None
-    scales = ((asked.high - asked.low) / RANGE_PARTS, (curves.high - curves.low) / RANGE_PARTS)
-    contacts, known = setting.model.contacts, dict[str, Flow]()
+    scales = (
+        (continuation.high - continuation.low) / RANGE_PARTS,
+        (curves.high - curves.low) / RANGE_PARTS,
+    )
+    contacts, known = setup.model.contacts, dict[str, Flow]()
 
     def flows(condition: Condition) -> Flow:
         # A motion that a contact is just reached by is one without it, and that is
         # smooth.
         name = "" if condition.of_monodromy or not condition.which else contacts[condition.contact]
         if name not in known:
-            known[name] = setting.flow((asked.along, curves.over), scales, workers, name)
+            known[name] = setup.flow((continuation.along, curves.over), scales, workers, name)
         return known[name]
 
     start = _number_of(study, dimension_of(curves.over))
-    ranges = ((asked.low, asked.high), (curves.low, curves.high))
+    ranges = ((continuation.low, continuation.high), (curves.low, curves.high))
     made = borders(
-        flows, found.branches, conditions_of(setting), start, ranges, curves.points, interrupt.look
+        flows, found.branches, conditions_of(setup), start, ranges, curves.points, interrupt.look
     )
     points = [point for one in made for point in one.points]
     numbers = np.array([point.found.values for point in points]).reshape(-1, 2)
-    along, over = dimension_of(asked.along), dimension_of(curves.over)
+    along, over = dimension_of(continuation.along), dimension_of(curves.over)
     ends = [
         " ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended)) for one in made
     ]
@@ -769,12 +787,12 @@ def with_curves(setting: Setting, data: Any, found: Found, workers: int) -> Any:
         curve_lobes=(
             "curve",
             np.array([one.lobes for one in made], np.int64),
-            _words("period in lobes"),
+            _dimensionless("period in lobes"),
         ),
         curve_branch=(
             "curve",
             np.array([one.branch for one in made], np.int64),
-            _words("a branch that it passes"),
+            _dimensionless("a branch that it passes"),
         ),
         curve_end_reason=(
             "curve",
@@ -784,15 +802,19 @@ def with_curves(setting: Setting, data: Any, found: Found, workers: int) -> Any:
         curve_row_size=(
             "curve",
             np.array([len(one.points) for one in made], np.int64),
-            {**_words("number of points of the curve"), "sample_dimension": "curve_point"},
+            {**_dimensionless("number of points of the curve"), "sample_dimension": "curve_point"},
         ),
         curve_unstable=(
             "curve_point",
             np.array([point.found.unstable for point in points], np.int16),
-            _words("number of multipliers outside the unit circle"),
+            _dimensionless("number of multipliers outside the unit circle"),
         ),
         **{
-            f"curve_{along}": ("curve_point", numbers[:, 0], _axis_attrs(study, asked.along)),
+            f"curve_{along}": (
+                "curve_point",
+                numbers[:, 0],
+                _axis_attrs(study, continuation.along),
+            ),
             f"curve_{over}": ("curve_point", numbers[:, 1], _axis_attrs(study, curves.over)),
         },
     ).assign_attrs(over=over, over_key=curves.over)

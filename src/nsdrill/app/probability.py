@@ -11,7 +11,7 @@ from nsdrill.analysis.probability import EVERY, SAFE, Chances, chances
 from nsdrill.data import Results
 from nsdrill.models.leaves import as_told
 from nsdrill.models.registry import model_in
-from nsdrill.store.layout import coordinate_attributes, told_coordinate
+from nsdrill.store.layout import coordinate_attributes, stored_coordinate
 
 
 def dataset(results: Results, severity: int | None = None) -> Any:
@@ -44,7 +44,7 @@ def dataset(results: Results, severity: int | None = None) -> Any:
     axes = {
         name: (
             (name,),
-            told_coordinate(name, results.coords[name]),
+            stored_coordinate(name, results.coords[name]),
             coordinate_attributes(name, further.get(name)),
         )
         for name in results.axes

@@ -127,8 +127,8 @@ class Inferred:
     def __init__(self, log: Source, needed: Array, given: Array, attrs: Mapping[str, Any]) -> None:
         self._log, self._needed, self._given = log, needed, given
         self.attrs = dict(attrs)
-        if (standing := getattr(log, "standing", None)) is not None:
-            self.standing = standing
+        if (recovery_text := getattr(log, "recovery_text", None)) is not None:
+            self.recovery_text = recovery_text
 
     @property
     def header(self) -> dict[str, Any]:

@@ -95,13 +95,13 @@ class Rounds:
     @contextmanager
     def guarding(self) -> Iterator[None]:
         """Work that an interrupt ends with a KeyboardInterrupt that says what is kept."""
-        with interrupt.telling(self.standing):
+        with interrupt.telling(self.recovery_text):
             try:
                 yield
             except KeyboardInterrupt:
-                raise KeyboardInterrupt(self.standing()) from None
+                raise KeyboardInterrupt(self.recovery_text()) from None
 
-    def standing(self) -> str:
+    def recovery_text(self) -> str:
         """What an interrupt leaves, in a sentence or two."""
         if self.part is None or not self.part.exists():
             return interrupt.NOTHING

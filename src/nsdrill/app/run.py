@@ -72,7 +72,7 @@ class Interrupted(KeyboardInterrupt):
     says."""
 
     def __init__(self, log: RunLog) -> None:
-        super().__init__(f"Interrupted: {log.standing()}")
+        super().__init__(f"Interrupted: {log.recovery_text()}")
         self.part, self.done, self.total = log.path, int(np.count_nonzero(log.done())), log.n_points
 
 
@@ -150,8 +150,8 @@ def run_study(
             return Outcome(path, plan.points, _failed(log), 0.0, 0, already, attrs)
         begun = time.perf_counter()
         try:
-            standing = log.standing
-            with interrupt.telling(lambda: f"Interrupted: {standing()}"):
+            recovery_text = log.recovery_text
+            with interrupt.telling(lambda: f"Interrupted: {recovery_text()}"):
                 progress = _compute(study, log, workers, watch, executor, lanes)
                 seconds = time.perf_counter() - begun
                 results = _results(study, plan, log)

@@ -15,7 +15,7 @@ from nsdrill.data import Results, Trace
 from nsdrill.files import replacing
 from nsdrill.quantity import find
 from nsdrill.store import to_csv
-from nsdrill.store.trace import held_in
+from nsdrill.store.trace import trace_variables
 from nsdrill.units import rounded_from_si
 
 _HEADING = re.compile(r"(?P<name>\w+?)(?P<number>_\d+)?(?: \[(?P<units>.+)\])?")
@@ -58,7 +58,7 @@ def write_trace_csv(
 def print_trace_csv(trace: Trace, file: TextIO, *, units: str = "si") -> None:
     """Write the table of :func:`write_trace_csv` to an open ``file``; the numbers have
     as many digits as give back the same bits."""
-    held = held_in(trace)
+    held = trace_variables(trace)
     columns = [trace.time, *(trace.variables[one.name] for one in held)]
     rows = (
         [repr(value) for value in row]

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from nsdrill.store.claims import check_target, claim, claim_file
     from nsdrill.store.dataset import from_dataset, open_results, to_dataset
     from nsdrill.store.export import flag_words, to_csv, to_netcdf
-    from nsdrill.store.held import HeldResults
     from nsdrill.store.log import RunLog, part_path
     from nsdrill.store.memory import MemoryLog
     from nsdrill.store.read import (
@@ -34,13 +33,14 @@ if TYPE_CHECKING:
     )
     from nsdrill.store.records import pending_records, record_dtype, recorded
     from nsdrill.store.results import columns, points_in_block, write_results
+    from nsdrill.store.results_source import ResultsSource
     from nsdrill.store.rewrite import rewrite_log
     from nsdrill.store.sink import Sink, Source
     from nsdrill.store.trace import read_trace, write_trace
 
 __all__ = [
-    "HeldResults",
     "MemoryLog",
+    "ResultsSource",
     "RunLog",
     "Sink",
     "Source",
@@ -81,7 +81,7 @@ __all__ = [
 __getattr__ = late(
     __name__,
     {
-        "HeldResults": "nsdrill.store.held",
+        "ResultsSource": "nsdrill.store.results_source",
         "MemoryLog": "nsdrill.store.memory",
         "RunLog": "nsdrill.store.log",
         "Sink": "nsdrill.store.sink",

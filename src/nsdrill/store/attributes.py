@@ -68,14 +68,14 @@ def get_attributes(path: str | os.PathLike[str], file: Any) -> dict[str, Any]:
     """Root attributes as plain Python values; arrays stay arrays. FileError where one
     of nsdrill's has another type than it should have; of other programs' only text and
     numbers."""
-    return check_attributes(path, {name: plain(file.attrs, name) for name in file.attrs})
+    return check_attributes(path, {name: plain_attribute(file.attrs, name) for name in file.attrs})
 
 
 def check_attributes(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> dict[str, Any]:
     """``attrs`` but for those that are None; FileError where one has another type than
     it should have."""
     for name, value in attrs.items():
-        if (fault := _fault(name, value)) is not None:
+        if (fault := _expected_type(name, value)) is not None:
             raise FileError(f"{path}: the attribute {name} should be {fault}. Make the file again.")
     known = {name: value for name, value in attrs.items() if value is not None}
     if (model := known.get("model", MODEL)) not in NAMES:
@@ -94,10 +94,10 @@ def check_attributes(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> 
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
 
 
-def text_of(path: str | os.PathLike[str], item: Any, name: str) -> str:
+def text_attribute(path: str | os.PathLike[str], item: Any, name: str) -> str:
     """The attribute ``name`` of a file or a dataset of it, empty where there is none;
     FileError where it is no text."""
-    value = plain(item.attrs, name) if name in item.attrs else ""
+    value = plain_attribute(item.attrs, name) if name in item.attrs else ""
     if not isinstance(value, str):
         raise FileError(
             f"{path}: the attribute {name} should be text. Was the file edited? Make it again."
@@ -105,7 +105,7 @@ def text_of(path: str | os.PathLike[str], item: Any, name: str) -> str:
     return value
 
 
-def plain(attrs: Any, name: str) -> Any:
+def plain_attribute(attrs: Any, name: str) -> Any:
     """One text, one number or a short array of numbers; None where there is none, or
     something else, which is not read."""
     import h5py
@@ -144,7 +144,7 @@ def plain_value(value: Any) -> Any:
     return None
 
 
-def _fault(name: str, value: Any) -> str | None:
+def _expected_type(name: str, value: Any) -> str | None:
     """What the attribute should be, where it is something else."""
     if name in _TEXT or (name.endswith("_version") and name != "format_version"):
         if not isinstance(value, str):
@@ -152,44 +152,44 @@ def _fault(name: str, value: Any) -> str | None:
     elif name in _COUNTS:
         return None if isinstance(value, int) and value >= 0 else "a whole number"
     elif name in _NUMBERS:
-        return None if _number(value) else "a finite number"
-    if name not in _JSON:
+        return None if _is_number(value) else "a finite number"
+    if name not in _JSON_CHECKS:
         return None
-    what, sound = _JSON[name]
+    what, sound = _JSON_CHECKS[name]
     try:
-        found = json.loads(value, parse_constant=_refuse)
+        found = json.loads(value, parse_constant=_reject_constant)
         return None if sound(found) else what
     except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
         return what
 
 
-def _refuse(word: str) -> float:
+def _reject_constant(word: str) -> float:
     raise ValueError(word)
 
 
-def _number(found: Any) -> bool:
+def _is_number(found: Any) -> bool:
     return isinstance(found, int | float) and not isinstance(found, bool) and abs(found) <= LARGEST
 
 
-def _words(found: Any) -> bool:
+def _is_list_of_texts(found: Any) -> bool:
     return isinstance(found, list) and all(isinstance(item, str) for item in found)
 
 
-def _like(found: Any, model: Any) -> bool:
+def _has_shape_of(found: Any, model: Any) -> bool:
     """Whether ``found`` has numbers and mappings where ``model`` has them; it may lack
     some."""
     if not isinstance(model, dict):
-        return _number(found)
+        return _is_number(found)
     return isinstance(found, dict) and all(
-        _like(value, model[name]) for name, value in found.items()
+        _has_shape_of(value, model[name]) for name, value in found.items()
     )
 
 
-def _classify(found: Any) -> bool:
-    return _like(found, asdict(Thresholds()))
+def _is_thresholds(found: Any) -> bool:
+    return _has_shape_of(found, asdict(Thresholds()))
 
 
-def _study(found: Any) -> bool:
+def _is_study(found: Any) -> bool:
     """What is read of a resolved study without building it: thresholds, the carried
     axis, the slice."""
     sections = [found.get(name, {}) for name in ("initial", "sweep", "simulation")]
@@ -198,11 +198,11 @@ def _study(found: Any) -> bool:
         isinstance(found, dict)
         and all(isinstance(section, dict) for section in sections)
         and (along is None or _is_axis(along))
-        and _classify(found.get("classify", {}))
+        and _is_thresholds(found.get("classify", {}))
         and all(
             isinstance(name, str)
             and set(axis) == {"from", "to", "points"}
-            and all(map(_number, axis.values()))
+            and all(map(_is_number, axis.values()))
             and axis["from"] < axis["to"]
             and isinstance(axis["points"], int)
             and axis["points"] > 1
@@ -211,9 +211,9 @@ def _study(found: Any) -> bool:
     )
 
 
-def _ramps(found: Any) -> bool:
+def _is_ramps(found: Any) -> bool:
     for name, (times, values) in found.items():
-        if name not in AXES or not all(map(_number, [*times, *values])):
+        if name not in AXES or not all(map(_is_number, [*times, *values])):
             return False
         Ramp(tuple(times), tuple(values))  # ValueError where it is none
         for value in values:
@@ -221,9 +221,9 @@ def _ramps(found: Any) -> bool:
     return True
 
 
-def _numbers_of_axes(found: Any) -> bool:
+def _is_axis_values(found: Any) -> bool:
     return all(
-        _is_axis(name) and (value in words if (words := words_of(name)) else _number(value))
+        _is_axis(name) and (value in words if (words := words_of(name)) else _is_number(value))
         for name, value in found.items()
     )
 
@@ -232,12 +232,12 @@ def _is_axis(key: Any) -> bool:
     return isinstance(key, str) and (key in AXES or is_further_axis(key))
 
 
-_JSON: dict[str, tuple[str, Callable[[Any], bool]]] = {
-    "study_overrides": ("a JSON list of texts", _words),
-    "classification": ("a JSON list of texts", _words),
-    "study_resolved": ("a study as JSON", _study),
-    "classification_resolved": ("thresholds as JSON", _classify),
-    "ramps": ("ramps as JSON", _ramps),
-    "border_spacing": ("a JSON object of numbers", _numbers_of_axes),
-    "at": ("a JSON object of numbers", _numbers_of_axes),
+_JSON_CHECKS: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    "study_overrides": ("a JSON list of texts", _is_list_of_texts),
+    "classification": ("a JSON list of texts", _is_list_of_texts),
+    "study_resolved": ("a study as JSON", _is_study),
+    "classification_resolved": ("thresholds as JSON", _is_thresholds),
+    "ramps": ("ramps as JSON", _is_ramps),
+    "border_spacing": ("a JSON object of numbers", _is_axis_values),
+    "at": ("a JSON object of numbers", _is_axis_values),
 }

@@ -26,12 +26,19 @@ from nsdrill.store.layout import (
     layout_of,
     root_attributes,
     stored_attributes,
-    told_coordinate,
+    stored_coordinate,
     variable_attributes,
 )
-from nsdrill.store.read import LATER, check_coordinates, check_file, checked, kept_of, read_results
+from nsdrill.store.read import (
+    LATER_LABELS,
+    check_coordinates,
+    check_file,
+    kept_of,
+    read_results,
+    validated,
+)
 from nsdrill.store.records import recorded
-from nsdrill.store.trace import held_in
+from nsdrill.store.trace import trace_variables
 from nsdrill.units import plain_units
 from nsdrill.variables import COUNTED, FORMAT_VERSION, POINT, Axis, Unknown, Variable
 
@@ -114,7 +121,7 @@ def _results(results: Results) -> Any:
     axes = {axis.name: axis for axis in results.more}
     made: dict[str, Any] = {}
     for name in coordinate_names(layout, kept):
-        values = told_coordinate(name, results.coords[name])
+        values = stored_coordinate(name, results.coords[name])
         scalar = name in layout.grid and name not in layout.order
         made[name] = ((), values[0]) if scalar else ((name,), values)
         made[name] += (coordinate_attributes(name, axes.get(name)),)
@@ -143,7 +150,8 @@ def _trace(trace: Trace) -> Any:
     import xarray
 
     variables = {
-        v.name: (v.dims, trace.variables[v.name], variable_attributes(v)) for v in held_in(trace)
+        v.name: (v.dims, trace.variables[v.name], variable_attributes(v))
+        for v in trace_variables(trace)
     }
     time = {"time": ("time", trace.time, coordinate_attributes("time"))}
     data = xarray.Dataset(variables, time, _attributes(root_attributes("trace", trace.attrs)))
@@ -199,7 +207,7 @@ def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | No
             if name in (data.coords if name == "start" else data.dims)
         ),
     )
-    drawn = {
+    samples = {
         Unknown(**vars(_axis(data, name))): np.atleast_1d(
             np.asarray(data.coords[name].values, dtype=float)
         )
@@ -213,7 +221,7 @@ def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | No
     if "state" not in data.dims:  # no variable with states was selected
         coords["state"] = np.array(_states(model, data))
     check_coordinates(_NAME, coords, model, whole=False)
-    kept = kept_of(coords, axes, data.variables, model.name, drawn)
+    kept = kept_of(coords, axes, data.variables, model.name, samples)
     known = {variable.name: variable for variable in recorded(kept)}
     there = list(known)
     wanted = set(there) if names is None else set(names)
@@ -222,9 +230,10 @@ def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | No
     variables = {
         name: _variable(data, known[name], kept, coords)
         for name in there
-        if name in wanted and (name in data.data_vars or not (names is None or name in LATER))
+        if name in wanted
+        and (name in data.data_vars or not (names is None or name in LATER_LABELS))
     }
-    return Results(coords, variables, dict(attrs), axes, drawn)
+    return Results(coords, variables, dict(attrs), axes, samples)
 
 
 def _states(model: Description, data: Any) -> tuple[str, ...]:
@@ -286,7 +295,7 @@ def _variable(data: Any, variable: Variable, kept: Kept, coords: Mapping[str, Ar
             f"{_NAME}: {variable.name} has the type {found.dtype}; it should have "
             f"{kind} numbers. {_GIVE}"
         )
-    return checked(
+    return validated(
         _NAME, variable, layout.to_memory(found.transpose(*layout.dims(variable)).values)
     )
 

@@ -13,11 +13,11 @@ from typing import Any
 
 class DeferredErrorFile(io.FileIO):
     """A binary file for ``h5py.File``. After the first error nothing more is written;
-    see :meth:`complain`."""
+    see :meth:`raise_deferred`."""
 
     error: OSError | None = None
 
-    def complain(self) -> None:
+    def raise_deferred(self) -> None:
         """Raise the error that was swallowed, if there was one."""
         if self.error is not None:
             raise self.error

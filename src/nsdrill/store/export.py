@@ -14,11 +14,11 @@ from nsdrill.files import replacing
 from nsdrill.models.leaves import words_along
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.store import hdf5
-from nsdrill.store.layout import told_coordinate
+from nsdrill.store.layout import stored_coordinate
 from nsdrill.units import CF
 from nsdrill.variables import CHECKS, COORDINATES, INFERRED, OK, POINT, Variable
 
-_ROOMS = ("run", "label", "feature", "trust")
+_DEFAULT_ROOMS = ("run", "label", "feature", "trust")
 
 
 def to_csv(
@@ -39,7 +39,7 @@ def to_csv(
     digits as give back the same bits; a missing one is ``nan``. Written row by row.
     """
     asked = {"peaks": peaks, "section": section, "states": states}
-    rooms = (*_ROOMS, *(room for room, wanted in asked.items() if wanted))
+    rooms = (*_DEFAULT_ROOMS, *(room for room, wanted in asked.items() if wanted))
     chosen = [
         BY_NAME[name]
         for name in results.variables
@@ -58,7 +58,7 @@ def to_csv(
         heads = [_heading(name, units[name]) for name in results.grid]
         heads += [_heading(one.name, CF[one.units]) for one in drawn]
         writer.writerow([*heads, *_headings(results, chosen)])
-        told = {name: told_coordinate(name, results.coords[name]) for name in results.grid}
+        told = {name: stored_coordinate(name, results.coords[name]) for name in results.grid}
         words = {v.name: _words(v) for v in chosen if v.flag_meanings is not None}
         for place in np.ndindex(*results.shape):
             row: list[object] = [
@@ -71,13 +71,13 @@ def to_csv(
                 if variable.name in words:
                     row.append(
                         words[variable.name](int(value))
-                        if _has(results, variable, place)
+                        if _has_value(results, variable, place)
                         else "unknown"
                     )
             writer.writerow(row)
 
 
-def _has(results: Results, variable: Variable, place: tuple[int, ...]) -> bool:
+def _has_value(results: Results, variable: Variable, place: tuple[int, ...]) -> bool:
     """Whether the point has a value of this variable: labels are those of runs that
     ended well, and an inferred point has a response."""
     if variable.room != "label":

@@ -30,7 +30,7 @@ from nsdrill.data import Array
 from nsdrill.errors import FileError, printable
 from nsdrill.files import reason
 from nsdrill.models.leaves import words_along
-from nsdrill.store.attributes import LARGEST, plain, text_of
+from nsdrill.store.attributes import LARGEST, plain_attribute, text_attribute
 from nsdrill.store.deferred import DeferredErrorFile
 from nsdrill.store.layout import stored_attributes, variable_attributes
 from nsdrill.store.log import part_path
@@ -39,7 +39,7 @@ from nsdrill.units import plain_units
 from nsdrill.variables import COUNTED, FORMAT_VERSION, PROCEDURES, Axis, Variable
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
-TURNED = (
+TRANSPOSED = (
     "Another program has transposed it. Give it that order again before it is written; in xarray, "
     "of a Dataset data, "
     "data.transpose(*data.attrs['dimensions'].split(), 'peak', 'crossing', 'state', "
@@ -55,30 +55,30 @@ _PROBE_SECONDS = 20.0
 _RATIO = 2000  # of numbers to the bytes that hold them; deflate reaches 1032
 _MOST_MEMBERS = 1000
 _MOST_NAMES = {"procedure": len(PROCEDURES), "state": 1000}
-_TURNED = 3  # exit code of the probe: a variable has other dimensions than the file says
+_EXIT_TRANSPOSED = 3  # exit code of the probe: a variable has other dimensions than the file says
 _PROBE = f"""
 import os, resource, sys
 resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
 import h5py
 size = os.stat(sys.argv[1]).st_size
 order = []
-def look(name, thing):
-    dict(thing.attrs)
-    if isinstance(thing, h5py.Dataset):
-        if thing.is_virtual or thing.external:
+def check_item(name, node):
+    dict(node.attrs)
+    if isinstance(node, h5py.Dataset):
+        if node.is_virtual or node.external:
             raise ValueError(name + " lies in another file")
-        if thing.nbytes > {_RATIO} * size:
+        if node.nbytes > {_RATIO} * size:
             raise ValueError(name + " claims more numbers than the file can hold")
-        named = [dim[0].name.strip("/") if order and len(dim) else "" for dim in thing.dims]
+        named = [dim[0].name.strip("/") if order and len(dim) else "" for dim in node.dims]
         if all(named) and [item for item in named if item in order] != [item for item in order if item in named]:
             print(name)
-            sys.exit({_TURNED})
-        for part in thing.iter_chunks() if thing.chunks else [()]:
-            thing[part]
+            sys.exit({_EXIT_TRANSPOSED})
+        for part in node.iter_chunks() if node.chunks else [()]:
+            node[part]
 with h5py.File(sys.argv[1], "r") as file:
-    look("/", file)
+    check_item("/", file)
     order += str(file.attrs.get("dimensions", "")).split()
-    file.visititems(look)
+    file.visititems(check_item)
 """
 
 
@@ -101,7 +101,7 @@ def writing(path: Path, *, edit: bool = False) -> Iterator[Any]:
             ) as file:
                 yield file
         finally:
-            raw.complain()  # also in place of what HDF5 made of it
+            raw.raise_deferred()  # also in place of what HDF5 made of it
 
 
 def add_coordinate(file: Any, name: str, values: Any, attrs: Mapping[str, Any]) -> None:
@@ -228,7 +228,9 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
 
 def check_version(path: str | os.PathLike[str], file: Any) -> None:
     """FileError unless nsdrill made ``file``, in a format that this version reads."""
-    version, kind = (plain(file.attrs, name) for name in ("format_version", "nsdrill_kind"))
+    version, kind = (
+        plain_attribute(file.attrs, name) for name in ("format_version", "nsdrill_kind")
+    )
     if not isinstance(kind, str) or not isinstance(version, int):
         raise FileError(
             f"{path}: an HDF5 file, but none of nsdrill. Give the output of 'nsdrill "
@@ -344,11 +346,11 @@ def _probe(path: str | os.PathLike[str]) -> None:
         raise damaged(path, "reading it does not end") from error
     if child.returncode < 0:
         raise damaged(path, f"the HDF5 library crashes on it (signal {-child.returncode})")
-    if child.returncode == _TURNED:
+    if child.returncode == _EXIT_TRANSPOSED:
         raise FileError(
             f"{path}: {printable(child.stdout.strip())} has its dimensions in another order than "
             f"the attribute "
-            f"dimensions says. {TURNED}"
+            f"dimensions says. {TRANSPOSED}"
         )
     if child.returncode:
         said = child.stderr.strip().splitlines() or ["no reason given"]
@@ -400,7 +402,7 @@ def check_shape(
             f"shape {shape} and "
             f"{'real' if kinds == 'f' else 'whole'} numbers. "
             + (
-                TURNED
+                TRANSPOSED
                 if dataset.shape != shape and sorted(dataset.shape) == sorted(shape)
                 else EDITED
             )
@@ -456,12 +458,12 @@ def read_axes(path: str | os.PathLike[str], file: Any, attribute: str = "axes") 
     coordinates that name their key. With the ``attribute`` unknowns the uncertain
     numbers."""
     axes = []
-    for name in text_of(path, file, attribute).split():
+    for name in text_attribute(path, file, attribute).split():
         scale = file.get(name)
         told = (
             {}
             if scale is None
-            else {item: text_of(path, scale, item) for item in ("key", "units", "long_name")}
+            else {item: text_attribute(path, scale, item) for item in ("key", "units", "long_name")}
         )
         if not told or not told["key"]:
             raise FileError(

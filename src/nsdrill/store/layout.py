@@ -102,7 +102,7 @@ def coordinate_names(layout: Layout, kept: Kept) -> list[str]:
     ]
 
 
-def told_coordinate(name: str, values: Array) -> Array:
+def stored_coordinate(name: str, values: Array) -> Array:
     """The values of a coordinate in memory [n] as a file has them: of a choice its
     words."""
     words = words_along(name)

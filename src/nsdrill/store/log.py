@@ -25,7 +25,14 @@ from nsdrill.errors import FileError, NsdrillError
 from nsdrill.files import Temporary, check_room, lock, open_plain, reason, sync_folder, write_at
 from nsdrill.models.kept import Kept
 from nsdrill.store.log_header import first_slot, pack_header, read_header
-from nsdrill.store.records import check_write, pending_records, raw, seal, slot_dtype, sound
+from nsdrill.store.records import (
+    check_write,
+    intact,
+    pack_slots,
+    pending_records,
+    raw_bytes,
+    slot_dtype,
+)
 from nsdrill.store.sink import check_header
 from nsdrill.variables import PENDING
 
@@ -70,13 +77,13 @@ class RunLog:
         self._writable = writable
         self._slot = slot_dtype(self.kept)
         self._block = max(1, _BLOCK_BYTES // self._slot.itemsize)
-        self._lost = False
+        self._sync_failed = False
         self._status: Array = np.zeros(self.n_points, np.int8)
         for start in range(0, self.n_points, self._block):
             stop = min(start + self._block, self.n_points)
-            if self._stored(start, stop):
+            if self._has_data(start, stop):
                 self._status[start:stop] = self.read(start, stop)["status"]
-        self._safe = int(np.count_nonzero(self._status))
+        self._synced_count = int(np.count_nonzero(self._status))
 
     @classmethod
     def create(
@@ -214,34 +221,36 @@ class RunLog:
         """
         places = check_write(indices, records, self.n_points, self.kept)
         order = np.argsort(places, kind="stable")
-        for run in _runs(places[order], self._block):
+        for run in _consecutive_slices(places[order], self._block):
             chosen = order[run]
             self._status[places[chosen]] = PENDING  # until the slot is whole again
-            self._put(places[chosen], seal(places[chosen], records[chosen], self._salt))
+            self._write_slots(
+                places[chosen], pack_slots(places[chosen], records[chosen], self._salt)
+            )
             self._status[places[chosen]] = records["status"][chosen]
 
     def clear(self, indices: Any) -> None:
         """Make the points ``indices`` [n] pending again, to run them once more."""
         places = np.unique(np.asarray(indices, np.int64))
-        for run in _runs(places, self._block):
-            self._put(places[run], np.zeros(run.stop - run.start, self._slot))
+        for run in _consecutive_slices(places, self._block):
+            self._write_slots(places[run], np.zeros(run.stop - run.start, self._slot))
             self._status[places[run]] = PENDING
 
     def sync(self) -> None:
         """Return when everything written is on the disk; NsdrillError if it will not go
         there."""
         try:
-            if self._lost:
+            if self._sync_failed:
                 raise OSError(errno.EIO, os.strerror(errno.EIO))
             os.fsync(self._fd)
-            if not self.there:
-                raise NsdrillError(f"{self.standing()} Nothing more is run.")
+            if not self.is_in_place:
+                raise NsdrillError(f"{self.recovery_text()} Nothing more is run.")
         except OSError as error:
             # After a failed fsync the kernel forgets what it could not write, and a
             # second fsync may claim success.
-            self._lost = True
-            self._fail(error)
-        self._safe = int(np.count_nonzero(self._status))
+            self._sync_failed = True
+            self._raise_write_error(error)
+        self._synced_count = int(np.count_nonzero(self._status))
 
     def status(self) -> Array:
         """Status of every point: int8 [n_points]."""
@@ -254,10 +263,10 @@ class RunLog:
     def read(self, start: int, stop: int) -> Array:
         """Records [stop - start] of the points from ``start``; pending ones have status
         0 and NaN features."""
-        if not self._stored(start, stop):
+        if not self._has_data(start, stop):
             return pending_records(stop - start, self.kept)
         slots = np.zeros(stop - start, self._slot)
-        buffer = raw(slots)
+        buffer = raw_bytes(slots)
         position = self._offset + start * self._slot.itemsize
         try:
             while len(buffer):
@@ -267,12 +276,12 @@ class RunLog:
                 buffer, position = buffer[piece:], position + piece
         except OSError as error:
             raise FileError(f"{self.path}: the run log cannot be read: {reason(error)}.") from error
-        good = sound(slots, start, self._salt)
+        good = intact(slots, start, self._salt)
         records = pending_records(stop - start, self.kept)
         records[good] = slots["record"][good]
         return records
 
-    def _stored(self, start: int, stop: int) -> bool:
+    def _has_data(self, start: int, stop: int) -> bool:
         """Whether the file has anything between these points, or a hole only: with many
         returns to the Poincare section it takes long to read zeros."""
         begin, end = (self._offset + point * self._slot.itemsize for point in (start, stop))
@@ -283,7 +292,7 @@ class RunLog:
             return error.errno != errno.ENXIO
 
     @property
-    def there(self) -> bool:
+    def is_in_place(self) -> bool:
         """Whether the log is still what its name stands for: a folder can be deleted, a
         disk unmounted."""
         try:
@@ -293,10 +302,10 @@ class RunLog:
         except OSError:
             return True  # a network that is away for a moment
 
-    def standing(self) -> str:
+    def recovery_text(self) -> str:
         """Where the points are, in a sentence or two."""
         done = f"{np.count_nonzero(self._status)} of {self.n_points} points"
-        if self.there:
+        if self.is_in_place:
             return f"{done} are safe in {self.path}. Go on with the same command and --resume."
         if os.fstat(self._fd).st_nlink == 0:
             return f"{self.path} was deleted while the run wrote it, and its {done} are lost."
@@ -313,7 +322,7 @@ class RunLog:
 
     def discard(self) -> None:
         """Remove the log; for when the results file is in place."""
-        if self._fd >= 0 and self.there:
+        if self._fd >= 0 and self.is_in_place:
             # before the lock goes, so that nobody can take it up in between
             self.path.unlink(missing_ok=True)
         self.close()
@@ -324,18 +333,20 @@ class RunLog:
     def __exit__(self, *exc: object) -> None:
         self.close()
 
-    def _put(self, places: Array, slots: Array) -> None:
+    def _write_slots(self, places: Array, slots: Array) -> None:
         """Write ``slots`` of consecutive ``places``."""
         try:
             if not self._writable:
                 raise OSError(errno.EROFS, "the run log was opened to be read")
-            write_at(self._fd, raw(slots), self._offset + int(places[0]) * self._slot.itemsize)
+            write_at(
+                self._fd, raw_bytes(slots), self._offset + int(places[0]) * self._slot.itemsize
+            )
         except OSError as error:
-            self._fail(error)
+            self._raise_write_error(error)
 
-    def _fail(self, error: OSError) -> NoReturn:
-        if not self.there:
-            text = f"{self.path}: a result could not be written: {reason(error)}. {self.standing()}"
+    def _raise_write_error(self, error: OSError) -> NoReturn:
+        if not self.is_in_place:
+            text = f"{self.path}: a result could not be written: {reason(error)}. {self.recovery_text()}"
             raise NsdrillError(text) from error
         remedy = (
             "Make room on that disk"
@@ -343,14 +354,14 @@ class RunLog:
             else "Mend that"
         )
         raise NsdrillError(
-            f"{self.path}: a result could not be written: {reason(error)}. {self._safe} of "
+            f"{self.path}: a result could not be written: {reason(error)}. {self._synced_count} of "
             f"{self.n_points} points are "
             f"safe there. {remedy} and give the same command with --resume; only the missing "
             f"points will run."
         ) from error
 
 
-def _runs(places: Array, longest: int) -> Iterator[slice]:
+def _consecutive_slices(places: Array, longest: int) -> Iterator[slice]:
     """Slices of ascending ``places`` that are consecutive and at most ``longest`` long:
     each is one write."""
     breaks = (np.flatnonzero(np.diff(places) != 1) + 1).tolist()

@@ -24,11 +24,11 @@ import numpy as np
 
 from nsdrill.errors import FileError
 from nsdrill.models.kept import Kept
-from nsdrill.store.records import raw, record_dtype
+from nsdrill.store.records import raw_bytes, record_dtype
 
 MAGIC = b"nsdrill run log\n"
 LOG_VERSION = 3
-_READ = (2, LOG_VERSION)
+_READABLE_VERSIONS = (2, LOG_VERSION)
 _PREFIX = struct.Struct("<16sIIQ")
 _PAGE = 4096
 
@@ -38,7 +38,7 @@ def pack_header(
 ) -> tuple[list[bytes | memoryview], int]:
     """The header of a log as pieces of bytes in order, and the salt; ``header`` is
     plain data and numpy values."""
-    axes = {name: np.asarray(header["coords"][name], "<f8") for name in _axes(kept)}
+    axes = {name: np.asarray(header["coords"][name], "<f8") for name in _binary_axes(kept)}
     coords = {**header["coords"], **{name: len(values) for name, values in axes.items()}}
     fields = {
         "header": {**header, "coords": coords},
@@ -46,10 +46,10 @@ def pack_header(
         "kept": asdict(kept),
         "fields": _fields(kept),
     }
-    text = json.dumps(fields, ensure_ascii=False, default=_plain, allow_nan=False).encode()
+    text = json.dumps(fields, ensure_ascii=False, default=_to_plain, allow_nan=False).encode()
     body: list[bytes | memoryview] = [
         text + b"\n",
-        *(raw(np.ascontiguousarray(values)) for values in axes.values()),
+        *(raw_bytes(np.ascontiguousarray(values)) for values in axes.values()),
     ]
     salt = 0
     for piece in body:
@@ -57,7 +57,7 @@ def pack_header(
     return [_PREFIX.pack(MAGIC, LOG_VERSION, salt, sum(map(len, body))), *body], salt
 
 
-def _axes(kept: Kept) -> list[str]:
+def _binary_axes(kept: Kept) -> list[str]:
     """The coordinates that are written as numbers, not as text: there may be 10^8 of
     them."""
     return [name for name in kept.grid if name not in ("procedure", "sample", "start")]
@@ -81,7 +81,7 @@ def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
             f"or choose another -o."
         )
     _, version, salt, length = _PREFIX.unpack(prefix)
-    if version not in _READ:
+    if version not in _READABLE_VERSIONS:
         raise FileError(
             f"{path}: run log of format {version}; this nsdrill knows formats 2 and 3. Go on with "
             f"the version of "
@@ -95,14 +95,14 @@ def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
         )
     end = body.find(b"\n")
     fields = json.loads(body[:end] if end >= 0 else body)
-    if not _known(fields):
+    if not _is_readable(fields):
         raise FileError(
             f"{path}: the run log holds other variables than this nsdrill writes. Go on with the "
             f"version of nsdrill "
             "that began the run, or start anew by --overwrite."
         )
     coords, position = fields["header"]["coords"], end + 1
-    for name in _axes(Kept(**fields["kept"])) if end >= 0 else ():
+    for name in _binary_axes(Kept(**fields["kept"])) if end >= 0 else ():
         coords[name] = np.frombuffer(body, "<f8", coords[name], position)
         position += coords[name].nbytes
     return fields, first_slot(_PREFIX.size + length), salt
@@ -118,7 +118,7 @@ def _read(fd: int, length: int, position: int) -> bytes:
     return b"".join(pieces)
 
 
-def _known(fields: dict[str, Any]) -> bool:
+def _is_readable(fields: dict[str, Any]) -> bool:
     """Whether records of this log are such as this version writes."""
     try:
         return bool(fields["fields"] == _fields(Kept(**fields["kept"])))
@@ -133,7 +133,7 @@ def _fields(kept: Kept) -> list[list[str]]:
     return [[name, str(kind[name])] for name in kind.names or ()]
 
 
-def _plain(value: Any) -> Any:
+def _to_plain(value: Any) -> Any:
     """numpy values in a header as plain ones."""
     if isinstance(value, np.ndarray):
         return value.tolist()

@@ -20,12 +20,24 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import hdf5
-from nsdrill.store.attributes import check_attributes, get_attributes, plain, text_of
+from nsdrill.store.attributes import (
+    check_attributes,
+    get_attributes,
+    plain_attribute,
+    text_attribute,
+)
 from nsdrill.store.layout import Layout
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_header import MAGIC
 from nsdrill.store.records import pending_records, recorded
-from nsdrill.store.results import block_shape, blocks, columns, coordinates, drawn, points_in_block
+from nsdrill.store.results import (
+    block_shape,
+    blocks,
+    columns,
+    coordinates,
+    points_in_block,
+    unknown_samples,
+)
 from nsdrill.store.sink import Source, grid_shape
 from nsdrill.variables import (
     AXES,
@@ -41,7 +53,7 @@ from nsdrill.variables import (
 )
 
 PathLike = str | os.PathLike[str]
-LATER = ("bounce_severity", "whirl_severity")  # labels that the first files did not have yet
+LATER_LABELS = ("bounce_severity", "whirl_severity")  # labels that the first files did not have yet
 
 
 def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
@@ -53,14 +65,14 @@ def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
     with hdf5.opened(path) as file:
         points = _Points.of(path, file)
         variables = {
-            variable.name: checked(
+            variable.name: validated(
                 path, variable, points.layout.to_memory(points.dataset(variable)[()])
             )
             for variable in points.present
             if wanted is None or variable.name in wanted
         }
         return Results(
-            points.coords, variables, get_attributes(path, file), points.kept.axes, points.drawn
+            points.coords, variables, get_attributes(path, file), points.kept.axes, points.samples
         )
 
 
@@ -81,7 +93,7 @@ def collect(log: Source, names: Iterable[str] | None = None) -> Results:
     flat = columns(log, [v.name for v in recorded(log.kept) if wanted is None or v.name in wanted])
     variables = {name: values.reshape(*shape, *values.shape[1:]) for name, values in flat.items()}
     attrs = {**log.header["attrs"], "format_version": FORMAT_VERSION}
-    return Results(coordinates(log), variables, attrs, log.kept.axes, drawn(log))
+    return Results(coordinates(log), variables, attrs, log.kept.axes, unknown_samples(log))
 
 
 def variables_in(path: PathLike) -> tuple[Variable, ...]:
@@ -121,7 +133,7 @@ def read_point(path: PathLike, *index: int) -> dict[str, Any]:
         }
         for variable in points.present:
             values = points.dataset(variable)[points.layout.place(index)]
-            point[variable.name] = checked(path, variable, np.asarray(values))[()]
+            point[variable.name] = validated(path, variable, np.asarray(values))[()]
         return point
 
 
@@ -134,7 +146,7 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
         # what the version that made the file did not know stays NaN
         datasets = {v.name: points.dataset(v) for v in points.present}
         coords = {name: points.coords[name] for name in kept.grid}
-        coords |= {one.name: values for one, values in points.drawn.items()}
+        coords |= {one.name: values for one, values in points.samples.items()}
         header = {"coords": coords, "attrs": get_attributes(path, file)}
         log = None
         try:
@@ -207,7 +219,7 @@ def check_file(path: PathLike) -> int:
     are as they should be."""
     with hdf5.opened(path) as file:
         _Points.of(path, file)
-        return int(plain(file.attrs, "format_version"))
+        return int(plain_attribute(file.attrs, "format_version"))
 
 
 def kind_of(path: PathLike) -> Literal["results", "trace", "partial", "branches"]:
@@ -242,7 +254,7 @@ class _Points:
     coords: dict[str, Array]
     kept: Kept
     layout: Layout
-    drawn: dict[Unknown, Array]
+    samples: dict[Unknown, Array]
 
     @classmethod
     def of(cls, path: PathLike, file: Any) -> _Points:
@@ -262,7 +274,7 @@ class _Points:
         )
         own = (*(name for name in ("peak", "crossing") if name in file), "state")
         found = {name: hdf5.read_coordinate(path, file, name) for name in (*grid, *own)}
-        old = plain(file.attrs, "format_version") == 1
+        old = plain_attribute(file.attrs, "format_version") == 1
         lists = (*grid, *own) if old else own  # in version 1 all are dimensions
         for name in lists:
             if not found[name].ndim:
@@ -272,8 +284,8 @@ class _Points:
         coords = {name: np.atleast_1d(values) for name, values in found.items()}
         model = model_in(get_attributes(path, file))
         check_coordinates(path, coords, model)
-        drawn = {one: hdf5.read_coordinate(path, file, one.name) for one in unknowns}
-        for one, values in drawn.items():
+        samples = {one: hdf5.read_coordinate(path, file, one.name) for one in unknowns}
+        for one, values in samples.items():
             if values.shape != coords.get("sample", np.empty(())).shape:
                 raise FileError(
                     f"{path}: {one.name} has {values.size} values, and not one of each sample. "
@@ -284,7 +296,7 @@ class _Points:
         if not old:
             # The scales of a dataset would tell, too, but the library can crash on what
             # a file says of them.
-            named = text_of(path, file, "dimensions").split()
+            named = text_attribute(path, file, "dimensions").split()
             order = tuple(name for name in named if name in found and found[name].ndim)
             varying = [name for name in kept.grid if found[name].ndim]
             if sorted(order) != sorted(varying):
@@ -294,7 +306,7 @@ class _Points:
                     f"{', '.join(varying) or 'nothing'}, in the order of the variables. "
                     f"{hdf5.EDITED}"
                 )
-        return cls(path, file, coords, kept, Layout(kept.grid, order), drawn)
+        return cls(path, file, coords, kept, Layout(kept.grid, order), samples)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -306,7 +318,7 @@ class _Points:
         """The variables that the file should have, whatever its age: what a file that
         nobody has edited lacks, the version that made it did not know."""
         whole = recorded(self.kept)
-        lacking = {v.name for v in whole if v.name not in self.file and v.name not in LATER}
+        lacking = {v.name for v in whole if v.name not in self.file and v.name not in LATER_LABELS}
         known = not lacking or not hdf5.is_sealed(self.path)
         return tuple(v for v in whole if v.name in self.file or (known and v.name in lacking))
 
@@ -392,7 +404,7 @@ def _check_axes(where: PathLike, coords: Mapping[str, Array]) -> None:
             raise FileError(f"{where}: the coordinate {error}. {hdf5.EDITED}") from error
 
 
-def checked(where: PathLike, variable: Variable, values: Array) -> Array:
+def validated(where: PathLike, variable: Variable, values: Array) -> Array:
     """``values`` in the type of ``variable``; FileError where a flag has no meaning."""
     known = range(sum(variable.flag_masks) + 1) if variable.flag_masks else variable.flag_values
     if known and values.size and not (values.min() >= known[0] and values.max() <= known[-1]):

@@ -57,7 +57,7 @@ def slot_dtype(kept: Kept) -> np.dtype[Any]:
     return np.dtype([("crc", "<u4"), ("index", "<u8"), ("record", record_dtype(kept))])
 
 
-def seal(indices: Array, records: Array, salt: int) -> Array:
+def pack_slots(indices: Array, records: Array, salt: int) -> Array:
     """Slots [n] for ``records`` [n] of the points ``indices`` [n]. ``salt`` ties them
     to one log."""
     slots = np.zeros(
@@ -69,7 +69,7 @@ def seal(indices: Array, records: Array, salt: int) -> Array:
     return slots
 
 
-def sound(slots: Array, start: int, salt: int) -> Array:
+def intact(slots: Array, start: int, salt: int) -> Array:
     """Which of ``slots`` [n] hold a whole record of the points ``start``,
     ``start + 1``, ... : bool [n].
 
@@ -105,7 +105,7 @@ def check_write(indices: Any, records: Array, n_points: int, kept: Kept) -> Arra
     return places.astype(np.int64)
 
 
-def raw(array: Array) -> memoryview:
+def raw_bytes(array: Array) -> memoryview:
     """The bytes of a contiguous ``array``, not copied."""
     return memoryview(array.view(np.uint8).reshape(-1)) if array.size else memoryview(b"")  # type: ignore[arg-type]
 
@@ -113,7 +113,7 @@ def raw(array: Array) -> memoryview:
 def _checksums(slots: Array, salt: int) -> Array:
     """CRC-32 of every slot but its checksum field: uint32 [n]. zlib has no vector form,
     so one call each (1 us)."""
-    data = raw(np.ascontiguousarray(slots))
+    data = raw_bytes(np.ascontiguousarray(slots))
     size = slots.dtype.itemsize
     ends = range(size, len(slots) * size + 1, size)
     return np.fromiter(

@@ -18,7 +18,7 @@ from nsdrill.store.layout import (
     coordinate_names,
     layout_of,
     root_attributes,
-    told_coordinate,
+    stored_coordinate,
 )
 from nsdrill.store.records import record_dtype, recorded
 from nsdrill.store.sink import Source, grid_shape
@@ -37,7 +37,7 @@ def write_results(
     in one step at the end; NsdrillError if that fails, with ``path`` and ``log`` as
     they were.
     """
-    standing = getattr(log, "standing", lambda: "The points are still in memory.")
+    recovery_text = getattr(log, "recovery_text", lambda: "The points are still in memory.")
     kept, coords = log.kept, coordinates(log)
     lengths = {name: len(coords[name]) for name in kept.grid}
     root = root_attributes(
@@ -52,14 +52,14 @@ def write_results(
         {axis.name: axis for axis in kept.axes},
     )
     scalars = [name for name in layout.grid if name not in layout.order]
-    with replacing(path, standing) as temporary:
+    with replacing(path, recovery_text) as temporary:
         with hdf5.writing(temporary) as file:
             hdf5.put_attributes(file, root)
             for name in coordinate_names(layout, kept):
-                values = told_coordinate(name, coords[name])
+                values = stored_coordinate(name, coords[name])
                 values = values[0] if name in scalars else values
                 hdf5.add_coordinate(file, name, values, coordinate_attributes(name, axes.get(name)))
-            for unknown, samples in drawn(log).items():
+            for unknown, samples in unknown_samples(log).items():
                 hdf5.add_samples(
                     file, unknown.name, samples, coordinate_attributes(unknown.name, unknown)
                 )
@@ -91,7 +91,7 @@ def coordinates(log: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
     return {**coords, "state": np.array(log.kept.states)}
 
 
-def drawn(log: Source) -> dict[Unknown, Array]:
+def unknown_samples(log: Source) -> dict[Unknown, Array]:
     """The samples of the uncertain numbers of these results."""
     return {
         one: np.asarray(log.header["coords"][one.name], dtype=float) for one in log.kept.unknowns

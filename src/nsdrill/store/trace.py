@@ -22,7 +22,7 @@ def write_trace(path: str | os.PathLike[str], trace: Trace, *, overwrite: bool =
     """Write ``trace`` to ``path``, in one step; NsdrillError if the disk refuses."""
     samples = len(trace.time)
     chunk = (min(_CHUNK, samples),)
-    held = held_in(trace)
+    held = trace_variables(trace)
     for variable in held:
         if np.shape(trace.variables.get(variable.name, 0.0)) != (samples,):
             raise ValueError(f"the trace needs {variable.name}, an array of {samples} samples")
@@ -39,7 +39,7 @@ def write_trace(path: str | os.PathLike[str], trace: Trace, *, overwrite: bool =
         hdf5.seal(temporary)
 
 
-def held_in(trace: Trace) -> tuple[Variable, ...]:
+def trace_variables(trace: Trace) -> tuple[Variable, ...]:
     """The variables of a trace, in the order of files: all of its model, but for those
     that only some strings have."""
     return tuple(

@@ -14,7 +14,7 @@ from nsdrill.store.read import kept_of
 from nsdrill.store.records import pending_records, recorded
 
 
-class HeldResults:
+class ResultsSource:
     """The points of ``results``, for :func:`nsdrill.store.write_results`. FileError
     where they are not whole."""
 
