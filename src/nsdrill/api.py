@@ -30,13 +30,13 @@ from nsdrill.app.arguments import (
 )
 from nsdrill.app.datasets import (
     branches_in,
-    checked,
     data_in,
     is_dataset,
     is_figure,
-    of_whole,
+    missing_variable_errors,
     outline_in,
     results_in,
+    validated,
     with_variables,
 )
 from nsdrill.app.wording import python_words
@@ -170,11 +170,14 @@ def run(
         path = name_in(path, "path")
         keep_apart(study, path)
         check_target(path)  # before a cluster is started for nothing
-    with _crew(engine, scheduler, workers) as (executor, count), reporting(progress) as watch:
+    with (
+        _executor_of(engine, scheduler, workers) as (executor, count),
+        reporting(progress) as watch,
+    ):
         if path is None:
             results = run_in_memory(loaded, workers=count, watch=watch, executor=executor)
         else:
-            outcome = run_study(
+            result = run_study(
                 loaded,
                 path,
                 workers=count,
@@ -185,7 +188,7 @@ def run(
                 executor=executor,
             )
     if path is not None:
-        _warn_failed(outcome.failed, outcome.points)
+        _warn_failed(result.failed, result.points)
         return open_results(path)
     from nsdrill.variables import has_failed
 
@@ -428,7 +431,7 @@ def show(data: ResultsLike, *, units: str = "si") -> str:
         from nsdrill.app.branch_summary import summarize_branches
 
         return "\n".join(lines(name, summarize_branches(branches), units))
-    with of_whole("show"):
+    with missing_variable_errors("show"):
         return "\n".join(lines(name, summarize(data_in(data, needed())), units))
 
 
@@ -581,7 +584,7 @@ def plot(
             drawn, kind, units=units, at=chosen or None, start=start, look=wanted, **options
         )
 
-    with of_whole("plot"):
+    with missing_variable_errors("plot"):
         if ax is None:
             figure = picture()
             if missing := getattr(figure, "missing", ""):
@@ -632,7 +635,7 @@ def animate(
     written = film_name(name_in(path, "path"))
     claim_file(written, overwrite)
     look = look_of(width=width, title=title, time=time)
-    with of_whole("animate"):
+    with missing_variable_errors("animate"):
         animate(data, written, units=units, look=look, speed=speed, overwrite=overwrite)
     return written
 
@@ -1025,7 +1028,7 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
             f"own variables. Leave "
             "the others out with drop_vars, or write all with to_netcdf."
         )
-    saving.save(checked(from_dataset(dataset)), path, overwrite=overwrite)
+    saving.save(validated(from_dataset(dataset)), path, overwrite=overwrite)
 
 
 def _check_severity(severity: Any) -> None:
@@ -1051,7 +1054,7 @@ def _check_engine(engine: Any, scheduler: Any) -> None:
         raise InputError("scheduler: found with engine='threads'; allowed: with engine='dask'.")
 
 
-def _crew(engine: str, scheduler: str | None, workers: int | None) -> Any:
+def _executor_of(engine: str, scheduler: str | None, workers: int | None) -> Any:
     """A context with the executor, None for threads of this process, and the number of
     workers."""
     if engine != "dask":

@@ -33,7 +33,7 @@ def names_needed(model: Description) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*NEEDED, *IF_THERE, *model.compared, *model.grouped)))
 
 
-def mark(study: Study, plan: Plan, log: Sink) -> None:
+def write_attractors(study: Study, plan: Plan, log: Sink) -> None:
     """Write the attractor of every start into the finished ``log``."""
     step = points_in_block(log.kept)
     kept = {variable.name for variable in log.kept.variables}
@@ -42,7 +42,7 @@ def mark(study: Study, plan: Plan, log: Sink) -> None:
     ranges = [
         (begin, min(begin + per_block, plan.points)) for begin in range(0, plan.points, per_block)
     ]
-    found = _numbers(
+    found = _attractor_numbers(
         study, plan, (columns(log, names, *ends) for ends in ranges), study.thresholds.attractors
     )
     for first in range(0, plan.points, step):
@@ -64,10 +64,10 @@ def labels_of(
         for name in names_needed(described(study.model))
         if name in variables
     }
-    return _numbers(study, plan, [needed], thresholds).reshape(plan.grid)
+    return _attractor_numbers(study, plan, [needed], thresholds).reshape(plan.grid)
 
 
-def _numbers(
+def _attractor_numbers(
     study: Study, plan: Plan, blocks: Iterable[Mapping[str, Array]], thresholds: Attractors
 ) -> Array:
     """The attractors of the points of ``plan``; ``blocks`` have the variables of whole
@@ -152,13 +152,13 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
                 for name, i in zip(results.grid[1:-1], place, strict=True)
             },
             **counts,
-            "attractors": [plain(one, sampled) for one in found],
+            "attractors": [attractor_as_data(one, sampled) for one in found],
         }
         for place, (found, counts) in zip(places, describe(flat, told), strict=True)
     ]
 
 
-def plain(one: Attractor, sampled: bool) -> dict[str, Any]:
+def attractor_as_data(one: Attractor, sampled: bool) -> dict[str, Any]:
     """An attractor with its labels in words."""
     data: dict[str, Any] = {
         "number": one.number,

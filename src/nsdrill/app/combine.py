@@ -30,7 +30,7 @@ from nsdrill.study.written import changes, study_text, value_text
 from nsdrill.variables import MODEL, POINT, dimension_of
 
 # What all have alike, as points of one depend on others of the same file, and why.
-_WHOLE = {
+_MUST_AGREE = {
     "sweep.procedure": "the same procedure in all. The way down of an up-down sweep begins where "
     "its way up ends, so "
     "two files are no parts of one; run it with --set sweep.procedure=up-down",
@@ -42,8 +42,8 @@ _WHOLE = {
     "initial.ensemble": "the same starts in all",
     "initial.slice": "the same starts in all",
 }
-Named = tuple[str, Results]  # what messages call it, and the results
-_MADE = ("h5py_version", "python_version", "processor")
+NamedResults = tuple[str, Results]  # what messages call it, and the results
+_MAKER_ATTRIBUTES = ("h5py_version", "python_version", "processor")
 
 
 def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Results, str]:
@@ -55,14 +55,14 @@ def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Result
     _check_made_alike(found)
     key, keys = _differing(found)
     if words_of(key):
-        found = _with_all(found)
+        found = _with_common_variables(found)
     _check_variables(found)
     study, places = _study(found, key, keys)
-    whole = _joined([results for _, results in found], study, places, dimension_of(key))
+    whole = _joined_results([results for _, results in found], study, places, dimension_of(key))
     names = ", ".join(name for name, _ in found)
     made = provenance(study, f"combine {names}")
     first = found[0][1].attrs
-    kept = {name: first[name] for name in (*versions(), *_MADE) if name in first}
+    kept = {name: first[name] for name in (*versions(), *_MAKER_ATTRIBUTES) if name in first}
     kept |= {
         name: first[name] for name in ("classification", "classification_resolved") if name in first
     }
@@ -82,7 +82,7 @@ def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Result
     return whole, key
 
 
-def _read(source: str | os.PathLike[str] | Results, number: int) -> Named:
+def _read(source: str | os.PathLike[str] | Results, number: int) -> NamedResults:
     name = f"Dataset {number}" if isinstance(source, Results) else os.fspath(source)
     if not isinstance(source, Results) and kind_of(source) != "results":
         kind = (
@@ -97,7 +97,7 @@ def _read(source: str | os.PathLike[str] | Results, number: int) -> Named:
     return name, results
 
 
-def _check_made_alike(found: Sequence[Named]) -> None:
+def _check_made_alike(found: Sequence[NamedResults]) -> None:
     """InputError unless all were made by the same versions and labelled with the same
     thresholds."""
     name, first = found[0]
@@ -112,7 +112,7 @@ def _check_made_alike(found: Sequence[Named]) -> None:
                 )
 
 
-def _check_variables(found: Sequence[Named]) -> None:
+def _check_variables(found: Sequence[NamedResults]) -> None:
     """InputError unless all hold the same variables, states and samples."""
     name, first = found[0]
     for other, results in found[1:]:
@@ -134,7 +134,7 @@ def _check_variables(found: Sequence[Named]) -> None:
                 )
 
 
-def _differing(found: Sequence[Named]) -> tuple[str, Keys]:
+def _differing(found: Sequence[NamedResults]) -> tuple[str, Keys]:
     """The one key of an axis in which the studies differ, as a sweep names it."""
     name, first = found[0]
     base = resolved_study(first.attrs)
@@ -151,14 +151,17 @@ def _differing(found: Sequence[Named]) -> tuple[str, Keys]:
                 f"{other}: found the same study as in {name}; allowed: one that "
                 f"differs in one number."
             )
-        told |= {key: f"{key}: {_there(a)} in {name}, {_there(b)} in {other}" for key, a, b in here}
-    for section, hint in _WHOLE.items():
+        told |= {
+            key: f"{key}: {_value_text(a)} in {name}, {_value_text(b)} in {other}"
+            for key, a, b in here
+        }
+    for section, hint in _MUST_AGREE.items():
         if listed := [words for one, words in told.items() if one.startswith(section)]:
             raise InputError(f"combine: found {listed[0]}; allowed: {hint}.")
     told = {
         key: words
         for key, words in told.items()
-        if key in _choices(told, keys) or not _one_reads(found, key, told)
+        if key in _choices(told, keys) or not _agree_where_read(found, key, told)
     }
     if len(told) > 1:
         raise InputError(
@@ -202,7 +205,7 @@ def _choices(told: Iterable[str], keys: Keys) -> set[str]:
     }
 
 
-def _one_reads(found: Sequence[Named], key: str, told: Mapping[str, str]) -> bool:
+def _agree_where_read(found: Sequence[NamedResults], key: str, told: Mapping[str, str]) -> bool:
     """Whether the files whose strings read ``key`` have one value of it, where a word
     is among what they differ in."""
     if not any(words_of(other) for other in told):
@@ -210,19 +213,19 @@ def _one_reads(found: Sequence[Named], key: str, told: Mapping[str, str]) -> boo
     values = [
         value_text(resolved_study(results.attrs), key)
         for _, results in found
-        if key not in _unread(results)
+        if key not in _unread_keys(results)
     ]
     return len(set(values)) < 2
 
 
-def _unread(results: Results) -> frozenset[str]:
+def _unread_keys(results: Results) -> frozenset[str]:
     """The keys that the string of a file does not read."""
     return frozenset(
         getattr(study_from_resolved(resolved_study(results.attrs)).parameters, "unread", ())
     )
 
 
-def _with_all(found: Sequence[Named]) -> list[Named]:
+def _with_common_variables(found: Sequence[NamedResults]) -> list[NamedResults]:
     """The files with the states and the numbers that any of them has, NaN in the
     others: a drive has states that another has not."""
     states = states_of_all([tuple(results.coords["state"].tolist()) for _, results in found])
@@ -231,10 +234,10 @@ def _with_all(found: Sequence[Named]) -> list[Named]:
         for _, results in found
         for name, values in results.variables.items()
     }
-    return [(name, _filled(results, states, shapes)) for name, results in found]
+    return [(name, _filled_up(results, states, shapes)) for name, results in found]
 
 
-def _filled(
+def _filled_up(
     results: Results, states: tuple[str, ...], shapes: Mapping[str, tuple[tuple[int, ...], Any]]
 ) -> Results:
     places = [states.index(name) for name in results.coords["state"].tolist()]
@@ -249,11 +252,11 @@ def _filled(
     return replace(results, coords={**results.coords, "state": np.array(states)}, variables=order)
 
 
-def _there(value: str | None) -> str:
+def _value_text(value: str | None) -> str:
     return "nothing" if value is None else value
 
 
-def _study(found: Sequence[Named], key: str, keys: Keys) -> tuple[Study, list[Array]]:
+def _study(found: Sequence[NamedResults], key: str, keys: Keys) -> tuple[Study, list[Array]]:
     """The study of all, and of each file the places of its values on the new axis."""
     values = [_values(resolved_study(results.attrs), key, keys, name) for name, results in found]
     every = np.unique(np.concatenate(values))
@@ -263,7 +266,7 @@ def _study(found: Sequence[Named], key: str, keys: Keys) -> tuple[Study, list[Ar
         )
     resolved = copy.deepcopy(resolved_study(found[0][1].attrs))
     if words_of(key):
-        _take_what_is_read(resolved, found)
+        _copy_read_keys(resolved, found)
     sweep = resolved["sweep"]
     axes = {
         name: axis for name, axis in sweep.items() if name not in ("procedure", "along", "refine")
@@ -284,11 +287,11 @@ def _study(found: Sequence[Named], key: str, keys: Keys) -> tuple[Study, list[Ar
     return study, [np.searchsorted(every, one) for one in values]
 
 
-def _take_what_is_read(resolved: dict[str, Any], found: Sequence[Named]) -> None:
+def _copy_read_keys(resolved: dict[str, Any], found: Sequence[NamedResults]) -> None:
     """Put into ``resolved``, that of the first file, what it does not read and another
     one does."""
-    for key in _unread(found[0][1]):
-        readers = [results for _, results in found if key not in _unread(results)]
+    for key in _unread_keys(found[0][1]):
+        readers = [results for _, results in found if key not in _unread_keys(results)]
         if readers:
             *sections, name = key.split(".")
             inside, other = resolved, resolved_study(readers[0].attrs)
@@ -319,7 +322,7 @@ def _refinement(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {"refine": first["refine"], **counts, "border_spacing": first["border_spacing"]}
 
 
-def _joined(
+def _joined_results(
     parts: Sequence[Results], study: Study, places: Sequence[Array], dimension: str
 ) -> Results:
     """All points in one set of arrays. InputError where other axes differ, by rounding

@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 import os
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -46,17 +47,17 @@ from nsdrill.sweep.work import compiled_parts
 from nsdrill.units import CF
 from nsdrill.variables import OK, dimension_of
 
-RANGE_PARTS = 10  # the natural scale of the number continued is this part of its range
-CIRCLE_PERIODS = 200  # over which features of a motion on a circle are measured
-UNSTABLE = 1e6  # a multiplier beyond which one period no longer follows the orbit
+RANGE_PARTS = 10  # the range of the continued number over its natural scale
+CIRCLE_PERIODS = 200  # of a motion on an invariant circle, over which its features are measured
+UNSTABLE = 1e6  # largest multiplier of a motion that an integration still follows
 WHAT = "continuation"
 Say = Callable[[str], object]
 
 
 @dataclass(frozen=True)
 class ContinuationResult:
-    """What came of a continuation: the Dataset, what became of the seeds in words with
-    their numbers, and the seconds that it took."""
+    """The result of a continuation: the Dataset of branches, the number of seeds by
+    their outcome in words, and the wall time in seconds."""
 
     data: Any
     seeds: dict[str, int]
@@ -65,8 +66,8 @@ class ContinuationResult:
 
 @dataclass(frozen=True)
 class ContinuationSetup:
-    """What a continuation computes with: the study, its continuation and its model,
-    with what is compiled in."""
+    """The inputs of a continuation: the study, its section ``continue``, the model, and
+    the options and symmetry that are compiled in."""
 
     study: Study
     continuation: Continuation
@@ -75,22 +76,22 @@ class ContinuationSetup:
     symmetry: Symmetry
 
     def values(self, numbers: Array, keys: tuple[str, ...]) -> Values:
-        """What points have at ``numbers`` [n, keys] of the keys."""
+        """The values of n points at ``numbers`` [n, keys] (SI) of the ``keys``."""
         study = self.study
-        given: dict[str, Any] = {
+        by_key: dict[str, Any] = {
             name: np.full(len(numbers), getattr(study.operation, name)) for name in OPERATION
         }
-        given |= {key: numbers[:, place] for place, key in enumerate(keys)}
-        return values_at(study.parameters, study.initial, given)
+        by_key |= {key: numbers[:, place] for place, key in enumerate(keys)}
+        return values_at(study.parameters, study.initial, by_key)
 
     def flow(
         self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int, without: str = ""
     ) -> Flow:
-        """The flow in which the numbers at ``keys`` are free, ``without`` a contact if
-        the model can do so."""
+        """The flow in which the numbers at ``keys``, with these natural ``scales``, are
+        free; ``without`` names a contact to leave out where the model supports it."""
 
         def pack(numbers: Array) -> Array:
-            with np.errstate(invalid="ignore"):  # Newton's method may ask for what no string has
+            with np.errstate(invalid="ignore"):  # Newton's method may leave the range of a number
                 table = self.model.pack(self.values(numbers, keys), self.study.thresholds)
             released = self.model.released(table, without) if without else None
             return table if released is None else released
@@ -101,7 +102,8 @@ class ContinuationSetup:
 
 
 def continuation_setup(study: Study) -> ContinuationSetup:
-    """What to compute with; InputError where the study cannot be continued."""
+    """The setup of the continuation of ``study``; InputError where it cannot be
+    continued."""
     source = study.source or "the study"
     continuation = study.continuation
     if continuation is None:
@@ -122,13 +124,13 @@ def continuation_setup(study: Study) -> ContinuationSetup:
         )
     keys = (continuation.along, *((continuation.curves.over,) if continuation.curves else ()))
     if continuation.curves is not None:
-        own = _number_of(study, dimension_of(continuation.curves.over))
-        if not continuation.curves.low <= own <= continuation.curves.high:
+        start = _number_of(study, dimension_of(continuation.curves.over))
+        if not continuation.curves.low <= start <= continuation.curves.high:
             raise InputError(
                 f"{source}: continue.curves: found {continuation.curves.over} from {continuation.curves.low:g} "
                 f"to "
                 f"{continuation.curves.high:g} (SI); allowed: a range that has the study's own value, "
-                f"{own:g}, from where the "
+                f"{start:g}, from where the "
                 "curves set out."
             )
     ends = [
@@ -137,15 +139,15 @@ def continuation_setup(study: Study) -> ContinuationSetup:
     ]
     corners = np.array(np.meshgrid(*ends)).reshape(len(keys), -1).T
     setup = ContinuationSetup(study, continuation, model, (), Symmetry(0, ()))
-    found = []
+    structures = []
     for corner in corners:
         values = setup.values(corner[None], keys)
         single = values_at(
             values.parameters, values.initial, dict(zip(OPERATION, values.operation, strict=True))
         )
-        plain = _scalar_values(single, keys, corner)
+        scalar = _scalar_values(single, keys, corner)
         try:
-            found.append((model.variant(plain.parameters), model.symmetry(plain)))
+            structures.append((model.variant(scalar.parameters), model.symmetry(scalar)))
         except NotImplementedError:
             raise InputError(
                 f"{source}: found the model {study.model}, which does not say how its motions "
@@ -154,7 +156,7 @@ def continuation_setup(study: Study) -> ContinuationSetup:
                 "or beam. A sweep "
                 "up and down (sweep.procedure: up-down) follows the stable motions of any model."
             ) from None
-    if any(one != found[0] for one in found):
+    if any(structure != structures[0] for structure in structures):
         raise InputError(
             f"{source}: found a range of {' and '.join(keys)} at whose ends the equations have "
             f"different symmetries, "
@@ -162,7 +164,7 @@ def continuation_setup(study: Study) -> ContinuationSetup:
             "height at one end; "
             "allowed: a range that leaves such an end out."
         )
-    if found[0][1].folds and {*continuation.motions} == {"stick_slip"}:
+    if structures[0][1].folds and {*continuation.motions} == {"stick_slip"}:
         raise InputError(
             f"{source}: continue.motions: found stick_slip alone, over lobes; allowed: a smooth "
             f"rock, on which "
@@ -170,11 +172,11 @@ def continuation_setup(study: Study) -> ContinuationSetup:
             "followed: a sweep up and "
             "down (sweep.procedure: up-down) tells where it is stable."
         )
-    return ContinuationSetup(study, continuation, model, *found[0])
+    return ContinuationSetup(study, continuation, model, *structures[0])
 
 
 def _finished(study: Study, path: str | os.PathLike[str]) -> ContinuationResult:
-    """What a file that is whole holds. FileError where it was made from another
+    """The result in the finished file ``path``. FileError where it was made from another
     study."""
     data = open_branches(path)
     if listed := told_changes(resolved_study(data.attrs), study.resolved):
@@ -185,12 +187,12 @@ def _finished(study: Study, path: str | os.PathLike[str]) -> ContinuationResult:
 
 
 def _scalar_values(values: Values, keys: tuple[str, ...], numbers: Array) -> Values:
-    """``values`` with plain numbers at ``keys``, from which options are told."""
-    given = {key: float(number) for key, number in zip(keys, numbers, strict=True)}
+    """``values`` with scalars at ``keys``, from which the options of a string follow."""
+    by_key = {key: float(number) for key, number in zip(keys, numbers, strict=True)}
     operation = {
         name: float(np.ravel(one)[0]) for name, one in zip(OPERATION, values.operation, strict=True)
     }
-    return values_at(values.parameters, values.initial, {**operation, **given})
+    return values_at(values.parameters, values.initial, {**operation, **by_key})
 
 
 def continue_study(
@@ -206,13 +208,14 @@ def continue_study(
     """Continue ``study``, from the results file ``seeds`` in place of its own seeds if
     given, into ``path`` if given.
 
-    Finished branches are kept beside ``path`` until the file is written; ``resume``
-    goes on with them. A KeyboardInterrupt says so. Of a finished file of the same study
-    nothing is left to do. InputError where the study cannot be continued.
+    Finished branches are saved next to ``path`` until the file is written, and
+    ``resume`` continues from them; the text of a KeyboardInterrupt says so. A finished
+    file of the same study is returned as it is. InputError where the study cannot be
+    continued.
     """
     setup = continuation_setup(study)
     continuation = setup.continuation
-    part, there = None, False
+    part, part_exists = None, False
     if (
         path is not None
         and resume
@@ -222,8 +225,8 @@ def continue_study(
     ):
         return _finished(study, path)
     if path is not None:
-        part, there = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
-    begun = time.perf_counter()
+        part, part_exists = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
+    started_at = time.perf_counter()
     keys = (continuation.along,)
     scale = (continuation.high - continuation.low) / RANGE_PARTS
     flow = setup.flow(keys, (scale,), workers or processors())
@@ -238,34 +241,34 @@ def continue_study(
         "rolling" in continuation.motions,
         grazes,
     )
-    started = _seeds(setup, flow, seeds, say)
-    digest = _digest(study, started)
-    known = _load_branches(part, digest) if part is not None and there else {}
-    kept = dict(known)
+    seed_points = _seeds(setup, flow, seeds, say)
+    digest = _digest(study, seed_points)
+    known = _load_branches(part, digest) if part is not None and part_exists else {}
+    branches = dict(known)
 
-    def keep(branches: dict[Any, Branch]) -> None:
-        kept.update(branches)
+    def save(finished: dict[Any, Branch]) -> None:
+        branches.update(finished)
         if part is not None:
-            _save_branches(part, study.model, digest, kept)
-        number, points = len(kept), sum(map(len, kept.values()))
+            _save_branches(part, study.model, digest, branches)
+        number, points = len(branches), sum(map(len, branches.values()))
         say(f"{number} branch{'' if number == 1 else 'es'}, {points} points")
 
-    def begin(number: int) -> None:
-        what = "a branch is followed, and kept when it has ended"
+    def announce(number: int) -> None:
+        text = "a branch is followed, and kept when it has ended"
         if number > 1:
-            what = (
+            text = (
                 f"{number} branches are followed side by side, and kept when all of them have ended"
             )
-        say(what)
+        say(text)
 
-    explorer = Explorer(flow, orders, known, keep, interrupt.look, begin)
+    explorer = Explorer(flow, orders, known, save, interrupt.look, announce)
     try:
         with interrupt.heeded():
-            found = explorer.run(started)
+            found = explorer.run(seed_points)
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(_interrupted(part, kept)) from None
+        raise KeyboardInterrupt(_interrupted(part, branches)) from None
     if not found.branches:
-        raise InputError(_no_branch(study, found, started))
+        raise InputError(_no_branch(study, found, seed_points))
     try:
         with interrupt.heeded():
             data = dataset_of(setup, flow, found)
@@ -273,20 +276,16 @@ def continue_study(
                 say("curves")
                 data = with_curves(setup, data, found, workers or processors())
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(_interrupted(part, kept)) from None
+        raise KeyboardInterrupt(_interrupted(part, branches)) from None
     if path is not None:
         write_branches(path, data, overwrite=overwrite or bool(known))
         if part is not None:
             unfinished.discard(part)
-    words: dict[str, int] = {}
-    for word in found.seeds:
-        words[word] = words.get(word, 0) + 1
-    return ContinuationResult(data, words, time.perf_counter() - begun)
+    return ContinuationResult(data, dict(Counter(found.seeds)), time.perf_counter() - started_at)
 
 
 def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
-    """Of the contacts and levels, by place, the labels of those that are reached or
-    lost."""
+    """The labels for reaching and losing each contact and level, by its place."""
     codes = {(one.contact, one.when): one.code for one in described(study.model).grazing}
     equations = flow.equations
     return {
@@ -297,27 +296,28 @@ def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
     }
 
 
-def _interrupted(part: Path | None, kept: Mapping[Any, Branch]) -> str:
+def _interrupted(part: Path | None, branches: Mapping[Any, Branch]) -> str:
+    """The text of an interrupt."""
     if part is None:
         return interrupt.NOTHING
-    if not kept:
+    if not branches:
         return (
             "Interrupted before the first branches had ended: nothing is kept. The same command "
             "begins anew."
         )
-    return f"Interrupted: {len(kept)} branches are safe in {part}. Go on with --resume."
+    return f"Interrupted: {len(branches)} branches are safe in {part}. Go on with --resume."
 
 
 def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
-    told: dict[str, int] = {}
-    for word in found.seeds:
-        told[word] = told.get(word, 0) + 1
-    what = (
-        "; ".join(f"{count} of {len(seeds)}: {word}" for word, count in told.items())
+    """The error where no seed led to a branch."""
+    outcomes = (
+        "; ".join(
+            f"{count} of {len(seeds)}: {word}" for word, count in Counter(found.seeds).items()
+        )
         or "no seeds at all"
     )
     return (
-        f"{study.source or 'the study'}: found no motion to follow from its seeds ({what}); "
+        f"{study.source or 'the study'}: found no motion to follow from its seeds ({outcomes}); "
         f"allowed: seeds that have "
         "settled on a motion that repeats. Give others (continue.seeds or --seeds), let them "
         "settle for longer "
@@ -329,26 +329,27 @@ def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
 
 
 def _seeds(
-    setup: ContinuationSetup, flow: Flow, given: str | os.PathLike[str] | None, say: Say
+    setup: ContinuationSetup, flow: Flow, path: str | os.PathLike[str] | None, say: Say
 ) -> list[Seed]:
     continuation = setup.continuation
-    source = given if given is not None else continuation.seeds
+    source = path if path is not None else continuation.seeds
     if isinstance(source, str | os.PathLike):
         return _seeds_in(setup, Path(source))
     return _settled(setup, flow, np.array(source[continuation.along], dtype=float), say)
 
 
 def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> list[Seed]:
-    """The motions on which the study's starts settle at these values."""
+    """The motions on which the starts of the study settle at ``numbers`` [n] (SI) of the
+    continued number, preceded by one start of each as a seed of a steady motion."""
     study, model = setup.study, setup.model
     starts = max(1, study.initial.starts)
     at = np.repeat(numbers, starts)[:, None]
     values = setup.values(at, (setup.continuation.along,))
     state = model.starts(values, np.tile(np.arange(starts), len(numbers)))
-    own, phase = state[:, :-1], state[:, -1]
+    states, phase = state[:, :-1], state[:, -1]
     first = [
         Seed(one, float(angle), value, steady=True)
-        for one, angle, value in zip(own, phase, at, strict=True)
+        for one, angle, value in zip(states, phase, at, strict=True)
     ]
     duration = study.simulation.transient + study.simulation.observe
     say(f"{len(at)} motions settle for {duration:g} s")
@@ -357,21 +358,21 @@ def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> 
     for _ in range(pieces):
         interrupt.look()
         span = np.full(len(at), duration / pieces)
-        ends = flow.run(Legs(own, phase, span, at, np.zeros(len(at), dtype=bool)))
+        ends = flow.run(Legs(states, phase, span, at, np.zeros(len(at), dtype=bool)))
         ok &= ends.ok
-        own = np.where(ok[:, None], ends.state, own)
+        states = np.where(ok[:, None], ends.state, states)
         phase = phase + flow.phase_rate(at) * span
     settled = [
         Seed(one, float(angle), value, near=True)
-        for one, angle, value, fine in zip(own, phase, at, ok, strict=True)
-        if fine
+        for one, angle, value, is_ok in zip(states, phase, at, ok, strict=True)
+        if is_ok
     ]
     return [*first[::starts], *settled]
 
 
 def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
-    """The settled points of a results file that has the study's string and, but for
-    what is continued, its operating point."""
+    """The settled points of a results file with the same string and, except for the
+    continued number, the same operating point as the study."""
     study, continuation = setup.study, setup.continuation
     results = read_results(path, ("status", "settled", "final_state"))
     if str(results.attrs.get("model", study.model)) != study.model:
@@ -380,18 +381,18 @@ def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
             f"{study.model}. Choose "
             "results of the same model as seeds."
         )
-    there = resolved_study(results.attrs)
-    free = {continuation.along, *there.get("sweep", {})}
-    keys = [key for key, _, _ in string_differences(there, study.resolved, free)]
-    if there.get("uncertain") != study.resolved.get("uncertain"):
+    source = resolved_study(results.attrs)
+    free = {continuation.along, *source.get("sweep", {})}
+    keys = [key for key, _, _ in string_differences(source, study.resolved, free)]
+    if source.get("uncertain") != study.resolved.get("uncertain"):
         keys.append("uncertain")
     if keys:
-        told = told_changes(there, study.resolved, keys)
+        changes = told_changes(source, study.resolved, keys)
         raise FileError(
-            f"{path}: made with another string ({told}). Choose results of the same "
+            f"{path}: made with another string ({changes}). Choose results of the same "
             f"string as seeds."
         )
-    lines = np.ones(results.shape, dtype=bool)
+    selected = np.ones(results.shape, dtype=bool)
     name_along = dimension_of(continuation.along)
     if name_along not in results.axes and continuation.along in OPERATION:
         raise FileError(
@@ -412,13 +413,13 @@ def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
             )
         shape = [1] * len(results.shape)
         shape[place] = len(values)
-        lines &= (np.arange(len(values)) == near).reshape(shape)
+        selected &= (np.arange(len(values)) == near).reshape(shape)
     numbers = (
         results.coords[name_along]
         if name_along in results.grid
         else np.array([_number_of(study, name_along)])
     )
-    good = lines & (results["status"] == OK) & (results["settled"] == 1)
+    good = selected & (results["status"] == OK) & (results["settled"] == 1)
     seeds = []
     for index in np.argwhere(good):
         number = float(
@@ -439,7 +440,7 @@ def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
 
 
 def _number_of(study: Study, name: str) -> float:
-    """The study's number whose dimension has this name."""
+    """The value in the study [SI] of the number whose dimension has this name."""
     if name in OPERATION:
         return float(getattr(study.operation, name))
     key = next(key for key in keys_of(study.model).axes if dimension_of(key) == name)
@@ -449,10 +450,11 @@ def _number_of(study: Study, name: str) -> float:
     return float(value)
 
 
-# What is kept of an unfinished continuation
+# The branches of an unfinished continuation
 
 
 def _digest(study: Study, seeds: list[Seed]) -> str:
+    """Digest of all inputs that decide the branches."""
     digest = hashlib.sha256(study.sha256.encode())
     digest.update(json_text(study.resolved.get(SECTION)).encode())
     for one in seeds:
@@ -461,15 +463,15 @@ def _digest(study: Study, seeds: list[Seed]) -> str:
 
 
 def _save_branches(part: Path, model: str, digest: str, branches: Mapping[Any, Branch]) -> None:
-    arrays, told = to_arrays(branches)
-    unfinished.keep(part, WHAT, digest, told, arrays, model)
+    arrays, data = to_arrays(branches)
+    unfinished.write_part(part, WHAT, digest, data, arrays, model)
 
 
 def _load_branches(part: Path, digest: str) -> dict[Any, Branch]:
     """The branches in ``part``; FileError where they are of another continuation."""
-    told, arrays = unfinished.kept(part, WHAT, digest, "another study or from other seeds")
+    data, arrays = unfinished.read_part(part, WHAT, digest, "another study or from other seeds")
     try:
-        return from_arrays(arrays, told)
+        return from_arrays(arrays, data)
     except (ValueError, KeyError, TypeError, IndexError) as error:
         raise unfinished.damaged(part, WHAT, error) from error
 
@@ -491,10 +493,8 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
     finer = finer_multipliers(flow, branches, interrupt.look)
     widest = max(map(len, finer))
     multipliers = np.full((len(points), widest), np.nan + 0j)
-    for place, found_there in enumerate(finer):
-        multipliers[place, : len(found_there)] = found_there[
-            np.argsort(-np.abs(found_there), kind="stable")
-        ]
+    for place, values in enumerate(finer):
+        multipliers[place, : len(values)] = values[np.argsort(-np.abs(values), kind="stable")]
     states = np.stack([point.found.state for point in points])
     periods = np.array([point.found.period for point in points])
     coordinates: dict[str, Any] = {}
@@ -628,13 +628,13 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
     features = _features(
         setup, states, periods, numbers, circles, np.nanmax(np.abs(multipliers), axis=1)
     )
-    own = {variable.name: variable for variable in described(study.model).features}
+    known = {variable.name: variable for variable in described(study.model).features}
     for name, values in features.items():
-        if name in own:
+        if name in known:
             data[name] = (
                 "point",
                 values,
-                {"units": own[name].units, "long_name": own[name].long_name},
+                {"units": known[name].units, "long_name": known[name].long_name},
             )
     coords = {
         **coordinates,
@@ -645,9 +645,6 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
             else {}
         ),
     }
-    seeds: dict[str, int] = {}
-    for word in found.seeds:
-        seeds[word] = seeds.get(word, 0) + 1
     attrs = {
         **provenance(study, "continue"),
         "nsdrill_kind": "branches",
@@ -655,20 +652,22 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
         "along_key": continuation.along,
         "continue_from": continuation.low,
         "continue_to": continuation.high,
-        "seeds": json_text(seeds),
+        "seeds": json_text(dict(Counter(found.seeds))),
         "rtol": flow.rtol,
     }
     return xarray.Dataset(data, coords, attrs)
 
 
 def _dimensionless(text: str) -> dict[str, Any]:
+    """The attributes of a variable without units."""
     return {"units": "1", "long_name": text}
 
 
 def _axis_attrs(study: Study, key: str) -> dict[str, Any]:
+    """The attributes of the coordinate of an axis."""
     leaf = keys_of(study.model).axes[key]
-    found = keys_of(study.model).leaf(leaf.key, study.resolved)
-    return {"units": CF[found.units], "long_name": found.meaning or key, "key": leaf.key}
+    resolved = keys_of(study.model).leaf(leaf.key, study.resolved)
+    return {"units": CF[resolved.units], "long_name": resolved.meaning or key, "key": leaf.key}
 
 
 def _features(
@@ -679,42 +678,46 @@ def _features(
     circles: Array,
     largest: Array,
 ) -> dict[str, Array]:
-    """The features of a results file of every point, over one period, on a circle over
-    many; NaN where the motion is too unstable to be followed that long."""
+    """The features of every point, as in a results file, observed over one period, on a
+    circle over many; NaN where the motion is too unstable to be followed that long.
+
+    ``states`` [n, states] and ``periods`` [s] are those of the motions at ``numbers``
+    (SI) of the continued number, ``circles`` those on invariant circles, and
+    ``largest`` their largest multipliers in absolute value; all but ``states`` [n]."""
     study, model = setup.study, setup.model
     record = Record(peaks=1)
     lanes = choose_lanes(1000)
     variant = Compiled(study.model, setup.variant)
     rows, width = variant.rows, model.report_width(record, setup.variant)
     n = len(states)
-    windows = np.where(circles, CIRCLE_PERIODS * periods, periods)
+    durations = np.where(circles, CIRCLE_PERIODS * periods, periods)
     values = setup.values(numbers[:, None], (setup.continuation.along,))
     table = model.pack(values, study.thresholds)
     runs = model.runs(table, setup.variant, np.concatenate([states, np.zeros((n, 1))], axis=1))
-    made = replace(runs, transient=np.zeros(n), observe=windows)
+    runs = replace(runs, transient=np.zeros(n), observe=durations)
     store = model.store(lanes, study.parameters, record)
     batch = Batch(
         lanes, n, rows, store, width, Simulation(0.0, 1.0, rtol=1e-9, max_steps=50_000_000)
     )
-    batch.add_many(np.arange(n), made)
-    report, ok, parameters = np.zeros((n, width)), np.zeros(n, dtype=bool), np.zeros_like(table)
+    batch.add_many(np.arange(n), runs)
+    outcome, ok, parameters = np.zeros((n, width)), np.zeros(n, dtype=bool), np.zeros_like(table)
     parts = compiled_parts(lanes, variant)
-    left = n
-    while left:
+    remaining = n
+    while remaining:
         interrupt.look()
         done = batch.advance(parts, 1.0, True)
-        report[done.job], ok[done.job] = done.report, done.status == OK
+        outcome[done.job], ok[done.job] = done.report, done.status == OK
         parameters[done.job] = done.parameters
-        left -= len(done.job)
-    found = model.features(report, parameters, windows, setup.variant)  # type: ignore[arg-type]
+        remaining -= len(done.job)
+    features = model.features(outcome, parameters, durations, setup.variant)  # type: ignore[arg-type]
     good = ok & stays_on_motion(largest, circles)
-    return {name: np.where(good, value, np.nan) for name, value in found.items()}
+    return {name: np.where(good, value, np.nan) for name, value in features.items()}
 
 
 def stays_on_motion(largest: Array, circles: Array) -> Array:
-    """Whether a run over the observed time stays on the motion, by its ``largest``
-    multiplier over a period [n] and whether it lies on a circle, which is observed over
-    many periods [n]."""
+    """Whether a run stays on the motion for the observation time: bool [n]. ``largest``
+    [n] is the largest multiplier over a period in absolute value; motions on
+    ``circles`` (bool [n]) are observed over many periods."""
     with np.errstate(over="ignore"):
         return ~(largest ** np.where(circles, CIRCLE_PERIODS, 1) > UNSTABLE)
 
@@ -723,28 +726,29 @@ def stays_on_motion(largest: Array, circles: Array) -> Array:
 
 
 def conditions_of(setup: ContinuationSetup) -> dict[int, Condition]:
-    """What holds along the curves that are asked for, by the label of the points that
-    they pass."""
+    """The conditions that hold along the curves of the study, by the label of the points
+    that the curves continue."""
     curves, model = setup.continuation.curves, setup.model
     assert curves is not None
-    found = {}
+    conditions = {}
     if "fold" in curves.of:
-        found[FOLD] = Condition(multiplier=1.0)
+        conditions[FOLD] = Condition(multiplier=1.0)
     if "doubling" in curves.of:
-        found[DOUBLING] = Condition(multiplier=-1.0)
+        conditions[DOUBLING] = Condition(multiplier=-1.0)
     if "torus" in curves.of:
-        found[TORUS] = Condition(pair=True)
+        conditions[TORUS] = Condition(pair=True)
     if "hopf" in curves.of:
-        found[HOPF] = Condition(pair=True)
+        conditions[HOPF] = Condition(pair=True)
     for one in described(setup.study.model).grazing:
         if one.border in curves.of:
             place = model.contacts.index(one.contact)
-            found[one.code] = Condition(contact=place, which=1 if one.when == "reached" else 0)
-    return found
+            conditions[one.code] = Condition(contact=place, which=1 if one.when == "reached" else 0)
+    return conditions
 
 
 def with_curves(setup: ContinuationSetup, data: Any, found: Found, workers: int) -> Any:
-    """The Dataset with the curves of special points in the second number."""
+    """``data`` with the curves along which special points continue in the plane of the
+    continued number and a second one."""
     continuation, study = setup.continuation, setup.study
     curves = continuation.curves
     assert curves is not None
@@ -755,8 +759,8 @@ def with_curves(setup: ContinuationSetup, data: Any, found: Found, workers: int)
     contacts, known = setup.model.contacts, dict[str, Flow]()
 
     def flows(condition: Condition) -> Flow:
-        # A motion that a contact is just reached by is one without it, and that is
-        # smooth.
+        # A motion that just reaches a contact is also a motion without that contact,
+        # whose equations are smooth.
         name = "" if condition.of_monodromy or not condition.which else contacts[condition.contact]
         if name not in known:
             known[name] = setup.flow((continuation.along, curves.over), scales, workers, name)
@@ -764,34 +768,35 @@ def with_curves(setup: ContinuationSetup, data: Any, found: Found, workers: int)
 
     start = _number_of(study, dimension_of(curves.over))
     ranges = ((continuation.low, continuation.high), (curves.low, curves.high))
-    made = borders(
+    border_curves = borders(
         flows, found.branches, conditions_of(setup), start, ranges, curves.points, interrupt.look
     )
-    points = [point for one in made for point in one.points]
+    points = [point for one in border_curves for point in one.points]
     numbers = np.array([point.found.values for point in points]).reshape(-1, 2)
     along, over = dimension_of(continuation.along), dimension_of(curves.over)
     ends = [
-        " ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended)) for one in made
+        " ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended))
+        for one in border_curves
     ]
     return data.assign(
         curve_label=(
             "curve",
-            np.array([one.label for one in made], np.int16),
+            np.array([one.label for one in border_curves], np.int16),
             dict(data["label"].attrs),
         ),
         curve_motion=(
             "curve",
-            np.array([one.motion for one in made], dtype=object),
+            np.array([one.motion for one in border_curves], dtype=object),
             {"long_name": "kind of motion"},
         ),
         curve_lobes=(
             "curve",
-            np.array([one.lobes for one in made], np.int64),
+            np.array([one.lobes for one in border_curves], np.int64),
             _dimensionless("period in lobes"),
         ),
         curve_branch=(
             "curve",
-            np.array([one.branch for one in made], np.int64),
+            np.array([one.branch for one in border_curves], np.int64),
             _dimensionless("a branch that it passes"),
         ),
         curve_end_reason=(
@@ -801,7 +806,7 @@ def with_curves(setup: ContinuationSetup, data: Any, found: Found, workers: int)
         ),
         curve_row_size=(
             "curve",
-            np.array([len(one.points) for one in made], np.int64),
+            np.array([len(one.points) for one in border_curves], np.int64),
             {**_dimensionless("number of points of the curve"), "sample_dimension": "curve_point"},
         ),
         curve_unstable=(

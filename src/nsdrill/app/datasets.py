@@ -36,7 +36,7 @@ def is_figure(data: Any) -> bool:
     return isinstance(data, Figure)
 
 
-def _only(data: Any, names: Iterable[str]) -> Dataset:
+def _with_variables_only(data: Any, names: Iterable[str]) -> Dataset:
     """A Dataset with these of its variables, and all of its coordinates."""
     wanted = {*names}
     kept: Dataset = data.drop_vars([name for name in data.data_vars if name not in wanted])
@@ -52,14 +52,16 @@ def data_in(data: Any, names: Iterable[str] | None) -> Results | Trace:
 
     if not is_dataset(data):
         return read_any(name_in(data), names)
-    found = checked(
-        from_dataset(data if names is None or "time" in data.dims else _only(data, names))
+    found = validated(
+        from_dataset(
+            data if names is None or "time" in data.dims else _with_variables_only(data, names)
+        )
     )
     found.attrs[OVERRIDES] = json_text(overrides_of(found.attrs))
     return found
 
 
-def checked(data: Results | Trace) -> Results | Trace:
+def validated(data: Results | Trace) -> Results | Trace:
     """``data``; InputError where a selection has left nothing of them, or a trace goes
     back in time."""
     if isinstance(data, Trace):
@@ -76,7 +78,7 @@ def checked(data: Results | Trace) -> Results | Trace:
     return data
 
 
-def completed(results: Results) -> Results:
+def with_missing_features(results: Results) -> Results:
     """Results that another state of nsdrill made, with NaN for the features that it did
     not know."""
     from nsdrill.app.provenance import model_digest
@@ -85,11 +87,11 @@ def completed(results: Results) -> Results:
     if results.attrs.get("model_digest") == model_digest(model_in(results.attrs).name):
         return results
     unknown = np.full(results.shape, np.nan)
-    later = {v.name: unknown for v in recorded_in(results) if v.room == "feature"}
+    later = {v.name: unknown for v in variables_of(results) if v.room == "feature"}
     return replace(results, variables=later | results.variables)
 
 
-def recorded_in(results: Results) -> tuple[Variable, ...]:
+def variables_of(results: Results) -> tuple[Variable, ...]:
     """The variables that a file of these results has."""
     from nsdrill.models.registry import model_in
     from nsdrill.store import kept_of, recorded
@@ -103,7 +105,7 @@ def results_in(data: Any, name: str, names: Iterable[str]) -> Results:
     a file only these."""
     found = data_in(data, None if is_dataset(data) else names)
     if is_dataset(data) and isinstance(found, Results):
-        found = completed(found)
+        found = with_missing_features(found)
     return with_variables(found, name, names)
 
 
@@ -128,7 +130,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 @contextmanager
-def of_whole(name: str) -> Iterator[None]:
+def missing_variable_errors(name: str) -> Iterator[None]:
     """Where a variable is looked for that a Dataset does not have, an error that says
     so."""
     try:
@@ -158,7 +160,7 @@ def branches_in(data: Any) -> Any:
 def outline_in(data: Any) -> Results | Trace:
     """As :func:`data_in`, but results have zeros for their variables, which take no
     memory: to see what there is."""
-    from nsdrill.app.reading import outline, outlined
+    from nsdrill.app.reading import outline, outline_of
     from nsdrill.models.vocabulary import BY_NAME
 
     if not is_dataset(data):
@@ -167,5 +169,5 @@ def outline_in(data: Any) -> Results | Trace:
     return (
         found
         if isinstance(found, Trace)
-        else outlined(found, [str(n) for n in data.data_vars if n in BY_NAME])
+        else outline_of(found, [str(n) for n in data.data_vars if n in BY_NAME])
     )

@@ -15,7 +15,7 @@ from nsdrill.errors import FileError
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.study.written import changes
 
-MADE = (
+MAKER_ATTRIBUTES = (
     "study_sha256",
     "created",
     "nsdrill_version",
@@ -28,7 +28,7 @@ MADE = (
     "h5py_version",
     "processor",
 )
-OF_A_RUN = {
+RUN_ATTRIBUTE_UNITS = {
     "depth": "m",
     "wob": "N",
     "rotary_speed": "rad/s",
@@ -79,12 +79,15 @@ def diff(
         "same_numbers": False,
         "study": study,
         "run": [],
-        "made": _attributes(one.attrs, two.attrs, dict.fromkeys(MADE, "")),
+        "made": _attributes(one.attrs, two.attrs, dict.fromkeys(MAKER_ATTRIBUTES, "")),
     }
     if isinstance(one, Results) and isinstance(two, Results):
         found |= compare_results(one, two)
     elif isinstance(one, Trace) and isinstance(two, Trace):
-        found |= {"run": _attributes(one.attrs, two.attrs, OF_A_RUN), **compare_traces(one, two)}
+        found |= {
+            "run": _attributes(one.attrs, two.attrs, RUN_ATTRIBUTE_UNITS),
+            **compare_traces(one, two),
+        }
     else:
         return found
     found["same_numbers"] = (

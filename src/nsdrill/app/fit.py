@@ -97,7 +97,7 @@ def fit(
         )
     _check_points(study, measured)
     kept = kept or Rounds()
-    run = _Runs(
+    run = _Simulator(
         study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2), kept.runs
     )
     simulate = kept.of(run)
@@ -118,7 +118,7 @@ def fit(
             f"{study.source}: {error} at some point of {measured.source}. nsdrill run says why."
         ) from error
     chosen = found.drawn(samples, seed)
-    drawn = _values(keys, found.z[chosen])
+    drawn = _unknown_values(keys, found.z[chosen])
     predicted = np.full((samples, measured.points * len(measured.values)), np.nan)
     predicted[:, there] = found.found[chosen]
     by_name = dict(
@@ -126,8 +126,8 @@ def fit(
     )
     rng = np.random.default_rng(0)
     prior = {key: quantile(numbers, rng.random(2000)) for key, numbers in keys.items()}
-    note = _note(study, measured, keys, found, by_name)
-    return Fit(note, _text(study, measured, drawn, note), measured, prior, drawn, by_name)
+    note = _fit_summary(study, measured, keys, found, by_name)
+    return Fit(note, _adjusted_text(study, measured, drawn, note), measured, prior, drawn, by_name)
 
 
 def unknowns_of(study: Study) -> dict[str, Any]:
@@ -215,7 +215,7 @@ def _check_points(study: Study, measured: Measured) -> None:
 
 
 @dataclass
-class _Runs:
+class _Simulator:
     """Runs of the model at all points of the measurements, for samples of the
     unknowns."""
 
@@ -241,7 +241,9 @@ class _Runs:
         }
         table |= self.measured.at
         table = {key: np.tile(values, n) for key, values in table.items()}
-        table |= {key: np.repeat(values, points) for key, values in _values(self.keys, z).items()}
+        table |= {
+            key: np.repeat(values, points) for key, values in _unknown_values(self.keys, z).items()
+        }
         found = self._run(table)
         found = {name: values.reshape(n, points) for name, values in found.items()}
         return np.concatenate([found[name] for name in self.measured.values], axis=1)
@@ -282,7 +284,7 @@ class _Runs:
         return out
 
 
-def _values(keys: dict[str, Any], z: Array) -> dict[str, Array]:
+def _unknown_values(keys: dict[str, Any], z: Array) -> dict[str, Array]:
     """The unknowns by key, of samples z [n, unknowns]."""
     from scipy.special import ndtr
 
@@ -292,7 +294,7 @@ def _values(keys: dict[str, Any], z: Array) -> dict[str, Array]:
     }
 
 
-def _note(
+def _fit_summary(
     study: Study,
     measured: Measured,
     keys: dict[str, Any],
@@ -348,7 +350,7 @@ def _note(
         "values": len(found.spread),
         "notes": list(measured.notes),
         "features": [
-            _of_feature(name, measured, predicted[name], found) for name in measured.values
+            _feature_summary(name, measured, predicted[name], found) for name in measured.values
         ],
         "unknowns": unknowns,
         "together": pairs,
@@ -364,7 +366,7 @@ def _note(
     }
 
 
-def _of_feature(
+def _feature_summary(
     name: str, measured: Measured, predicted: Array, found: Posterior
 ) -> dict[str, Any]:
     there = np.isfinite(measured.values[name])
@@ -382,7 +384,9 @@ def _of_feature(
     }
 
 
-def _text(study: Study, measured: Measured, drawn: dict[str, Array], note: dict[str, Any]) -> str:
+def _adjusted_text(
+    study: Study, measured: Measured, drawn: dict[str, Array], note: dict[str, Any]
+) -> str:
     """The study with the samples as a table in place of the distributions."""
     resolved = copy.deepcopy(study.resolved)
     section = {key: value for key, value in resolved["uncertain"].items() if key in HOW}

@@ -77,19 +77,19 @@ class Column:
 
 
 def read_measured(
-    path: str | os.PathLike[str], study: Study, how: Reading | None = None
+    path: str | os.PathLike[str], study: Study, options: Reading | None = None
 ) -> Measured:
     """The measurements in the CSV file ``path``, to be compared with runs of ``study``;
     FileError, with the line, where something in it cannot be used."""
-    how = how or Reading()
+    options = options or Reading()
     lines = _rows(path)
     number, heads, units, body = _heads(path, lines)
     names = _Names.of(study)
-    timed = any(_name(head, how) == TIME for head, _ in heads)
-    columns, notes = _columns(path, number, heads, units, names, how, timed)
-    table, at = _numbers(path, body, columns, names, how, timed, notes)
+    timed = any(_name(head, options) == TIME for head, _ in heads)
+    columns, notes = _columns(path, number, heads, units, names, options, timed)
+    table, at = _numbers(path, body, columns, names, options, timed, notes)
     if timed:
-        return _over_time(path, table, at, names, how, notes)
+        return _over_time(path, table, at, names, options, notes)
     given = {column.name for column in columns}
     settings = {names.settings[name]: table[name] for name in table if name in names.settings}
     values = {name: table[name] for name in names.results if name in given}
@@ -103,7 +103,9 @@ def read_measured(
         raise FileError(
             f"{path}: found an error of 0 or less, or none beside a value; allowed: one above 0."
         )
-    return _made(path, settings, values, errors, [f"line {line}" for line in at], names, how, notes)
+    return _measured(
+        path, settings, values, errors, [f"line {line}" for line in at], names, options, notes
+    )
 
 
 @dataclass(frozen=True)
@@ -214,8 +216,8 @@ def _heads(
     return number, heads, False, rows[1:]
 
 
-def _name(head: str, how: Reading) -> str:
-    name = how.rename.get(head, head).strip().lower()
+def _name(head: str, options: Reading) -> str:
+    name = options.rename.get(head, head).strip().lower()
     return re.sub(r"[\s\-]+", "_", name)
 
 
@@ -225,13 +227,13 @@ def _columns(
     heads: list[tuple[str, str | None]],
     own_row: bool,
     names: _Names,
-    how: Reading,
+    options: Reading,
     timed: bool,
 ) -> tuple[list[Column], list[str]]:
     where = f"{path}, line {line}"
     notes: list[str] = []
     there = {head for head, _ in heads}
-    for option, asked in (("--rename", how.rename), ("--ignore", how.ignore)):
+    for option, asked in (("--rename", options.rename), ("--ignore", options.ignore)):
         if strange := [head for head in asked if head not in there and head != "*"]:
             listed = ", ".join(there)
             raise FileError(
@@ -241,13 +243,13 @@ def _columns(
     columns: list[Column] = []
     ignored = []
     for place, (head, unit) in enumerate(heads):
-        name = _name(head, how)
-        if head in how.ignore:
+        name = _name(head, options)
+        if head in options.ignore:
             ignored.append(head)
             continue
         si = names.units(name, timed)
         if si is None:
-            if "*" in how.ignore:
+            if "*" in options.ignore:
                 ignored.append(head)
                 continue
             raise FileError(_unknown(where, head, name, names, timed))
@@ -343,7 +345,7 @@ def _numbers(
     body: list[tuple[int, list[str]]],
     columns: list[Column],
     names: _Names,
-    how: Reading,
+    options: Reading,
     timed: bool,
     notes: list[str],
 ) -> tuple[dict[str, Array], list[int]]:
@@ -368,7 +370,7 @@ def _numbers(
             column.name for column, value in zip(columns, values, strict=True) if math.isnan(value)
         }
         if lacking:
-            if not how.gaps:
+            if not options.gaps:
                 head = columns[[math.isnan(value) for value in values].index(True)].head
                 raise FileError(
                     f"{path}, line {line}: {head}: found a gap; allowed: a number. --skip-gaps "
@@ -416,7 +418,7 @@ def _over_time(
     table: dict[str, Array],
     at: list[int],
     names: _Names,
-    how: Reading,
+    options: Reading,
     notes: list[str],
 ) -> Measured:
     """Features of stretches in which the settings stay the same."""
@@ -445,20 +447,20 @@ def _over_time(
     coarse = step > SLOWEST
     kept, short = [], 0
     for start, stop in _stretches(time, settings, step):
-        start = int(np.searchsorted(time, time[start] + how.settle)) if stop > start else start
-        if stop - start < 3 or time[stop - 1] - time[start] < how.shortest - how.settle:
+        start = int(np.searchsorted(time, time[start] + options.settle)) if stop > start else start
+        if stop - start < 3 or time[stop - 1] - time[start] < options.shortest - options.settle:
             short += 1
             continue
         kept.append((start, stop))
     if not kept:
         raise FileError(
-            f"{path}: found no stretch of at least {how.shortest:g} s in which the settings stay "
+            f"{path}: found no stretch of at least {options.shortest:g} s in which the settings stay "
             f"within "
             f"{100 * SAME:g} % of their mean; allowed: at least one. --shortest takes shorter ones."
         )
     notes.append(
-        f"{len(kept)} stretches of constant settings, without their first {how.settle:g} s"
-        + (f"; {short} shorter than {how.shortest:g} s are passed over" if short else "")
+        f"{len(kept)} stretches of constant settings, without their first {options.settle:g} s"
+        + (f"; {short} shorter than {options.shortest:g} s are passed over" if short else "")
     )
     if coarse:
         notes.append(f"a sample every {step:g} s: only means are used, as extremes are missed")
@@ -509,7 +511,7 @@ def _over_time(
             f"allowed: others."
         )
     where = [f"lines {at[a]} to {at[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
-    return _made(path, at_, found, {}, where, names, how, notes, beyond)
+    return _measured(path, at_, found, {}, where, names, options, notes, beyond)
 
 
 def noise_of(values: Array) -> float:
@@ -570,25 +572,27 @@ def _stretches(time: Array, settings: dict[str, Array], step: float) -> list[tup
     return found
 
 
-def _made(
+def _measured(
     path: str | os.PathLike[str],
     settings: dict[str, Array],
     values: dict[str, Array],
     errors: dict[str, Array],
     where: list[str],
     names: _Names,
-    how: Reading,
+    options: Reading,
     notes: list[str],
     beyond: Mapping[str, Array] | None = None,
 ) -> Measured:
-    if strange := [name for name in how.errors if name not in values]:
+    if strange := [name for name in options.errors if name not in values]:
         raise InputError(
             f"--error: found {strange[0]}, which is not measured; allowed: {', '.join(values)}."
         )
     assumed = []
     for name, found in values.items():
-        if name in how.errors:
-            errors[name] = _error(name, how.errors[name], names.results[name], found)
+        if name in options.errors:
+            errors[name] = _errors_from_option(
+                name, options.errors[name], names.results[name], found
+            )
         elif name not in errors:
             greatest = float(np.nanmax(np.abs(found)))
             grade = name.endswith("_severity")
@@ -610,7 +614,7 @@ def _made(
     return Measured(str(path), settings, values, errors, tuple(where), tuple(notes))
 
 
-def _error(name: str, text: str | float, si: str, values: Array) -> Array:
+def _errors_from_option(name: str, text: str | float, si: str, values: Array) -> Array:
     """The standard deviations that an option gives, as a quantity, in percent of the
     values, or as a number in SI."""
     if not isinstance(text, str):

@@ -174,7 +174,7 @@ class Motions:
         there, held = study.resolved["initial"], model_named(study.model).held(study.parameters)
         if not all(name in there for name in names):
             return None
-        state = self.checked(study, state)
+        state = self.validated_state(study, state)
         moved = {
             name: float(value) for name, value in zip(names, state, strict=True) if name not in held
         }
@@ -212,7 +212,7 @@ class Motions:
             own_state(study, names, point[name]) for name in ("initial_state", "final_state")
         )
         number = np.array([np.ravel_multi_index(place, self.plan.grid)])
-        simulation = _by(study.simulation, bool(chosen_of(self.study).points(number)[0]))
+        simulation = _with_method(study.simulation, bool(chosen_of(self.study).points(number)[0]))
         motion = _motion(study, Operation(*here.operation), simulation, initial, seconds, sample)
         same = motion.status == int(point["status"]) and np.array_equal(
             motion.final, final, equal_nan=True
@@ -226,9 +226,11 @@ class Motions:
             study,
             replace(study.simulation, transient=0.0, observe=0.1),
             Record(peaks=0),
-            self.checked(study, state),
+            self.validated_state(study, state),
         ).simulation
-        return _motion(study, study.operation, simulation, self.checked(study, state), 0.1, 0.01)
+        return _motion(
+            study, study.operation, simulation, self.validated_state(study, state), 0.1, 0.01
+        )
 
     def go_on(
         self,
@@ -292,12 +294,12 @@ class Motions:
             work, lanes = self._alone(study, simulation, state), choose_lanes(1)
         compiled_parts(lanes, work.variant)
 
-    def _alone(self, study: Study, simulation: Simulation, state: Array) -> _From:
-        return _work(study, simulation, Record(peaks=0), self.checked(study, state))
+    def _alone(self, study: Study, simulation: Simulation, state: Array) -> _FromState:
+        return _work(study, simulation, Record(peaks=0), self.validated_state(study, state))
 
     def _group(
         self, study: Study, state: Array, axes: Mapping[str, Array], settle: float, observe: float
-    ) -> tuple[_From, int, int]:
+    ) -> tuple[_FromState, int, int]:
         """The points along an axis, with the count of workers and that of lanes which
         serve them best."""
         simulation = replace(
@@ -306,12 +308,12 @@ class Motions:
             observe=observe,
             max_steps=min(study.simulation.max_steps, MOST_STEPS),
         )
-        work = _work(study, simulation, Record(), self.checked(study, state), axes)
+        work = _work(study, simulation, Record(), self.validated_state(study, state), axes)
         count = math.prod(len(values) for values in axes.values())
         workers = min(processors(), max(1, count // 8))
         return work, workers, choose_lanes(-(-count // workers))
 
-    def checked(self, study: Study, state: Array) -> Array:
+    def validated_state(self, study: Study, state: Array) -> Array:
         """A state to go on from, with the phase last; InputError where it is none of
         this string."""
         state = np.asarray(state, dtype=float)
@@ -330,7 +332,7 @@ _ONE_START: dict[str, Any] = {"ensemble": 0, "slice": {}}
 
 
 @dataclass(frozen=True, kw_only=True)
-class _From(Work):
+class _FromState(Work):
     """Points that all begin in one ``state``, with the phase last, but for what does
     not move."""
 
@@ -350,11 +352,11 @@ def _work(
     record: Record,
     state: Array,
     axes: Mapping[str, Array] | None = None,
-) -> _From:
+) -> _FromState:
     operation = {name: np.array([float(getattr(study.operation, name))]) for name in OPERATION}
     plan = Plan({**operation, **(axes or {})}, "same", None)
-    simulation = _settled(plan, study, simulation)
-    return _From(
+    simulation = _with_chosen_method(plan, study, simulation)
+    return _FromState(
         plan,
         study.parameters,
         study.initial,
@@ -366,14 +368,14 @@ def _work(
     )
 
 
-def _settled(plan: Plan, study: Study, simulation: Simulation) -> Simulation:
+def _with_chosen_method(plan: Plan, study: Study, simulation: Simulation) -> Simulation:
     """``simulation`` with the method left open no more: implicit where friction is
     steep at one of the points."""
     chosen = Chosen(plan, study.parameters, study.initial, study.model, simulation.method)
-    return _by(simulation, bool(chosen.points(np.arange(plan.points)).any()))
+    return _with_method(simulation, bool(chosen.points(np.arange(plan.points)).any()))
 
 
-def _by(simulation: Simulation, implicit: bool) -> Simulation:
+def _with_method(simulation: Simulation, implicit: bool) -> Simulation:
     return replace(simulation, method=METHODS[1] if implicit else METHODS[0])
 
 

@@ -51,11 +51,11 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
         "h5py_version": version("h5py"),
         "python_version": platform.python_version(),
         "processor": processor(),
-        **_of_the_model(study),
+        **_model_attributes(study),
     }
 
 
-def _of_the_model(study: Study) -> dict[str, Any]:
+def _model_attributes(study: Study) -> dict[str, Any]:
     told = described(study.model).attributes
     return {} if told is None else told(study.parameters, study.initial, study.varied)
 

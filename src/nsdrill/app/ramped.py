@@ -16,7 +16,7 @@ from nsdrill.study.study import Study
 from nsdrill.variables import OK, STEP_LIMIT
 
 
-def follow(
+def run_schedule(
     study: Study,
     schedule: Schedule,
     duration: float,
@@ -66,7 +66,7 @@ def follow(
     return taken, status, accepted, rejected, state
 
 
-def scheduled(study: Study, given: dict[str, float | None]) -> Schedule:
+def schedule_of(study: Study, given: dict[str, float | None]) -> Schedule:
     """The schedule of a study, with the values ``given`` in place of its own."""
     fixed = {name: value for name, value in given.items() if value is not None}
     ramps = {name: ramp for name, ramp in study.ramps.items() if name not in fixed}

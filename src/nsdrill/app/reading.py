@@ -47,10 +47,12 @@ def outline(path: str | os.PathLike[str]) -> Results | Trace:
     """As :func:`read_any`, but a sweep has zeros for its variables, which take no
     memory: to see what there is."""
     data = read_any(path, ())
-    return data if isinstance(data, Trace) else outlined(data, (v.name for v in variables_in(path)))
+    return (
+        data if isinstance(data, Trace) else outline_of(data, (v.name for v in variables_in(path)))
+    )
 
 
-def outlined(results: Results, names: Iterable[str]) -> Results:
+def outline_of(results: Results, names: Iterable[str]) -> Results:
     """``results`` with zeros, which take no memory, for the variables ``names``."""
     zeros = np.broadcast_to(np.int8(0), results.shape)
     return replace(results, variables={name: zeros for name in names})

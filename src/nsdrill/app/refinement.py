@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.stages import RunStages, left
+from nsdrill.app.stages import RunStages, remaining
 from nsdrill.data import Array
 from nsdrill.models.kept import Kept
 from nsdrill.store import Sink, Source, columns, pending_records
@@ -26,7 +26,7 @@ from nsdrill.variables import INFERRED, OK, PENDING
 UNKNOWN = -1  # the outcome of a point that has not run
 
 
-class Grid:
+class RefinementGrid:
     """The units of a refined sweep: points, or whole chains where a state is
     carried."""
 
@@ -72,15 +72,19 @@ class Grid:
         return step, known, given
 
 
-class Refining:
+class RefinedSweep:
     """The refinement of ``study`` over ``log``, as far as it is."""
 
     def __init__(self, study: Study, plan: Plan, log: Sink) -> None:
-        self.grid, self.log, self.study = Grid(plan, study.refined, study.refine), log, study
-        self.outcomes = outcomes_in(log)
-        self.look()
+        self.grid, self.log, self.study = (
+            RefinementGrid(plan, study.refined, study.refine),
+            log,
+            study,
+        )
+        self.outcomes = response_codes_in(log)
+        self.retrace()
 
-    def look(self) -> None:
+    def retrace(self) -> None:
         """Retrace the levels from what is known."""
         self.step, self.known, self.given = self.grid.trace(self.outcomes)
 
@@ -94,12 +98,12 @@ class Refining:
 
         def store(points: Array, found: dict[str, Array]) -> None:
             stages.store(points, found)
-            self.outcomes[points] = outcome(found["status"], found["response"])
+            self.outcomes[points] = response_codes(found["status"], found["response"])
 
         progress.before = int(np.count_nonzero(self.log.done()))
         while not self.complete:
             needed = self.step.needed.ravel()
-            starts, pending = left(plan, self.log, np.flatnonzero(needed & ~self.known))
+            starts, pending = remaining(plan, self.log, np.flatnonzero(needed & ~self.known))
             progress.total, level = int(needed.sum()) * plan.chain_length, self.step.level
             stages.run(
                 work,
@@ -108,19 +112,19 @@ class Refining:
                 pending,
                 f"level {level} of {self.grid.depth}" if level else "coarse grid",
             )
-            self.look()
+            self.retrace()
 
-    def results(self) -> Inferred:
+    def results(self) -> InferredSource:
         """The log with all its points, once it is complete."""
         assert self.complete
         needed = np.zeros(self.grid.plan.points, dtype=bool)
         needed[self.grid.points[self.step.needed.ravel()]] = True
-        return Inferred(
+        return InferredSource(
             self.log, needed, self.given, summary(self.study, int(needed.sum()), len(needed))
         )
 
 
-class Inferred:
+class InferredSource:
     """A log in which the points that were not needed have what their neighbours say: to
     be read, never written."""
 
@@ -154,19 +158,19 @@ class Inferred:
         return records
 
 
-def infer_again(study: Study, plan: Plan, status: Array, response: Array) -> tuple[Array, int]:
+def reinfer(study: Study, plan: Plan, status: Array, response: Array) -> tuple[Array, int]:
     """New responses for the inferred points of a file after those of its runs have
     changed (both on the grid of the file): the responses of all, and how many more
     points would have to be run, because the corners of their cell no longer agree. If
     there are any, what was inferred stays open."""
-    grid = Grid(plan, study.refined, study.refine)
-    step, known, given = grid.trace(outcome(status, response).ravel(), everything=True)
+    grid = RefinementGrid(plan, study.refined, study.refine)
+    step, known, given = grid.trace(response_codes(status, response).ravel(), everything=True)
     missing = int(np.count_nonzero(step.needed.ravel() & ~known)) * plan.chain_length
     inferred = status == INFERRED
     return np.where(inferred, given.reshape(status.shape), response).astype(response.dtype), missing
 
 
-def outcome(status: Array, response: Array) -> Array:
+def response_codes(status: Array, response: Array) -> Array:
     """Response of points, :data:`UNKNOWN` where they have not run, something less where
     they failed: int16."""
     status = np.asarray(status, dtype=np.int16)
@@ -174,11 +178,11 @@ def outcome(status: Array, response: Array) -> Array:
     return np.where(status == OK, np.asarray(response, dtype=np.int16), failed).astype(np.int16)
 
 
-def outcomes_in(log: Sink) -> Array:
+def response_codes_in(log: Sink) -> Array:
     """The outcome of every point of a log."""
     if not log.done().any():
         return np.full(log.n_points, UNKNOWN, np.int16)
-    return outcome(**columns(log, ["status", "response"]))
+    return response_codes(**columns(log, ["status", "response"]))
 
 
 def summary(study: Study, run: int, points: int) -> dict[str, Any]:

@@ -59,7 +59,7 @@ class Rounds:
         found = cls(part, _digest(study, measured, batch), study.model, measured.points)
         if there:
             inputs = "another study, from other data or with another --batch"
-            count, arrays = unfinished.kept(part, WHAT, found.digest, inputs)
+            count, arrays = unfinished.read_part(part, WHAT, found.digest, inputs)
             found.calls = [(arrays[f"samples_{i}"], arrays[f"answers_{i}"]) for i in range(count)]
             found.known = count
         elif overwrite:
@@ -120,7 +120,7 @@ class Rounds:
             return
         arrays = {f"samples_{i}": samples for i, (samples, _) in enumerate(self.calls)}
         arrays |= {f"answers_{i}": answers for i, (_, answers) in enumerate(self.calls)}
-        unfinished.keep(self.part, WHAT, self.digest, len(self.calls), arrays, self.model)
+        unfinished.write_part(self.part, WHAT, self.digest, len(self.calls), arrays, self.model)
 
 
 def _digest(study: Study, measured: Measured, batch: int) -> str:

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.app.attractors import mark
+from nsdrill.app.attractors import write_attractors
 from nsdrill.app.planned import chosen_of, kept_of, plan_of
 from nsdrill.app.provenance import provenance, unlike
-from nsdrill.app.refinement import Refining
+from nsdrill.app.refinement import RefinedSweep
 from nsdrill.app.size import check_memory
 from nsdrill.app.stages import RunStages, Watch, sweep
 from nsdrill.app.trust import any_failed, forget_failed, verified, verify
@@ -51,7 +51,7 @@ from nsdrill.variables import PENDING, STEP_LIMIT, has_failed
 
 
 @dataclass(frozen=True)
-class Outcome:
+class RunResult:
     """What became of a run: points in all and failed, seconds of computing, steps
     tried, points that were there before; ``refinement`` has the root attributes that
     say how much was run of a refined sweep, ``advice`` what to do about points that
@@ -89,7 +89,7 @@ def run_in_memory(
     workers = checked_workers(workers)
     check_memory(plan_of(study), kept_of(study), in_file=False)
     log = MemoryLog(_header(study), plan_of(study).points, kept_of(study))
-    _compute(study, log, workers, watch, executor)
+    _run_missing(study, log, workers, watch, executor)
     return collect(_results(study, plan_of(study), log))
 
 
@@ -104,7 +104,7 @@ def run_study(
     watch: Watch = lambda progress: None,
     executor: Executor | None = None,
     lanes: int | None = None,
-) -> Outcome:
+) -> RunResult:
     """Run ``study`` into the results file ``path``, as the command does; raises
     :class:`Interrupted` on an interrupt.
 
@@ -142,17 +142,17 @@ def run_study(
                     log.discard()
                 raise
             if retry_failed:
-                log = _again(study, plan, log)
+                log = _with_failed_pending(study, plan, log)
         already = int(np.count_nonzero(log.done()))
         if state == "finished" and _complete(study, plan, log):
             attrs = getattr(_results(study, plan, log), "attrs", {})
             log.discard()
-            return Outcome(path, plan.points, _failed(log), 0.0, 0, already, attrs)
+            return RunResult(path, plan.points, _failed(log), 0.0, 0, already, attrs)
         begun = time.perf_counter()
         try:
             recovery_text = log.recovery_text
             with interrupt.telling(lambda: f"Interrupted: {recovery_text()}"):
-                progress = _compute(study, log, workers, watch, executor, lanes)
+                progress = _run_missing(study, log, workers, watch, executor, lanes)
                 seconds = time.perf_counter() - begun
                 results = _results(study, plan, log)
                 write_results(path, results)
@@ -165,7 +165,7 @@ def run_study(
         if log is not None:
             log.close()
     attrs = getattr(results, "attrs", {})
-    return Outcome(path, plan.points, failed, seconds, progress.lane_steps, already, attrs, what)
+    return RunResult(path, plan.points, failed, seconds, progress.lane_steps, already, attrs, what)
 
 
 def _advice(study: Study, plan: Plan, log: Sink) -> str:
@@ -254,7 +254,7 @@ def _failed(log: Sink) -> int:
     return int(np.count_nonzero(has_failed(status)))
 
 
-def _compute(
+def _run_missing(
     study: Study,
     log: Sink,
     workers: int,
@@ -272,29 +272,29 @@ def _compute(
             log, executor or threads, workers, lanes, watch, executor is not None, chains
         )
         if study.refined:
-            Refining(study, work.plan, log).run(stages, work)
+            RefinedSweep(study, work.plan, log).run(stages, work)
         else:
             sweep(stages, work)
         if study.simulation.verify:
             verify(stages, work)
     log.sync()
     if work.plan.starts:
-        mark(study, work.plan, log)
+        write_attractors(study, work.plan, log)
     return stages.progress
 
 
 def _complete(study: Study, plan: Plan, log: Sink) -> bool:
     """Whether nothing is left to run."""
-    there = Refining(study, plan, log).complete if study.refined else bool(log.done().all())
+    there = RefinedSweep(study, plan, log).complete if study.refined else bool(log.done().all())
     return there and (not study.simulation.verify or verified(log))
 
 
 def _results(study: Study, plan: Plan, log: Sink) -> Source:
     """What goes into the file, from a complete log."""
-    return Refining(study, plan, log).results() if study.refined else log
+    return RefinedSweep(study, plan, log).results() if study.refined else log
 
 
-def _again(study: Study, plan: Plan, log: RunLog) -> RunLog:
+def _with_failed_pending(study: Study, plan: Plan, log: RunLog) -> RunLog:
     """The log with its failed points pending, and with those that follow them in a
     chain, which may become others. All in one step, as no chain may be left with a
     beginning and an end that do not belong together."""
@@ -328,7 +328,9 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
     model."""
     attrs = log.header["attrs"]
     there = resolved_study(attrs)
-    if attrs.get("study_sha256") != study.sha256 and not (retry_failed and _looser(study, there)):
+    if attrs.get("study_sha256") != study.sha256 and not (
+        retry_failed and _is_looser(study, there)
+    ):
         listed = told_changes(there, study.resolved)
         may = ""
         if retry_failed:
@@ -363,7 +365,7 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
         )
 
 
-def _looser(study: Study, there: dict[str, Any]) -> bool:
+def _is_looser(study: Study, there: dict[str, Any]) -> bool:
     """Whether ``study`` is the study that is ``there`` but for a larger limit of steps.
     A run that ended well under the one ends with the same bits under the other."""
     before = there.get("simulation", {}).get("max_steps")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from nsdrill.app.datasets import completed, recorded_in
+from nsdrill.app.datasets import variables_of, with_missing_features
 from nsdrill.app.table import write_trace_csv
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
@@ -34,7 +34,7 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
         else:
             write_trace(path, data, overwrite=overwrite)
         return
-    data = completed(data)
+    data = with_missing_features(data)
     _check_whole(data)
     if suffix == ".csv":
         to_csv(data, path, overwrite=overwrite)
@@ -44,7 +44,7 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
 
 def _check_whole(results: Results) -> None:
     """InputError where a results file of these could not be read again."""
-    if lacking := [v.name for v in recorded_in(results) if v.name not in results.variables]:
+    if lacking := [v.name for v in variables_of(results) if v.name not in results.variables]:
         few = (
             f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
         )

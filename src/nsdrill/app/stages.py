@@ -129,13 +129,13 @@ def _carried(
 
 def sweep(stages: RunStages, work: Work) -> None:
     """Run all that is pending."""
-    starts, pending = left(work.plan, stages.log)
+    starts, pending = remaining(work.plan, stages.log)
     runs = len(pending) + starts.runs(work.plan)
     stages.progress.total, stages.progress.before = work.plan.points, work.plan.points - runs
     stages.run(work, stages.store, starts, pending)
 
 
-def left(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Starts, Array]:
+def remaining(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Starts, Array]:
     """What is still to run (of these chains): where each chain goes on, and which
     points are pending."""
     pending = ~log.done()

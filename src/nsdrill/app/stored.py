@@ -51,7 +51,7 @@ def stored_study(
     if set(samples) == set(study.drawn):  # another version of SciPy may draw others
         study = replace(study, drawn={key: samples[key] for key in study.drawn})
     plan = plan_of(study)
-    if other := _others(plan, coords):
+    if other := _coordinate_differences(plan, coords):
         raise FileError(
             f"{path}: found {'; '.join(other)}; allowed: all points of the run, as its study "
             f"numbers "
@@ -62,7 +62,7 @@ def stored_study(
     return study
 
 
-def _others(plan: Plan, coords: Mapping[str, Array]) -> list[str]:
+def _coordinate_differences(plan: Plan, coords: Mapping[str, Array]) -> list[str]:
     """Where the ``coords`` are not those of the ``plan`` of their study."""
     told = []
     if tuple(coords["procedure"]) != plan.procedures:

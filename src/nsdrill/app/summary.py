@@ -16,7 +16,7 @@ import numpy as np
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.analysis.probability import effective_number, independent
-from nsdrill.app.datasets import of_whole
+from nsdrill.app.datasets import missing_variable_errors
 from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
@@ -306,7 +306,7 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
     }
 
 
-def _sizes(study: Study, results: Results) -> np.ndarray:
+def _state_scales(study: Study, results: Results) -> np.ndarray:
     """The natural scales of the states at every point, shape (*grid, states)."""
     from nsdrill.models.registry import model_named
 
@@ -371,7 +371,7 @@ def new_labels(
     """The labels of ``results``, which came from ``path``, with changed thresholds; the
     line for their history, and the root attributes that say the thresholds."""
     from nsdrill.app.attractors import labels_of
-    from nsdrill.app.refinement import infer_again
+    from nsdrill.app.refinement import reinfer
     from nsdrill.app.stored import stored_study
     from nsdrill.models.registry import model_named
     from nsdrill.observe.trust import trust_labels
@@ -379,9 +379,9 @@ def new_labels(
 
     study = stored_study(path, results.attrs, results.coords, results.drawn)
     thresholds = change_thresholds(study.thresholds, overrides)
-    size = _sizes(study, results)
+    size = _state_scales(study, results)
     model = model_named(study.model)
-    with of_whole(os.fspath(path)):
+    with missing_variable_errors(os.fspath(path)):
         labels = model.classify(results.variables, results["status"], thresholds, size)
     if "start" in results.coords:
         plan = plan_of(study)
@@ -391,7 +391,7 @@ def new_labels(
     if "trusted" in results.variables:
         labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)
     if study.refined:
-        labels["response"], missing = infer_again(
+        labels["response"], missing = reinfer(
             study, plan_of(study), results["status"], labels["response"]
         )
         if missing:

@@ -13,7 +13,7 @@ import numpy as np
 
 from nsdrill.app.planned import check_method, chosen_of
 from nsdrill.app.provenance import provenance, unlike
-from nsdrill.app.ramped import follow, scheduled
+from nsdrill.app.ramped import run_schedule, schedule_of
 from nsdrill.app.run import plan_of
 from nsdrill.app.stored import stored_study
 from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
@@ -87,7 +87,7 @@ def simulate(
         study = replace(study, parameters=parameters, initial=start_of_all)
     given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     try:
-        schedule = scheduled(
+        schedule = schedule_of(
             study, {name: None if value is None else float(value) for name, value in given.items()}
         )
         operation = schedule.start
@@ -397,7 +397,7 @@ def _trace(
     simulation = replace(simulation, method=method)
     study = replace(study, simulation=replace(study.simulation, method=method))
     run = (
-        follow(study, schedule, total, initial, samples, sample)
+        run_schedule(study, schedule, total, initial, samples, sample)
         if schedule.ramps
         else run_at(study, schedule.operation, simulation, initial, samples, sample)
     )
@@ -481,7 +481,7 @@ def run_at(
     interval: float,
     begin: float = 0.0,
 ) -> tuple[np.ndarray, int, int, int, np.ndarray]:
-    """As :func:`nsdrill.app.ramped.follow`, at one operating point and with the marks
+    """As :func:`nsdrill.app.ramped.run_schedule`, at one operating point and with the marks
     of ``simulation``; sampled from ``begin`` [s] on, which changes nothing in the
     run."""
     model = model_named(study.model)

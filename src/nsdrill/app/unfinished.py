@@ -51,7 +51,7 @@ def claim_part(
     return part, resume and unfinished
 
 
-def keep(
+def write_part(
     part: Path, what: str, digest: str, told: Any, arrays: Mapping[str, Array], model: str
 ) -> None:
     """Replace ``part``, in one step, by one with ``arrays`` and plain data ``told``.
@@ -76,8 +76,8 @@ def keep(
         ) from error
 
 
-def kept(part: Path, what: str, digest: str, inputs: str) -> tuple[Any, dict[str, Array]]:
-    """What :func:`keep` put into ``part``: plain data and arrays. FileError where it is
+def read_part(part: Path, what: str, digest: str, inputs: str) -> tuple[Any, dict[str, Array]]:
+    """What :func:`write_part` put into ``part``: plain data and arrays. FileError where it is
     damaged, of another kind or of other ``inputs``, which are named in words, or where
     other versions would make other numbers."""
     try:
@@ -104,7 +104,7 @@ def kept(part: Path, what: str, digest: str, inputs: str) -> tuple[Any, dict[str
 
 
 def damaged(part: Path, what: str, error: Exception) -> FileError:
-    """The error of a file that is not what :func:`keep` made."""
+    """The error of a file that is not what :func:`write_part` made."""
     return FileError(
         f"{part}: cannot be read as an unfinished {what}: {reason(error)}. Start "
         f"anew by --overwrite."

@@ -1,8 +1,8 @@
-"""The files: run log, results, trace, exports. One writer, and nothing under the asked
-name that is not whole.
+"""The files: run log, results, trace, branches, exports. Each has one writer at a time,
+and a file appears under its name only when it is complete.
 
-Imported lazily: who only asks how large a record is does not bring HDF5's rooms with
-it.
+The modules are imported lazily, so that the size of a record, say, can be computed
+without importing h5py.
 """
 
 from __future__ import annotations

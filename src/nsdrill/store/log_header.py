@@ -1,12 +1,12 @@
-"""The header of the run log: what the run is, and what its slots look like.
+"""The header of the run log: the run and the type of its slots.
 
 Layout, little-endian: magic [16], format version u4, CRC-32 u4 of the body, its length
 u8, the body. Slots begin at the next multiple of 4096. The checksum of the body is also
 the salt of the slots.
 
-The body is a JSON text, a line feed, and the axes as f8, of which the text has the
-lengths only: as text an axis of 10^8 values takes a minute and gigabytes. Format 2 is
-the text alone, with the values of the axes in it; it is read.
+The body is a JSON text, a line feed, and the axes as f8; the text has only their
+lengths, as an axis of 10^8 values takes a minute and gigabytes as text. Format 2, which
+can still be read, is the text alone, with the values of the axes in it.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _PAGE = 4096
 def pack_header(
     header: dict[str, Any], n_points: int, kept: Kept
 ) -> tuple[list[bytes | memoryview], int]:
-    """The header of a log as pieces of bytes in order, and the salt; ``header`` is
+    """The header of a log as consecutive pieces of bytes, and the salt; ``header`` is
     plain data and numpy values."""
     axes = {name: np.asarray(header["coords"][name], "<f8") for name in _binary_axes(kept)}
     coords = {**header["coords"], **{name: len(values) for name, values in axes.items()}}
@@ -58,8 +58,8 @@ def pack_header(
 
 
 def _binary_axes(kept: Kept) -> list[str]:
-    """The coordinates that are written as numbers, not as text: there may be 10^8 of
-    them."""
+    """The coordinates that are written as numbers, not as text, as they may have 10^8
+    values."""
     return [name for name in kept.grid if name not in ("procedure", "sample", "start")]
 
 
@@ -69,8 +69,8 @@ def first_slot(header_bytes: int) -> int:
 
 
 def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
-    """Fields, offset of the first slot and salt of the open log; FileError if it is
-    none."""
+    """Fields, offset of the first slot and salt of the open log; FileError if it is not
+    a run log."""
     info = os.fstat(fd)
     if not stat.S_ISREG(info.st_mode):
         raise FileError(f"{path}: not a file, so no run log.")
@@ -109,8 +109,8 @@ def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
 
 
 def _read(fd: int, length: int, position: int) -> bytes:
-    """``length`` bytes, or fewer where the file ends; the system gives 2 GB at once at
-    most."""
+    """``length`` bytes, or fewer where the file ends, in several reads, as one read
+    returns at most 2 GB."""
     pieces = []
     while length > 0 and (piece := os.pread(fd, length, position)):
         pieces.append(piece)
@@ -119,7 +119,7 @@ def _read(fd: int, length: int, position: int) -> bytes:
 
 
 def _is_readable(fields: dict[str, Any]) -> bool:
-    """Whether records of this log are such as this version writes."""
+    """Whether the records of this log have the type that this version writes."""
     try:
         return bool(fields["fields"] == _fields(Kept(**fields["kept"])))
     except (KeyError, TypeError, ValueError):
@@ -127,8 +127,8 @@ def _is_readable(fields: dict[str, Any]) -> bool:
 
 
 def _fields(kept: Kept) -> list[list[str]]:
-    """Names and types of a record, as text: two versions with the same list can read
-    each other's logs."""
+    """Names and types of the fields of a record, as text: two versions with the same
+    list can read each other's logs."""
     kind = record_dtype(kept)
     return [[name, str(kind[name])] for name in kind.names or ()]
 
