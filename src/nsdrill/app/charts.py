@@ -1,4 +1,5 @@
-"""Charts of a study that need no integration: which one, along what, and its numbers."""
+"""Charts of a study that need no integration: which one, along what, and its
+numbers."""
 
 from __future__ import annotations
 

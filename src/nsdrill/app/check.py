@@ -151,10 +151,10 @@ def _warnings(study: Study, units: str) -> list[str]:
 
 
 def passed_over(study: Study) -> list[dict[str, Any]]:
-    """The critical speeds below the first speed of a sweep that carries its state; empty
-    for a model without ``passed_over`` among its checks. Each is a dict with ``name``,
-    ``words``, ``min``, ``max`` and ``from`` along its ``axis`` (SI), and whether it is
-    below that speed ``everywhere`` in the study."""
+    """The critical speeds below the first speed of a sweep that carries its state;
+    empty for a model without ``passed_over`` among its checks. Each is a dict with
+    ``name``, ``words``, ``min``, ``max`` and ``from`` along its ``axis`` (SI), and
+    whether it is below that speed ``everywhere`` in the study."""
     checks = checks_of(study.model)
     speeds: list[dict[str, Any]] = getattr(checks, "passed_over", lambda study, corners: [])(
         study, _corners(study)

@@ -176,8 +176,8 @@ def continuation_setup(study: Study) -> ContinuationSetup:
 
 
 def _finished(study: Study, path: str | os.PathLike[str]) -> ContinuationResult:
-    """The result in the finished file ``path``. FileError where it was made from another
-    study."""
+    """The result in the finished file ``path``. FileError where it was made from
+    another study."""
     data = open_branches(path)
     if listed := told_changes(resolved_study(data.attrs), study.resolved):
         raise FileError(
@@ -187,7 +187,8 @@ def _finished(study: Study, path: str | os.PathLike[str]) -> ContinuationResult:
 
 
 def _scalar_values(values: Values, keys: tuple[str, ...], numbers: Array) -> Values:
-    """``values`` with scalars at ``keys``, from which the options of a string follow."""
+    """``values`` with scalars at ``keys``, from which the options of a string
+    follow."""
     by_key = {key: float(number) for key, number in zip(keys, numbers, strict=True)}
     operation = {
         name: float(np.ravel(one)[0]) for name, one in zip(OPERATION, values.operation, strict=True)
@@ -339,8 +340,8 @@ def _seeds(
 
 
 def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> list[Seed]:
-    """The motions on which the starts of the study settle at ``numbers`` [n] (SI) of the
-    continued number, preceded by one start of each as a seed of a steady motion."""
+    """The motions on which the starts of the study settle at ``numbers`` [n] (SI) of
+    the continued number, preceded by one start of each as a seed of a steady motion."""
     study, model = setup.study, setup.model
     starts = max(1, study.initial.starts)
     at = np.repeat(numbers, starts)[:, None]
@@ -726,8 +727,8 @@ def stays_on_motion(largest: Array, circles: Array) -> Array:
 
 
 def conditions_of(setup: ContinuationSetup) -> dict[int, Condition]:
-    """The conditions that hold along the curves of the study, by the label of the points
-    that the curves continue."""
+    """The conditions that hold along the curves of the study, by the label of the
+    points that the curves continue."""
     curves, model = setup.continuation.curves, setup.model
     assert curves is not None
     conditions = {}

@@ -1,5 +1,5 @@
-"""Adjust the unknown numbers of a study to measurements: run an ensemble, weigh it, say
-what the data tell."""
+"""Adjust the unknown numbers of a study to measurements: run an ensemble, weight it,
+and assess what the data determine."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 QUANTILES = (0.05, 0.5, 0.95)
-SHORT = 12  # characters of a setting that is round
-FAR = 3.0  # times beyond the ends of the sweep, where a measured setting may be in another unit
+SHORT = 12  # characters of the text of a round setting, at most
+FAR = 3.0  # factor beyond the ends of the sweep from which a unit may be wrong
 
 
 @dataclass(frozen=True)
 class Fit:
-    """What came of a fit: ``note`` in plain data (SI), ``study`` the text of the study
-    with the posterior samples as its section uncertain; for pictures the ``prior`` and
-    ``samples`` of each unknown by key and the ``predicted`` values [samples, points] by
-    name."""
+    """The result of a fit. ``note`` is its summary in plain data (SI), ``study`` the
+    text of the study with the posterior samples in its section ``uncertain``. For
+    figures, there are the ``prior`` and posterior ``samples`` of each unknown by key,
+    and the ``predicted`` values [samples, points] by name."""
 
     note: dict[str, Any]
     study: str
@@ -66,8 +66,8 @@ class Fit:
     predicted: dict[str, Array]
 
     def picture(self, units: str = "si") -> Figure:
-        """The unknowns before and after, and measured beside predicted values, in
-        ``units`` "si" or "field"."""
+        """A figure of the unknowns before and after the fit and of measured and
+        predicted values, in ``units`` "si" or "field"."""
         from nsdrill.plot.fitted import draw
 
         return draw(
@@ -87,8 +87,9 @@ def fit(
     kept: Rounds | None = None,
 ) -> Fit:
     """Adjust the unknowns of ``study`` to ``measured``; the sweep of the study is not
-    run. ``kept`` keeps the runs, and has those of an interrupted fit. InputError where
-    there is nothing to adjust, or where no run ends well."""
+    run. At most ``rounds`` rounds of ``batch`` samples are run, and the adjusted study
+    has ``samples`` samples. ``kept`` saves the runs, and has those of an interrupted
+    fit. InputError where there is nothing to adjust, or where no run ends well."""
     keys = unknowns_of(study)
     if clash := [key for key in measured.at if key in keys]:
         raise InputError(
@@ -96,11 +97,11 @@ def fit(
             f"allowed: one of both."
         )
     _check_points(study, measured)
-    kept = kept or Rounds()
+    calls = kept or Rounds()
     run = _Simulator(
-        study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2), kept.runs
+        study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2), calls.runs
     )
-    simulate = kept.of(run)
+    simulate = calls.recording(run)
     values, errors, there = measured.flat
     seed = study.resolved["uncertain"]["seed"]
     try:
@@ -131,8 +132,8 @@ def fit(
 
 
 def unknowns_of(study: Study) -> dict[str, Any]:
-    """The distributions of the unknowns of ``study`` by key; InputError where there is
-    none to adjust."""
+    """The distributions of the unknowns of ``study`` by key; InputError where a fit
+    cannot adjust them."""
     section = study.resolved.get("uncertain") or {}
     keys = {key: numbers for key, numbers in section.items() if key not in HOW}
     source = study.source or "the study"
@@ -159,10 +160,10 @@ def unknowns_of(study: Study) -> dict[str, Any]:
 
 
 def far_from_the_sweep(study: Study, measured: Measured, units: str = "si") -> list[str]:
-    """In words, in ``units`` "si" or "field", the settings that lie far outside of what
-    the study sweeps: a unit may be wrong."""
+    """A warning, in ``units`` "si" or "field", for each measured setting far outside
+    the sweep of the study, whose unit may be wrong."""
     leaves = keys_of(study.model).axes
-    said = []
+    warnings = []
     for key, values in measured.at.items():
         swept = study.axes.get(key, np.empty(0))
         if len(swept) < 2:
@@ -173,17 +174,17 @@ def far_from_the_sweep(study: Study, measured: Measured, units: str = "si") -> l
             found, first, last = (
                 _setting(leaves[key], float(one), units) for one in (values[bad[0]], low, high)
             )
-            said.append(
+            warnings.append(
                 f"{measured.source}, {measured.where[bad[0]]}: {key} is {found}, and the study "
                 f"sweeps {first} to "
                 f"{last}. Is the unit in the head right?"
             )
-    return said
+    return warnings
 
 
 def _setting(leaf: Leaf, value: float, units: str) -> str:
-    """A setting in words: in SI in the unit in which it is round, as it was written,
-    where there is one."""
+    """The text of a setting: in SI with the unit in which it is round, if there is
+    one."""
     exact = leaf.text(value)
     return (
         exact if units == "si" and len(exact) <= SHORT else quantity(leaf.key).text(value, units, 4)
@@ -191,8 +192,8 @@ def _setting(leaf: Leaf, value: float, units: str) -> str:
 
 
 def _check_points(study: Study, measured: Measured) -> None:
-    """FileError where the study does not hold at a point: where a setting is least or
-    greatest, as a depth above the length of the collars."""
+    """FileError where the study is not valid at the extremes of a setting, such as a
+    depth less than the length of the collars."""
     leaves = keys_of(study.model).axes
     text = study_text(study.resolved)
     for place in sorted(
@@ -216,8 +217,9 @@ def _check_points(study: Study, measured: Measured) -> None:
 
 @dataclass
 class _Simulator:
-    """Runs of the model at all points of the measurements, for samples of the
-    unknowns."""
+    """The model as a function of samples of the unknowns, run at all points of the
+    measurements. ``most`` is the greatest number of samples of the fit, ``before`` the
+    number of runs of an interrupted fit, and ``done`` that of finished runs."""
 
     study: Study
     measured: Measured
@@ -232,7 +234,8 @@ class _Simulator:
         check_sweep(replace(self.study, axes={k: v[:1] for k, v in self.study.axes.items()}))
 
     def __call__(self, z: Array) -> Array:
-        """The model's values [samples, names x points], NaN where a run failed."""
+        """The values of the model [samples, names x points] at the samples ``z``
+        [samples, unknowns] (standard normal); NaN where a run failed."""
         n, points = len(z), self.measured.points
         operation = self.study.operation
         table = {
@@ -244,9 +247,9 @@ class _Simulator:
         table |= {
             key: np.repeat(values, points) for key, values in _unknown_values(self.keys, z).items()
         }
-        found = self._run(table)
-        found = {name: values.reshape(n, points) for name, values in found.items()}
-        return np.concatenate([found[name] for name in self.measured.values], axis=1)
+        values = self._run(table)
+        by_name = {name: one.reshape(n, points) for name, one in values.items()}
+        return np.concatenate([by_name[name] for name in self.measured.values], axis=1)
 
     def _run(self, table: dict[str, Array]) -> dict[str, Array]:
         study = self.study
@@ -285,7 +288,8 @@ class _Simulator:
 
 
 def _unknown_values(keys: dict[str, Any], z: Array) -> dict[str, Array]:
-    """The unknowns by key, of samples z [n, unknowns]."""
+    """The values [n] of the unknowns by key, at samples ``z`` [n, unknowns] (standard
+    normal)."""
     from scipy.special import ndtr
 
     u = np.clip(ndtr(z), 2.0**-54, 1 - 2.0**-54)
@@ -397,12 +401,12 @@ def _adjusted_text(
         "correlations": [],
     }
     source = study.source or "a study"
-    told = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
+    gains = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
     head = (
         f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: {note['points']} "
         f"operating points, "
         f"{note['values']} measured values, effective number of samples {note['effective']:.0f}.",
-        f"What the data tell: {told}.",
+        f"What the data tell: {gains}.",
     )
     text = study_text(resolved, head)
     parse_study(text, "the adjusted study")

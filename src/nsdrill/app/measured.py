@@ -68,7 +68,8 @@ class Reading:
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its place, its head, its name here and the SI value of one of its unit."""
+    """A column: its place, its head, its name here and the SI value of one of its
+    unit."""
 
     place: int
     head: str

@@ -85,8 +85,8 @@ class Motions:
 
     @cached_property
     def own(self) -> dict[str, float]:
-        """The values of the axes at the operating point of the study, or in the middle of
-        a swept axis."""
+        """The values of the axes at the operating point of the study, or in the middle
+        of a swept axis."""
         operation = {name: float(getattr(self.study.operation, name)) for name in OPERATION}
         swept = {
             key: float(values[len(values) // 2])
@@ -156,9 +156,9 @@ class Motions:
         return [*model.states(model.variant(study.parameters)), "drive_angle"]
 
     def fitted(self, study: Study, state: Mapping[str, float]) -> Array:
-        """``state`` by name as an array of the states of the string of ``study``. States
-        that ``state`` lacks, such as the speed of a drive that was ideal before, start
-        as in the study."""
+        """``state`` by name as an array of the states of the string of ``study``.
+        States that ``state`` lacks, such as the speed of a drive that was ideal before,
+        start as in the study."""
         names, start = self.states(study), self.start(study)
         if not state.keys() & set(names):
             raise InputError(
@@ -267,9 +267,9 @@ class Motions:
     def around(
         self, study: Study, state: Array, key: str, values: Array, *, settle: float, observe: float
     ) -> dict[str, Array]:
-        """The points at ``values`` [n] (SI) of the axis ``key``, each from ``state``, with
-        a transient of ``settle`` [s] and an observation of ``observe`` [s]: status,
-        features, labels and peaks [n, ...] as in a results file."""
+        """The points at ``values`` [n] (SI) of the axis ``key``, each from ``state``,
+        with a transient of ``settle`` [s] and an observation of ``observe`` [s]:
+        status, features, labels and peaks [n, ...] as in a results file."""
         work, workers, lanes = self._group(
             study, state, {key: np.asarray(values, dtype=float)}, settle, observe
         )
@@ -315,8 +315,8 @@ class Motions:
         return work, workers, choose_lanes(-(-count // workers))
 
     def validated_state(self, study: Study, state: Array) -> Array:
-        """``state`` as an array, with the phase last; InputError where it is not a finite
-        state of this string."""
+        """``state`` as an array, with the phase last; InputError where it is not a
+        finite state of this string."""
         state = np.asarray(state, dtype=float)
         names = self.states(study)
         # the comparison is false for NaN
@@ -370,8 +370,8 @@ def _work(
 
 
 def _with_chosen_method(plan: Plan, study: Study, simulation: Simulation) -> Simulation:
-    """``simulation`` with the method resolved: of auto, implicit where friction is steep
-    at one of the points."""
+    """``simulation`` with the method resolved: of auto, implicit where friction is
+    steep at one of the points."""
     chosen = Chosen(plan, study.parameters, study.initial, study.model, simulation.method)
     return _with_method(simulation, bool(chosen.points(np.arange(plan.points)).any()))
 

@@ -26,9 +26,9 @@ UNKNOWN = -1  # the outcome of a point that has not run
 
 
 class RefinementGrid:
-    """The grid of the units of a refined sweep: points, or whole chains where a state is
-    carried. ``points`` are the numbers of the points of each unit [units, points of a
-    unit]."""
+    """The grid of the units of a refined sweep: points, or whole chains where a state
+    is carried. ``points`` are the numbers of the points of each unit [units, points of
+    a unit]."""
 
     def __init__(self, plan: Plan, refined: tuple[str, ...], depth: int) -> None:
         carried = plan.along if plan.chain_length > 1 else None
@@ -54,7 +54,7 @@ class RefinementGrid:
         distinct = rows[known] if self.plan.chain_length > 1 else rows[known, 0]
         _, members, inverse = np.unique(distinct, axis=0, return_index=True, return_inverse=True)
         members, classes[known] = np.flatnonzero(known)[members], inverse.ravel()
-        # A failed run tells nothing about its neighbours, so each is a class of its own.
+        # A failed run tells nothing about its neighbours: each is a class of its own.
         failed = known & np.any(rows < UNKNOWN, axis=1)
         classes[failed] = -1 - np.flatnonzero(failed)
         step = refine(
@@ -73,8 +73,8 @@ class RefinementGrid:
 
 
 class RefinedSweep:
-    """The refinement of ``study`` with the runs in ``log``. ``inferred`` are the outcomes
-    of all points [points], with inferred ones once it is complete."""
+    """The refinement of ``study`` with the runs in ``log``. ``inferred`` are the
+    outcomes of all points [points], with inferred ones once it is complete."""
 
     def __init__(self, study: Study, plan: Plan, log: Sink) -> None:
         self.grid, self.log, self.study = (
@@ -126,8 +126,8 @@ class RefinedSweep:
 
 
 class InferredSource:
-    """A source of points with those of ``log`` where ``needed`` (bool [points]), and with
-    the responses ``inferred`` [points] elsewhere; ``attrs`` are added to the root
+    """A source of points with those of ``log`` where ``needed`` (bool [points]), and
+    with the responses ``inferred`` [points] elsewhere; ``attrs`` are added to the root
     attributes."""
 
     def __init__(
@@ -179,8 +179,8 @@ def reinfer(study: Study, plan: Plan, status: Array, response: Array) -> tuple[A
 
 
 def response_codes(status: Array, response: Array) -> Array:
-    """The outcome of points: the response, :data:`UNKNOWN` where they have not run, less
-    where they failed: int16."""
+    """The outcome of points: the response, :data:`UNKNOWN` where they have not run,
+    less where they failed: int16."""
     status = np.asarray(status, dtype=np.int16)
     failed = np.where((status == PENDING) | (status == INFERRED), UNKNOWN, UNKNOWN - status)
     return np.where(status == OK, np.asarray(response, dtype=np.int16), failed).astype(np.int16)

@@ -52,8 +52,8 @@ from nsdrill.variables import PENDING, STEP_LIMIT, has_failed
 
 @dataclass(frozen=True)
 class RunResult:
-    """The result of a run: the numbers of all ``points``, of ``failed`` ones and of those
-    ``already`` run before, the wall time in ``seconds`` and the ``steps`` tried.
+    """The result of a run: the numbers of all ``points``, of ``failed`` ones and of
+    those ``already`` run before, the wall time in ``seconds`` and the ``steps`` tried.
     ``refinement`` has the root attributes of a refined sweep, ``advice`` the remedy for
     points that reached their limit of steps."""
 
@@ -83,8 +83,9 @@ def run_in_memory(
     watch: Watch = lambda progress: None,
     executor: Executor | None = None,
 ) -> Results:
-    """Run ``study`` and return the results in memory. ``workers`` defaults to the number
-    of available processors; ``executor`` replaces the threads of this process."""
+    """Run ``study`` and return the results in memory. ``workers`` defaults to the
+    number of available processors; ``executor`` replaces the threads of this
+    process."""
     check_sweep(study)
     workers = checked_workers(workers)
     check_memory(plan_of(study), kept_of(study), in_file=False)

@@ -47,8 +47,8 @@ class RunStages:
     def run(
         self, work: Work, deliver: Deliver, starts: Starts | None, pending: Array, note: str = ""
     ) -> None:
-        """Run the points ``pending`` of ``work``, or the chains from ``starts``, with the
-        engine. ``deliver`` takes the columns of finished points; ``note`` names the
+        """Run the points ``pending`` of ``work``, or the chains from ``starts``, with
+        the engine. ``deliver`` takes the columns of finished points; ``note`` names the
         stage in the progress."""
         base, progress = replace(self.progress), self.progress
         progress.note = note
@@ -94,8 +94,8 @@ class RunStages:
             self.synced = time.monotonic()
 
     def store(self, points: Array, columns: dict[str, Array]) -> None:
-        """Write the columns of finished points to the log; fields that they lack stay as
-        in a pending record."""
+        """Write the columns of finished points to the log; fields that they lack stay
+        as in a pending record."""
         records = pending_records(len(points), self.log.kept)
         for name in records.dtype.names or ():
             if name in columns:
@@ -140,8 +140,8 @@ def sweep(stages: RunStages, work: Work) -> None:
 
 
 def remaining(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Starts, Array]:
-    """What is still to run, of ``chains`` if given: where each chain continues, and which
-    points without a chain are pending."""
+    """What is still to run, of ``chains`` if given: where each chain continues, and
+    which points without a chain are pending."""
     pending = ~log.done()
     if plan.chain_length == 1:
         points = np.flatnonzero(pending) if chains is None else chains[pending[chains]]
@@ -159,8 +159,8 @@ def remaining(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Start
 
 
 def _first_pending(plan: Plan, pending: Array, chains: Array) -> Array:
-    """The first place of each of the ``chains`` whose point is ``pending``, or the length
-    of a chain: int [chains]."""
+    """The first place of each of the ``chains`` whose point is ``pending``, or the
+    length of a chain: int [chains]."""
     if pending.all():
         return np.zeros(len(chains), np.int64)
     places = np.full(len(chains), plan.chain_length)

@@ -234,8 +234,8 @@ def replay(
 
 
 def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int:
-    """The number of the start, 0 where there is one start; InputError where ``start`` is
-    not a number of one of the ``starts``."""
+    """The number of the start, 0 where there is one start; InputError where ``start``
+    is not a number of one of the ``starts``."""
     if start is None:
         if starts:
             raise InputError(
@@ -494,8 +494,9 @@ def run_at(
     interval: float,
     begin: float = 0.0,
 ) -> tuple[np.ndarray, int, int, int, np.ndarray]:
-    """As :func:`nsdrill.app.ramped.run_schedule`, at one operating point and with the marks
-    of ``simulation``. Samples begin at ``begin`` [s], which does not affect the run."""
+    """As :func:`nsdrill.app.ramped.run_schedule`, at one operating point and with the
+    marks of ``simulation``. Samples begin at ``begin`` [s], which does not affect the
+    run."""
     model = model_named(study.model)
     fixed = model.variant(study.parameters)
     if simulation.method == "implicit":

@@ -102,8 +102,8 @@ def check_attributes(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> 
 
 
 def text_attribute(path: str | os.PathLike[str], item: Any, name: str) -> str:
-    """The text attribute ``name`` of a file or of one of its datasets, empty where there
-    is none; FileError where it is not text."""
+    """The text attribute ``name`` of a file or of one of its datasets, empty where
+    there is none; FileError where it is not text."""
     value = plain_attribute(item.attrs, name) if name in item.attrs else ""
     if not isinstance(value, str):
         raise FileError(

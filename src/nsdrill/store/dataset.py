@@ -167,7 +167,8 @@ def _trace(trace: Trace) -> Any:
 
 
 def _encode(variable: Any, scalars: str = "") -> None:
-    """Set the encoding of ``variable`` as in a file of nsdrill, for writing with xarray."""
+    """Set the encoding of ``variable`` as in a file of nsdrill, for writing with
+    xarray."""
     if variable.dtype.kind == "f":
         variable.encoding["_FillValue"] = np.nan
     if scalars:

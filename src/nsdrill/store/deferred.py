@@ -43,8 +43,8 @@ class DeferredErrorFile(io.FileIO):
         return size or 0
 
     def readinto(self, buffer: Any) -> int:
-        """Fill ``buffer``, with zeros beyond the end of the file, where an earlier write
-        may have failed."""
+        """Fill ``buffer``, with zeros beyond the end of the file, where an earlier
+        write may have failed."""
         view = memoryview(buffer).cast("B")
         size = len(view)
         while len(view):

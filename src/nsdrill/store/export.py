@@ -104,7 +104,8 @@ def to_netcdf(
 
 
 def flag_words(variable: Variable, value: int) -> str:
-    """A flag value in words: ``ok``, ``bit_bounce+whirl``; ``none`` for an empty mask."""
+    """A flag value in words: ``ok``, ``bit_bounce+whirl``; ``none`` for an empty
+    mask."""
     return _words(variable)(value)
 
 

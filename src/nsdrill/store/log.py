@@ -92,8 +92,9 @@ class RunLog:
         """A new, empty log at ``path``, which must not exist.
 
         ``header`` is plain data: ``coords`` (the four axes) and ``attrs`` (the root
-        attributes of the results), and anything else that a resumed run needs. FileError
-        if the name is taken, NsdrillError if the disk has no room for all points.
+        attributes of the results), and anything else that a resumed run needs.
+        FileError if the name is taken, NsdrillError if the disk has no room for all
+        points.
         """
         path, temporary = Path(path), None
         try:
@@ -105,8 +106,8 @@ class RunLog:
         except FileExistsError as error:
             assert temporary is not None
             temporary.remove()
-            # raises the FileError of a log that another process is writing, or of a file
-            # that is not a run log
+            # raises the FileError of a log that another process is writing, or of a
+            # file that is not a run log
             cls.open(path).close()
             raise FileError(
                 f"{path}: an unfinished run is already there. Go on with it by --resume, or start "
@@ -236,8 +237,8 @@ class RunLog:
             self._status[places[run]] = PENDING
 
     def sync(self) -> None:
-        """Return when everything written is on the disk; NsdrillError if the disk rejects
-        it."""
+        """Return when everything written is on the disk; NsdrillError if the disk
+        rejects it."""
         try:
             if self._sync_failed:
                 raise OSError(errno.EIO, os.strerror(errno.EIO))
@@ -245,8 +246,8 @@ class RunLog:
             if not self.is_in_place:
                 raise NsdrillError(f"{self.recovery_text()} Nothing more is run.")
         except OSError as error:
-            # After a failed fsync the kernel drops the data that it could not write, so a
-            # second fsync may succeed.
+            # After a failed fsync the kernel drops the data that it could not write, so
+            # a second fsync may succeed.
             self._sync_failed = True
             self._raise_write_error(error)
         self._synced_count = int(np.count_nonzero(self._status))

@@ -203,8 +203,8 @@ def rewrite_labels(
         with hdf5.writing(temporary, edit=True) as file:
             for name, values in labels.items():
                 file[name][...] = points.layout.to_file(np.asarray(values, file[name].dtype))
-            # HDF5 does not reuse the space of replaced text, so unchanged attributes are
-            # not written.
+            # HDF5 does not reuse the space of replaced text, so unchanged attributes
+            # are not written.
             changed = {
                 name: value
                 for name, value in (attrs or {}).items()
@@ -299,8 +299,8 @@ class _Points:
         kept = kept_of(coords, axes, file, model.name, unknowns)
         order = kept.grid
         if not is_version_1:
-            # The scales of a dataset have their order, too, but the library can crash on
-            # those of an invalid file.
+            # The scales of a dataset have their order, too, but the library can crash
+            # on those of an invalid file.
             named = text_attribute(path, file, "dimensions").split()
             order = tuple(name for name in named if name in arrays and arrays[name].ndim)
             varying = [name for name in kept.grid if arrays[name].ndim]
@@ -320,15 +320,16 @@ class _Points:
 
     @property
     def present(self) -> tuple[Variable, ...]:
-        """The variables that the file should have. Variables that a sealed file lacks are
-        unknown to the version that wrote it, and are left out."""
+        """The variables that the file should have. Variables that a sealed file lacks
+        are unknown to the version that wrote it, and are left out."""
         every = recorded(self.kept)
         lacking = {v.name for v in every if v.name not in self.file and v.name not in LATER_LABELS}
         required = not lacking or not hdf5.is_sealed(self.path)
         return tuple(v for v in every if v.name in self.file or (required and v.name in lacking))
 
     def dataset(self, variable: Variable) -> Any:
-        """The dataset of ``variable``; FileError where its shape or its type is wrong."""
+        """The dataset of ``variable``; FileError where its shape or its type is
+        wrong."""
         dims = self.layout.dims(variable)
         shape = tuple(len(self.coords[name]) for name in dims)
         kinds = "f" if variable.dtype.startswith("f") else "iu"

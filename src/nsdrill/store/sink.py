@@ -37,7 +37,8 @@ class Sink(Source, Protocol):
     """A store of points, which are written in any order."""
 
     def write(self, indices: Any, records: Array) -> None:
-        """Store ``records`` [n] of the points ``indices`` [n], in place of earlier ones."""
+        """Store ``records`` [n] of the points ``indices`` [n], in place of earlier
+        ones."""
 
     def clear(self, indices: Any) -> None:
         """Make the points ``indices`` [n] pending, so that they run again."""
