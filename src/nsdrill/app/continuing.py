@@ -123,13 +123,12 @@ def continuation_setup(study: Study) -> ContinuationSetup:
             f"{source}: found drive.on_at; allowed: nothing that is switched on within the run."
         )
     keys = (continuation.along, *((continuation.curves.over,) if continuation.curves else ()))
-    if continuation.curves is not None:
-        start = _number_of(study, dimension_of(continuation.curves.over))
-        if not continuation.curves.low <= start <= continuation.curves.high:
+    if (curves := continuation.curves) is not None:
+        start = _number_of(study, dimension_of(curves.over))
+        if not curves.low <= start <= curves.high:
             raise InputError(
-                f"{source}: continue.curves: found {continuation.curves.over} from {continuation.curves.low:g} "
-                f"to "
-                f"{continuation.curves.high:g} (SI); allowed: a range that has the study's own value, "
+                f"{source}: continue.curves: found {curves.over} from {curves.low:g} to "
+                f"{curves.high:g} (SI); allowed: a range that has the study's own value, "
                 f"{start:g}, from where the "
                 "curves set out."
             )
@@ -710,7 +709,12 @@ def _features(
         outcome[done.job], ok[done.job] = done.report, done.status == OK
         parameters[done.job] = done.parameters
         remaining -= len(done.job)
-    features = model.features(outcome, parameters, durations, setup.variant)  # type: ignore[arg-type]
+    features = model.features(
+        outcome,
+        parameters,
+        durations,  # type: ignore[arg-type]
+        setup.variant,
+    )
     good = ok & stays_on_motion(largest, circles)
     return {name: np.where(good, value, np.nan) for name, value in features.items()}
 

@@ -1,4 +1,4 @@
-"""Results and traces that Python users give, as Datasets or names of files."""
+"""Results and traces as arguments of Python functions: Datasets or names of files."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def is_dataset(data: Any) -> bool:
-    """Whether ``data`` are a Dataset; xarray is imported only where they may be one."""
+    """Whether ``data`` is a Dataset. xarray is imported only where it may be one."""
     if isinstance(data, str | os.PathLike):
         return False
     from xarray import Dataset
@@ -30,21 +30,21 @@ def is_dataset(data: Any) -> bool:
 
 
 def is_figure(data: Any) -> bool:
-    """Whether ``data`` are a figure of matplotlib."""
+    """Whether ``data`` is a figure of matplotlib."""
     from matplotlib.figure import Figure
 
     return isinstance(data, Figure)
 
 
 def _with_variables_only(data: Any, names: Iterable[str]) -> Dataset:
-    """A Dataset with these of its variables, and all of its coordinates."""
+    """The Dataset ``data`` with only the variables ``names``, and all coordinates."""
     wanted = {*names}
     kept: Dataset = data.drop_vars([name for name in data.data_vars if name not in wanted])
     return kept
 
 
 def data_in(data: Any, names: Iterable[str] | None) -> Results | Trace:
-    """The results or trace in a Dataset or file, of results only the variables
+    """The results or trace in a Dataset or file; of results only the variables
     ``names``, if given."""
     from nsdrill.app.overrides import overrides_of
     from nsdrill.app.reading import read_any
@@ -62,8 +62,8 @@ def data_in(data: Any, names: Iterable[str] | None) -> Results | Trace:
 
 
 def validated(data: Results | Trace) -> Results | Trace:
-    """``data``; InputError where a selection has left nothing of them, or a trace goes
-    back in time."""
+    """``data``; InputError where a selection is empty, or the time of a trace does not
+    ascend."""
     if isinstance(data, Trace):
         if not len(data.time) or not np.all(np.diff(data.time) > 0.0):
             raise InputError(
@@ -79,8 +79,7 @@ def validated(data: Results | Trace) -> Results | Trace:
 
 
 def with_missing_features(results: Results) -> Results:
-    """Results that another state of nsdrill made, with NaN for the features that it did
-    not know."""
+    """``results`` with NaN for the features that their version of nsdrill lacked."""
     from nsdrill.app.provenance import model_digest
     from nsdrill.models.registry import model_in
 
@@ -92,7 +91,7 @@ def with_missing_features(results: Results) -> Results:
 
 
 def variables_of(results: Results) -> tuple[Variable, ...]:
-    """The variables that a file of these results has."""
+    """The variables that a file of these results should have."""
     from nsdrill.models.registry import model_in
     from nsdrill.store import kept_of, recorded
 
@@ -101,8 +100,8 @@ def variables_of(results: Results) -> tuple[Variable, ...]:
 
 
 def results_in(data: Any, name: str, names: Iterable[str]) -> Results:
-    """The results in a Dataset or file, which have to have the variables ``names``; of
-    a file only these."""
+    """The results in a Dataset or file, which must have the variables ``names``; of a
+    file only these are read. ``name`` is that of the argument in messages."""
     found = data_in(data, None if is_dataset(data) else names)
     if is_dataset(data) and isinstance(found, Results):
         found = with_missing_features(found)
@@ -110,7 +109,7 @@ def results_in(data: Any, name: str, names: Iterable[str]) -> Results:
 
 
 def with_variables(data: Results | Trace, name: str, names: Iterable[str]) -> Results:
-    """``data``, which have to be results with the variables ``names``."""
+    """``data``; InputError unless they are results with the variables ``names``."""
     if isinstance(data, Trace):
         raise InputError(f"{name}: found a trace; allowed: results of a sweep.")
     if lacking := [variable for variable in dict.fromkeys(names) if variable not in data.variables]:
@@ -131,8 +130,8 @@ def _listed(names: Sequence[str]) -> str:
 
 @contextmanager
 def missing_variable_errors(name: str) -> Iterator[None]:
-    """Where a variable is looked for that a Dataset does not have, an error that says
-    so."""
+    """A context in which a missing variable, a KeyError, becomes an InputError that
+    names it."""
     try:
         yield
     except KeyError as error:
@@ -146,8 +145,8 @@ def missing_variable_errors(name: str) -> Iterator[None]:
 
 
 def branches_in(data: Any) -> Any:
-    """The Dataset where ``data`` are branches, or the name of a file of them; else
-    None."""
+    """The Dataset of branches where ``data`` is one, or the name of a file of branches;
+    else None."""
     from nsdrill.app.reading import is_branches
     from nsdrill.store import open_branches
 
@@ -158,8 +157,8 @@ def branches_in(data: Any) -> Any:
 
 
 def outline_in(data: Any) -> Results | Trace:
-    """As :func:`data_in`, but results have zeros for their variables, which take no
-    memory: to see what there is."""
+    """As :func:`data_in`, but the variables of results are zeros, which take no memory;
+    for the names and the shape."""
     from nsdrill.app.reading import outline, outline_of
     from nsdrill.models.vocabulary import BY_NAME
 

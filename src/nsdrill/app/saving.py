@@ -1,4 +1,4 @@
-"""Results and traces in memory to files."""
+"""Saving results and traces to files."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
 
 def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     """Write ``data`` to ``path``, in one step: HDF5 (``.h5``, ``.hdf5``), which is
-    netCDF-4 (``.nc``) as well, or a table (``.csv``). FileError where the file is there
-    already, unless ``overwrite``; InputError where something is missing."""
+    netCDF-4 (``.nc``) as well, or a table (``.csv``). FileError where the file exists,
+    unless ``overwrite``; InputError where ``data`` is incomplete."""
     suffix = Path(path).suffix.lower()
     if suffix not in ENDINGS:
         raise InputError(
@@ -43,7 +43,7 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
 
 
 def _check_whole(results: Results) -> None:
-    """InputError where a results file of these could not be read again."""
+    """InputError where a results file with these results would not be valid."""
     if lacking := [v.name for v in variables_of(results) if v.name not in results.variables]:
         few = (
             f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"

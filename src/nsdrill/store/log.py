@@ -347,8 +347,10 @@ class RunLog:
 
     def _raise_write_error(self, error: OSError) -> NoReturn:
         if not self.is_in_place:
-            text = f"{self.path}: a result could not be written: {reason(error)}. {self.recovery_text()}"
-            raise NsdrillError(text) from error
+            raise NsdrillError(
+                f"{self.path}: a result could not be written: {reason(error)}. "
+                f"{self.recovery_text()}"
+            ) from error
         remedy = (
             "Make room on that disk"
             if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
