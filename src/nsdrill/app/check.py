@@ -217,7 +217,7 @@ def _corners(study: Study) -> list[Values]:
         for axis in study.axes
     ]
     corners = [dict(zip(study.axes, values, strict=True)) for values in product(*ends)]
-    values = [values_at(study.parameters, study.initial, corner) for corner in corners]
+    corner_values = [values_at(study.parameters, study.initial, corner) for corner in corners]
     # The samples in which one uncertain number is least or greatest; the others have
     # their values in that sample.
     samples = {
@@ -225,10 +225,10 @@ def _corners(study: Study) -> list[Values]:
     }
     for number in sorted(samples):
         here = {key: float(values[number]) for key, values in study.drawn.items()}
-        values += [
+        corner_values += [
             values_at(study.parameters, study.initial, {**corner, **here}) for corner in corners
         ]
-    return values
+    return corner_values
 
 
 def _short_observation(study: Study, units: str) -> str | None:

@@ -458,7 +458,8 @@ def _over_time(
     if not kept:
         raise FileError(
             f"{path}: found no stretch of at least {options.shortest:g} s in which the settings "
-            f"stay within {100 * SAME:g} % of their mean; allowed: at least one. --shortest takes shorter ones."
+            f"stay within {100 * SAME:g} % of their mean; allowed: at least one. --shortest "
+            f"takes shorter ones."
         )
     notes.append(
         f"{len(kept)} stretches of constant settings, without their first {options.settle:g} s"

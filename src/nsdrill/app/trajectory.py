@@ -255,8 +255,8 @@ def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int
 
 def _of_sample(study: Study, number: int) -> Study:
     """The study with the values of one sample of its uncertain numbers."""
-    values = {key: float(values[number]) for key, values in study.drawn.items()}
-    here = values_at(study.parameters, study.initial, {**vars(study.operation), **values})
+    sample = {key: float(values[number]) for key, values in study.drawn.items()}
+    here = values_at(study.parameters, study.initial, {**vars(study.operation), **sample})
     operation = Operation(*here.operation)
     return replace(
         study,
