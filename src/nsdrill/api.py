@@ -57,7 +57,7 @@ if TYPE_CHECKING:
 
     PathLike: TypeAlias = str | os.PathLike[str]
     StudyLike: TypeAlias = Study | PathLike | Mapping[str, Any]
-    ResultsLike: TypeAlias = Any  # a Dataset, of whose type mypy knows nothing, or a PathLike
+    ResultsLike: TypeAlias = Any  # a Dataset, whose type mypy does not know, or a PathLike
     Quantity: TypeAlias = float | str
     Settings: TypeAlias = Mapping[str, Any] | Sequence[str] | None
 
@@ -140,7 +140,7 @@ def run(
     10 s elsewhere; False for none; or a function that is called with a
     :class:`Progress` a few times a second. An exception from it ends the run, which can
     be resumed. Returns the Dataset of the results, which reads ``path`` lazily. A
-    RunWarning says how many points failed; they are marked in ``status``.
+    RunWarning says how many points failed; their ``status`` gives the reason.
     InputError, before anything runs, where the study is not a sweep, an argument is
     invalid, or memory or disk are too small.
     """

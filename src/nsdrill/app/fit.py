@@ -102,11 +102,11 @@ def fit(
         study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2), calls.runs
     )
     simulate = calls.recording(run)
-    values, errors, there = measured.flat
+    values, errors, indices = measured.flat
     seed = study.resolved["uncertain"]["seed"]
     try:
-        found = posterior(
-            lambda z: simulate(z)[:, there],
+        fitted = posterior(
+            lambda z: simulate(z)[:, indices],
             values,
             errors,
             len(keys),
@@ -118,16 +118,16 @@ def fit(
         raise InputError(
             f"{study.source}: {error} at some point of {measured.source}. nsdrill run says why."
         ) from error
-    chosen = found.drawn(samples, seed)
-    drawn = _unknown_values(keys, found.z[chosen])
+    chosen = fitted.drawn(samples, seed)
+    drawn = _unknown_values(keys, fitted.z[chosen])
     predicted = np.full((samples, measured.points * len(measured.values)), np.nan)
-    predicted[:, there] = found.found[chosen]
+    predicted[:, indices] = fitted.found[chosen]
     by_name = dict(
         zip(measured.values, np.split(predicted, len(measured.values), axis=1), strict=True)
     )
     rng = np.random.default_rng(0)
     prior = {key: quantile(numbers, rng.random(2000)) for key, numbers in keys.items()}
-    note = _fit_summary(study, measured, keys, found, by_name)
+    note = _fit_summary(study, measured, keys, fitted, by_name)
     return Fit(note, _adjusted_text(study, measured, drawn, note), measured, prior, drawn, by_name)
 
 
@@ -169,14 +169,14 @@ def far_from_the_sweep(study: Study, measured: Measured, units: str = "si") -> l
         if len(swept) < 2:
             continue
         low, high = float(swept[0]), float(swept[-1])
-        bad = np.flatnonzero((values < low / FAR) | (values > high * FAR))
-        if bad.size:
-            found, first, last = (
-                _setting(leaves[key], float(one), units) for one in (values[bad[0]], low, high)
+        outside = np.flatnonzero((values < low / FAR) | (values > high * FAR))
+        if outside.size:
+            setting, first, last = (
+                _setting(leaves[key], float(one), units) for one in (values[outside[0]], low, high)
             )
             warnings.append(
-                f"{measured.source}, {measured.where[bad[0]]}: {key} is {found}, and the study "
-                f"sweeps {first} to "
+                f"{measured.source}, {measured.where[outside[0]]}: {key} is {setting}, and the "
+                f"study sweeps {first} to "
                 f"{last}. Is the unit in the head right?"
             )
     return warnings
@@ -264,11 +264,11 @@ class _Simulator:
             record,
             study.model,
         )
-        out = {name: np.full(plan.points, np.nan) for name in self.measured.values}
+        features = {name: np.full(plan.points, np.nan) for name in self.measured.values}
 
         def deliver(points: Array, columns: dict[str, Array]) -> None:
             ok = columns["status"] == OK
-            for name, values in out.items():
+            for name, values in features.items():
                 values[order[points]] = np.where(ok, columns[name], np.nan)
 
         def watch(now: Progress) -> None:
@@ -279,12 +279,12 @@ class _Simulator:
 
         share = -(-plan.points // self.workers)
         with ThreadPoolExecutor(self.workers) as threads:
-            for one, points in work.by_method(np.arange(plan.points)):
-                lanes = widened(choose_lanes(share), share, one.variant.rows)
-                compiled_parts(lanes, one.variant)
-                Engine(one, threads, self.workers, lanes, deliver, watch).run(None, points)
+            for part, points in work.by_method(np.arange(plan.points)):
+                lanes = widened(choose_lanes(share), share, part.variant.rows)
+                compiled_parts(lanes, part.variant)
+                Engine(part, threads, self.workers, lanes, deliver, watch).run(None, points)
                 self.done += len(points)
-        return out
+        return features
 
 
 def _unknown_values(keys: dict[str, Any], z: Array) -> dict[str, Array]:
@@ -302,22 +302,24 @@ def _fit_summary(
     study: Study,
     measured: Measured,
     keys: dict[str, Any],
-    found: Posterior,
+    fitted: Posterior,
     predicted: dict[str, Array],
 ) -> dict[str, Any]:
     from scipy.special import ndtr
 
-    part = ndtr(found.z)
-    order = np.argsort(found.z, axis=0)
-    widths, correlations = found.widths, found.correlations
+    quantiles = ndtr(fitted.z)
+    order = np.argsort(fitted.z, axis=0)
+    widths, correlations = fitted.widths, fitted.correlations
     unknowns = []
     for i, (key, numbers) in enumerate(keys.items()):
-        edges = np.cumsum(found.weights[order[:, i]])
-        ranked = part[order[:, i], i]
-        at = [float(ranked[min(int(np.searchsorted(edges, q)), len(edges) - 1)]) for q in QUANTILES]
+        edges = np.cumsum(fitted.weights[order[:, i]])
+        ranked = quantiles[order[:, i], i]
+        marginal = [
+            float(ranked[min(int(np.searchsorted(edges, q)), len(edges) - 1)]) for q in QUANTILES
+        ]
         low, high = (
-            float(found.weights @ side)
-            for side in (part[:, i] < AT_THE_END, part[:, i] > 1 - AT_THE_END)
+            float(fitted.weights @ side)
+            for side in (quantiles[:, i] < AT_THE_END, quantiles[:, i] > 1 - AT_THE_END)
         )
         width = float(widths[i])
         unknowns.append(
@@ -326,7 +328,7 @@ def _fit_summary(
                 "units": next(axis.units for axis in study.unknowns if axis.key == key),
                 "prior": quantile(numbers, np.array(QUANTILES)).tolist(),
                 "posterior": quantile(
-                    numbers, np.clip(np.array(at), 2.0**-54, 1 - 2.0**-54)
+                    numbers, np.clip(np.array(marginal), 2.0**-54, 1 - 2.0**-54)
                 ).tolist(),
                 "width": width,
                 "told": "well" if width < GOOD_GAIN else "partly" if width < LEAST_GAIN else "not",
@@ -344,47 +346,47 @@ def _fit_summary(
         for j in range(i)
         if abs(correlations[i, j]) > TIGHT and max(widths[[i, j]]) < 1.5
     ]
-    freedom = max(len(found.spread) - len(keys), 1)
-    chance = float(chi2.sf(found.misfit, freedom))
+    freedom = max(len(fitted.spread) - len(keys), 1)
+    chance = float(chi2.sf(fitted.misfit, freedom))
     return {
         "kind": "fit",
         "title": study.title,
         "data": measured.source,
         "points": measured.points,
-        "values": len(found.spread),
+        "values": len(fitted.spread),
         "notes": list(measured.notes),
         "features": [
-            _feature_summary(name, measured, predicted[name], found) for name in measured.values
+            _feature_summary(name, measured, predicted[name], fitted) for name in measured.values
         ],
         "unknowns": unknowns,
         "together": pairs,
-        "runs": found.runs * measured.points,
-        "samples": found.runs,
-        "failed": found.failed,
-        "rounds": found.rounds,
-        "effective": found.size,
-        "beta": found.beta,
-        "misfit": found.misfit / len(found.spread),
+        "runs": fitted.runs * measured.points,
+        "samples": fitted.runs,
+        "failed": fitted.failed,
+        "rounds": fitted.rounds,
+        "effective": fitted.size,
+        "beta": fitted.beta,
+        "misfit": fitted.misfit / len(fitted.spread),
         "chance": chance,
         "explained": chance >= SURE,
     }
 
 
 def _feature_summary(
-    name: str, measured: Measured, predicted: Array, found: Posterior
+    name: str, measured: Measured, predicted: Array, fitted: Posterior
 ) -> dict[str, Any]:
-    there = np.isfinite(measured.values[name])
-    places = list(measured.values).index(name) * measured.points + np.flatnonzero(there)
-    at = np.searchsorted(measured.flat[2], places)
-    error, spread = measured.errors[name][there], found.spread[at]
-    away = np.median(predicted[:, there], axis=0) - measured.values[name][there]
+    is_measured = np.isfinite(measured.values[name])
+    places = list(measured.values).index(name) * measured.points + np.flatnonzero(is_measured)
+    where = np.searchsorted(measured.flat[2], places)
+    error, spread = measured.errors[name][is_measured], fitted.spread[where]
+    residual = np.median(predicted[:, is_measured], axis=0) - measured.values[name][is_measured]
     return {
         "name": name,
         "units": plain_units(BY_NAME[name].units),
-        "points": int(there.sum()),
+        "points": int(is_measured.sum()),
         "error": float(np.sqrt(np.mean(error**2))),
         "spread": float(np.sqrt(np.mean(spread**2))),
-        "deviation": float(np.sqrt(np.mean(away**2 / (error**2 + 2 * spread**2)))),
+        "deviation": float(np.sqrt(np.mean(residual**2 / (error**2 + 2 * spread**2)))),
     }
 
 

@@ -54,7 +54,7 @@ class RefinementGrid:
         distinct = rows[known] if self.plan.chain_length > 1 else rows[known, 0]
         _, members, inverse = np.unique(distinct, axis=0, return_index=True, return_inverse=True)
         members, classes[known] = np.flatnonzero(known)[members], inverse.ravel()
-        # A failed run tells nothing about its neighbours: each is a class of its own.
+        # The response near a failed run is unknown: each failed run is its own class.
         failed = known & np.any(rows < UNKNOWN, axis=1)
         classes[failed] = -1 - np.flatnonzero(failed)
         step = refine(

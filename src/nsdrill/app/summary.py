@@ -27,7 +27,7 @@ from nsdrill.store import flag_words, read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
 
-# the rooms of variables from which labels are made
+# the rooms of the variables that decide labels
 MEASURED = ("feature", "label", "section", "trust")
 
 
@@ -223,8 +223,8 @@ def _axis(results: Results, name: str) -> dict[str, Any]:
 
 
 def _counts(name: str, values: np.ndarray) -> dict[str, int]:
-    found, counts = np.unique(values, return_counts=True)
-    return {flag_words(BY_NAME[name], int(v)): int(c) for v, c in zip(found, counts, strict=True)}
+    codes, counts = np.unique(values, return_counts=True)
+    return {flag_words(BY_NAME[name], int(v)): int(c) for v, c in zip(codes, counts, strict=True)}
 
 
 def intervals(results: Results) -> list[dict[str, Any]]:
@@ -405,8 +405,8 @@ def new_labels(
                 "thresholds: nsdrill run with the same --set."
             )
     labels = {name: values for name, values in labels.items() if name in results.variables}
-    now = datetime.now(UTC).isoformat(timespec="seconds")
-    line = f"{now} nsdrill {__version__} classify {' '.join(overrides)}".rstrip()
+    timestamp = datetime.now(UTC).isoformat(timespec="seconds")
+    line = f"{timestamp} nsdrill {__version__} classify {' '.join(overrides)}".rstrip()
     return (
         labels,
         line,

@@ -1,8 +1,8 @@
 """The files: run log, results, trace, branches, exports. Each has one writer at a time,
 and a file appears under its name only when it is complete.
 
-The modules are imported lazily, so that the size of a record, say, can be computed
-without importing h5py.
+The modules are imported lazily, so that the size of a record can be computed without
+importing h5py.
 """
 
 from __future__ import annotations
