@@ -123,8 +123,7 @@ def run(
     overwrite: bool = False,
     progress: bool | Callable[[Progress], object] = True,
 ) -> Dataset:
-    """Run a study and return its results, from the file ``path`` or, without one, in
-    memory.
+    """Run a study and return its results; with ``path`` they are written there.
 
     ``set`` changes keys of the study, as in :func:`load_study`. ``workers`` is the
     number of parallel runs, by default that of the processors; ``engine`` is
