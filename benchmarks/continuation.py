@@ -16,7 +16,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import nsdrill
-from nsdrill.app.continuing import setting_of
+from nsdrill.app.continuing import continuation_setup
 from nsdrill.orbit.arclength import corrected_at_parameter
 from nsdrill.orbit.flow import Legs
 from nsdrill.orbit.frame import rotated
@@ -31,11 +31,11 @@ STUDY = {
 
 
 def main() -> None:
-    setting = setting_of(nsdrill.load_study(STUDY))
-    flow = setting.flow(("rotary_speed",), (0.1,), 1)
+    setup = continuation_setup(nsdrill.load_study(STUDY))
+    flow = setup.flow(("rotary_speed",), (0.1,), 1)
     values = np.array([[SPEED]])
-    table = setting.model.pack(setting.values(values, ("rotary_speed",)), setting.study.thresholds)
-    state = setting.model.starts(setting.values(values, ("rotary_speed",)), 0)[0, :-1]
+    table = setup.model.pack(setup.values(values, ("rotary_speed",)), setup.study.thresholds)
+    state = setup.model.starts(setup.values(values, ("rotary_speed",)), 0)[0, :-1]
     fold = 2 * np.pi / 3
     for _ in range(40):  # let it settle
         ends = flow.run(
@@ -51,12 +51,12 @@ def main() -> None:
     state = point.found.state
 
     right_hand_side, rows = (
-        setting.model.right_hand_side(1, setting.fixed),
-        setting.model.rows(setting.fixed),
+        setup.model.right_hand_side(1, setup.variant),
+        setup.model.rows(setup.variant),
     )
     buffer = np.zeros(rows.total)
     buffer[rows.parameter : rows.parameter + rows.parameters] = table[0]
-    frame_rate = setting.model.frame_rates(table, setting.fixed)[0]
+    frame_rate = setup.model.frame_rates(table, setup.variant)[0]
 
     def slopes(t, y):  # type: ignore[no-untyped-def]
         buffer[rows.stage : rows.stage + 8] = y

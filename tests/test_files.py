@@ -218,7 +218,7 @@ def test_a_log_that_is_gone_is_not_called_safe(tmp_path: Path) -> None:
     with RunLog.create(part, header(), POINTS, Kept(0)) as log:
         log.write([0, 1], made(2, 0))
         log.sync()
-        assert log.standing().startswith(f"2 of {POINTS} points are safe in {part}. Go on")
+        assert log.recovery_text().startswith(f"2 of {POINTS} points are safe in {part}. Go on")
         folder.rename(tmp_path / "moved")
         with pytest.raises(
             NsdrillError, match=r"its folder was moved.* 2 of 120 points are in that file"
@@ -230,4 +230,4 @@ def test_a_log_that_is_gone_is_not_called_safe(tmp_path: Path) -> None:
             match="was deleted while the run wrote it, and its 2 of 120 points are lost",
         ):
             log.sync()
-        assert "safe" not in log.standing()
+        assert "safe" not in log.recovery_text()

@@ -30,13 +30,13 @@ from nsdrill.app.arguments import (
 )
 from nsdrill.app.datasets import (
     branches_in,
-    checked,
     data_in,
     is_dataset,
     is_figure,
-    of_whole,
+    missing_variable_errors,
     outline_in,
     results_in,
+    validated,
     with_variables,
 )
 from nsdrill.app.wording import python_words
@@ -57,7 +57,7 @@ if TYPE_CHECKING:
 
     PathLike: TypeAlias = str | os.PathLike[str]
     StudyLike: TypeAlias = Study | PathLike | Mapping[str, Any]
-    ResultsLike: TypeAlias = Any  # a Dataset, of whose type mypy knows nothing, or a PathLike
+    ResultsLike: TypeAlias = Any  # a Dataset, whose type mypy does not know, or a PathLike
     Quantity: TypeAlias = float | str
     Settings: TypeAlias = Mapping[str, Any] | Sequence[str] | None
 
@@ -66,8 +66,8 @@ _R = TypeVar("_R")
 
 
 def _in_words_of_python(function: Callable[_P, _R]) -> Callable[_P, _R]:
-    """``function`` with errors that name its arguments, where the layers below name
-    options of the command line."""
+    """``function`` with errors that name its arguments in place of command-line
+    options."""
 
     @functools.wraps(function)
     def call(*args: _P.args, **more: _P.kwargs) -> _R:
@@ -96,12 +96,11 @@ def _in_words_of_python(function: Callable[_P, _R]) -> Callable[_P, _R]:
 def load_study(study: StudyLike, set: Settings = None) -> Study:
     """The study in a file, a text or a mapping, checked, with the defaults filled in.
 
-    ``study``: the name of a YAML file; or the YAML itself, which a string is that has a
-    line break or a colon and a blank in it; or a mapping with the keys of a study file,
-    nested (``{"operation": {"wob": "30 kN"}}``) or dotted
-    (``{"operation.wob": "30 kN"}``). In a mapping values are as in a file: a quantity
-    is a text with its unit, and a bare number for one is an error, as nobody sees in
-    which unit it was meant.
+    ``study``: the name of a YAML file; or YAML text, a string with a line break or with
+    a colon and a blank; or a mapping with the keys of a study file, nested
+    (``{"operation": {"wob": "30 kN"}}``) or dotted (``{"operation.wob": "30 kN"}``).
+    Values in a mapping are as in a file: a quantity is a text with its unit, and a bare
+    number for one is an error, as its unit is ambiguous.
 
     ``set``: keys to change, a mapping by dotted keys with values of the same kind, or
     texts ``"key=value"`` as the command line takes them. FileError where a file cannot
@@ -124,26 +123,25 @@ def run(
     overwrite: bool = False,
     progress: bool | Callable[[Progress], object] = True,
 ) -> Dataset:
-    """Run a study and give its results: into the file ``path``, or in memory without
-    one.
+    """Run a study and return its results; with ``path`` they are written there.
 
-    ``set`` changes keys of the study, as in :func:`load_study`. ``workers`` run side by
-    side, by default as many as there are processors; ``engine`` is ``"threads"`` or
-    ``"dask"``, with the address of a ``scheduler`` where one is running. The numbers do
-    not depend on any of them.
+    ``set`` changes keys of the study, as in :func:`load_study`. ``workers`` is the
+    number of parallel runs, by default that of the processors; ``engine`` is
+    ``"threads"`` or ``"dask"``, with the address of a running ``scheduler`` if there is
+    one. The numbers do not depend on any of them.
 
-    With a path, finished points are safe in ``path.part`` at every moment: after an
-    interrupt, which is a KeyboardInterrupt, the same call with ``resume=True`` runs
-    what is missing. ``retry_failed=True`` also runs failed points again. An existing
-    file is an error without ``overwrite=True``.
+    With a path, finished points are safe in ``path.part`` at all times: after a
+    KeyboardInterrupt the same call with ``resume=True`` runs what is missing.
+    ``retry_failed=True`` also runs failed points again. An existing file is an error
+    without ``overwrite=True``.
 
     ``progress``: True for a bar on stderr in terminals and notebooks, or a line every
-    10 s where there is neither; False for nothing; or a function that is called with a
-    :class:`Progress` some times a second. What it raises ends the run, which can be
-    resumed. Gives the Dataset of the results, opened from ``path`` and read when it is
-    used. A RunWarning says how many points failed; they are marked in ``status``.
-    InputError, before anything has run, where the study is no sweep, an argument is
-    wrong, or memory or disk are too small.
+    10 s elsewhere; False for none; or a function that is called with a
+    :class:`Progress` a few times a second. An exception from it ends the run, which can
+    be resumed. Returns the Dataset of the results, which reads ``path`` lazily. A
+    RunWarning says how many points failed; their ``status`` gives the reason.
+    InputError, before anything runs, where the study is not a sweep, an argument is
+    invalid, or memory or disk are too small.
     """
     from nsdrill.app.run import check_sweep, run_in_memory, run_study
     from nsdrill.store import check_target, open_results
@@ -169,12 +167,15 @@ def run(
     if path is not None:
         path = name_in(path, "path")
         keep_apart(study, path)
-        check_target(path)  # before a cluster is started for nothing
-    with _crew(engine, scheduler, workers) as (executor, count), reporting(progress) as watch:
+        check_target(path)  # before a cluster is started
+    with (
+        _executor_of(engine, scheduler, workers) as (executor, count),
+        reporting(progress) as watch,
+    ):
         if path is None:
             results = run_in_memory(loaded, workers=count, watch=watch, executor=executor)
         else:
-            outcome = run_study(
+            result = run_study(
                 loaded,
                 path,
                 workers=count,
@@ -185,7 +186,7 @@ def run(
                 executor=executor,
             )
     if path is not None:
-        _warn_failed(outcome.failed, outcome.points)
+        _warn_failed(result.failed, result.points)
         return open_results(path)
     from nsdrill.variables import has_failed
 
@@ -205,20 +206,20 @@ def continue_branches(
     overwrite: bool = False,
     progress: bool | Callable[[str], object] = False,
 ) -> Dataset:
-    """Follow the motions of a study along the number that its section ``continue``
-    names, stable or not, and give their branches: into the file ``path``, or in memory
-    without one.
+    """Follow the motions of a study, stable and unstable, along the number that its
+    section ``continue`` names, and return their branches; with ``path`` they are
+    written there.
 
     ``seeds`` is the name of a results file whose settled points are followed, in place
-    of what the study says. The Dataset has the dimension ``branch`` (``motion``,
+    of the seeds of the study. The Dataset has the dimension ``branch`` (``motion``,
     ``lobes``, ``parent``, ``end_reason``, ``row_size``) and the dimension ``point``,
-    all branches one after the other: the number continued, ``state`` at the drive angle
+    branch after branch: the number continued, ``state`` at the drive angle
     0 in SI, ``period`` [s], ``multiplier_real`` and ``multiplier_imag``, how many of
     them are ``unstable``, the ``label`` of special points, and the features of results
     over one period. ``set`` changes keys of the study, ``workers``, ``resume`` and
     ``overwrite`` are as in :func:`run`; ``progress``: True for lines on stderr, or a
     function that is called with each of them. InputError where the study has no section
-    ``continue``, or nothing to follow is found.
+    ``continue``, or no motion to follow is found.
     """
     from nsdrill.app.continuing import continue_study
 
@@ -265,31 +266,31 @@ def simulate(
     orbit: str | os.PathLike[str] | None = None,
     point: int | None = None,
 ) -> Dataset:
-    """Simulate one operating point of a study, or along its ramps, and give the trace:
+    """Simulate one operating point of a study, or its ramps, and return the trace:
     variables over ``time`` [s].
 
     ``depth`` [m], ``wob`` [N] and ``rotary_speed`` [rad/s] are by default those of the
-    study's ``operation``; a value given here takes the place of a ramp. ``at`` holds
+    study's ``operation``; an argument replaces a ramp. ``at`` holds
     those, or any other number of the study, by key:
     ``at={"bit.rock_stiffness": "25 MN/m"}``; ``at={"sample": 17}`` takes the uncertain
-    numbers of a sample. ``start`` is the number of the start where the study has
+    numbers from a sample. ``start`` is the number of the start where the study has
     several. The run takes ``duration`` [s], by default the study's transient and
-    observed time, or until the last knot of a ramp, and is sampled every ``sample`` [s]
+    observation, or until the last knot of a ramp, and is sampled every ``sample`` [s]
     (10 ms). ``set`` changes keys of the study, as in :func:`load_study`. With
-    ``orbit``, a file of branches, it is the motion at its ``point``, a number from 0,
-    over one period, stable or not; the study is that of the branches.
+    ``orbit``, a file of branches, the trace is the motion at its ``point``, a number
+    from 0, over one period, stable or not; the study is that of the branches.
 
-    A RunWarning says where the run ended early; the trace then holds what was computed
-    before, and its attribute ``status`` says why. InputError for values outside the
+    A RunWarning says that the run ended early; the trace then ends there, and its
+    attribute ``status`` says why. InputError for values outside the
     model.
     """
     from nsdrill.app import trajectory
     from nsdrill.study.keys import keys_of
 
     loaded = study_in(study, set)
-    given = values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
+    values = values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
     if orbit is not None or point is not None:
-        if given or start is not None or orbit is None or point is None:
+        if values or start is not None or orbit is None or point is None:
             raise InputError(
                 "simulate: found a choice of the point, or one of orbit and point; "
                 "allowed: both alone."
@@ -305,17 +306,17 @@ def simulate(
                 loaded, lambda texts: study_in(loaded, texts), orbit, int(number or 0), **spans
             )[0]
         )
-    further = []
-    for key, value in given.items():
-        # one of the numbers of the study, checked as if it stood there
+    changes = []
+    for key, value in values.items():
+        # another number of the study, checked as a key of the study
         if key not in (*_OPERATION, "sample"):
-            further.append(f"{key}={keys_of(loaded.model).leaf(key, loaded.resolved).text(value)}")
+            changes.append(f"{key}={keys_of(loaded.model).leaf(key, loaded.resolved).text(value)}")
     result = trajectory.simulate(
-        study_in(loaded, further),
-        at_sample=given.get("sample"),
-        depth=given.get("depth"),
-        wob=given.get("wob"),
-        rotary_speed=given.get("rotary_speed"),
+        study_in(loaded, changes),
+        at_sample=values.get("sample"),
+        depth=values.get("depth"),
+        wob=values.get("wob"),
+        rotary_speed=values.get("rotary_speed"),
         start=number_in("start", start),
         duration=None if duration is None else seconds_in("duration", duration),
         sample=seconds_in("sample", "10 ms" if sample is None else sample),
@@ -335,19 +336,19 @@ def replay(
     start: int | None = None,
     sample: Quantity = "10 ms",
 ) -> Dataset:
-    """Run one point of results again, from its stored initial state, and give its
+    """Run one point of results again, from its stored initial state, and return its
     trace.
 
     ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] and ``at``, which holds values
-    of any axes by key, and the ``sample`` where numbers are uncertain, say which point;
-    the nearest of the sweep is taken. An axis with a single value may be left out, and
-    so may ``procedure`` (``"same"``, ``"up"``, ``"down"``) where there is one only.
+    of any axes by key, and the ``sample`` where numbers are uncertain, select the
+    nearest point of the sweep. An axis with a single value may be left out, and so may
+    ``procedure`` (``"same"``, ``"up"``, ``"down"``) if the results have only one.
     ``start`` is the number of the start where every operating point has several. The
-    run is sampled every ``sample`` [s]. A Dataset has to be whole, as :func:`run` or
-    :func:`open_results` gave it.
+    run is sampled every ``sample`` [s]. A Dataset must be complete, as returned by
+    :func:`run` or :func:`open_results`.
 
     The attribute ``same_bits`` of the trace is 1 where the run ends in the stored final
-    state, bit for bit; a RunWarning says where it does not, and what differs.
+    state, bit for bit; else a RunWarning says what differs.
     InputError for a point beyond the sweep, or one that has not been run.
     """
     from nsdrill.app import trajectory
@@ -356,12 +357,12 @@ def replay(
     if is_dataset(results):
         names = ("status", "initial_state", "final_state")
         source = with_variables(data_in(results, names), "replay", names)
-    asked = values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
+    values = values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
     if procedure is not None and procedure not in _PROCEDURES:
         raise InputError(f"procedure: found {procedure!r}; allowed: {', '.join(_PROCEDURES)}.")
     result = trajectory.replay(
         source if source is not results else name_in(results),
-        at=asked,
+        at=values,
         procedure=procedure,
         start=number_in("start", start),
         sample=seconds_in("sample", sample),
@@ -383,14 +384,14 @@ def replay(
 
 @_in_words_of_python
 def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
-    """Give results new labels with other thresholds; nothing is run again.
+    """Label results again with other thresholds; nothing is run again.
 
     ``changes`` are keys of ``classify`` with their new values,
     ``{"classify.stick_slip.stick_slip_index": 60}``, or texts ``"key=value"``; without
-    any, the thresholds of the study are restored. Given the name of a file, the file
-    gets the new labels, in one step, and is opened; given a Dataset, which has to be
-    whole, another one with the new labels comes back, and the Dataset stays as it was.
-    What was done is added to the attribute ``history``.
+    any, the thresholds of the study are restored. If ``results`` is the name of a file,
+    its labels are replaced, in one step, and it is opened; if it is a Dataset, which
+    must be complete, a copy with the new labels is returned. The attribute ``history``
+    records the change.
     """
     from nsdrill.app.summary import MEASURED, reclassify, relabelled
     from nsdrill.models.registry import model_in
@@ -416,8 +417,8 @@ def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
 
 @_in_words_of_python
 def show(data: ResultsLike, *, units: str = "si") -> str:
-    """What is in results, an unfinished run or a trace, in words and numbers, as the
-    command ``nsdrill show`` says it, in ``units`` si or field."""
+    """The summary of results, an unfinished run, branches or a trace that the command
+    ``nsdrill show`` prints, in ``units`` si or field."""
     if units not in ("si", "field"):
         raise InputError(f"units: found {units!r}; allowed: si or field.")
     from nsdrill.app.summary import needed, summarize
@@ -428,7 +429,7 @@ def show(data: ResultsLike, *, units: str = "si") -> str:
         from nsdrill.app.branch_summary import summarize_branches
 
         return "\n".join(lines(name, summarize_branches(branches), units))
-    with of_whole("show"):
+    with missing_variable_errors("show"):
         return "\n".join(lines(name, summarize(data_in(data, needed())), units))
 
 
@@ -457,14 +458,14 @@ def plot(
     style: PathLike | Mapping[str, Any] | None = None,
 ) -> Figure:
     """Draw results, an unfinished run or a trace, or a :func:`chart` of a study, and
-    give the matplotlib Figure.
+    return the matplotlib Figure.
 
     A notebook shows the figure where it is the value of a cell; ``figure.savefig`` or
-    :func:`save` writes it to a file. pyplot knows nothing of it. ``kind`` says what to
-    draw, by default what fits the data; a wrong one is told with all that fit. ``ax``
-    is drawn into, for kinds that have one axes, say ``orbit`` of a trace, or ``map`` of
-    one procedure; its title is left alone, and the Figure that it belongs to comes
-    back.
+    :func:`save` writes it to a file. It is not registered with pyplot. ``kind`` is the
+    kind of figure, by default one that fits the data; the error for another one lists
+    all that fit. Kinds with a single axes, such as ``orbit`` of a trace or ``map`` of
+    one procedure, can be drawn into ``ax``; its title is unchanged, and its Figure is
+    returned.
 
     ``units``: ``"si"`` (m, kN, rad/s) or ``"field"`` (ft, klbf, rpm). ``depth``,
     ``wob``, ``rotary_speed`` and ``at`` cut a sweep at the nearest values of these
@@ -477,8 +478,8 @@ def plot(
     ``width`` and ``height`` of the figure are lengths ("3.3 in"), ``font_size`` is in
     points; ``title`` is a text in place of the usual title, or False for none;
     ``style`` is a style file of matplotlib, one of its styles, or a mapping of its
-    settings. What you have changed in matplotlib's ``rcParams`` holds as well. ``xlim``
-    limits the axis that lies across, ``time`` the part of a trace that is drawn; either
+    settings. Changes of matplotlib's ``rcParams`` apply as well. ``xlim`` limits the
+    horizontal axis, ``time`` the part of a trace that is drawn; either
     end of ``time`` may be None. InputError where the kind, or an argument, does not
     fit.
     """
@@ -581,7 +582,7 @@ def plot(
             drawn, kind, units=units, at=chosen or None, start=start, look=wanted, **options
         )
 
-    with of_whole("plot"):
+    with missing_variable_errors("plot"):
         if ax is None:
             figure = picture()
             if missing := getattr(figure, "missing", ""):
@@ -609,15 +610,14 @@ def animate(
     overwrite: bool = False,
 ) -> str:
     """Write a film of ``trace``: the collar in the hole, to scale, with bit and collar
-    turning.
+    rotating.
 
-    ``path`` ends in ``.gif`` or ``.mp4``; where there is no ffmpeg, which MP4 needs, a
-    GIF is written in its place. Gives the name of the file that was written. The film
-    shows the part of the trace between the two ``time`` [s], by default the last five
-    turns of the bit; ``speed`` 2 is twice as fast as nature. ``units``, ``width`` and
-    ``title`` are as in :func:`plot`. FileError where the file is there already, unless
-    ``overwrite``; InputError where the trace has no collar that moves in a hole, or the
-    film would be too long.
+    ``path`` ends in ``.gif`` or ``.mp4``; without ffmpeg, which MP4 requires, a GIF is
+    written instead. Returns the name of the written file. The film shows the part of
+    the trace between the two ``time`` [s], by default the last five revolutions of the
+    bit; ``speed`` 2 is twice real time. ``units``, ``width`` and ``title`` are as in
+    :func:`plot`. FileError where the file exists, unless ``overwrite``; InputError
+    where the trace has no collar that moves in a hole, or the film would be too long.
     """
     from nsdrill.data import Trace
     from nsdrill.plot import look_of
@@ -632,7 +632,7 @@ def animate(
     written = film_name(name_in(path, "path"))
     claim_file(written, overwrite)
     look = look_of(width=width, title=title, time=time)
-    with of_whole("animate"):
+    with missing_variable_errors("animate"):
         animate(data, written, units=units, look=look, speed=speed, overwrite=overwrite)
     return written
 
@@ -652,17 +652,16 @@ def chart(
     title: str | bool | None = None,
     style: PathLike | Mapping[str, Any] | None = None,
 ) -> Figure:
-    """Draw a chart of a study, for which nothing is run, and give the matplotlib
-    Figure.
+    """Draw a chart of a study, without a run, and return the matplotlib Figure.
 
     ``kind``: ``"critical-speeds"`` against depth, or ``along`` another axis that the
     study sweeps; ``"buckling"`` loads against the inclination of the hole, or ``along``
-    an axis; ``"drive-card"``, how much of a torsional wave each drive throws back;
-    ``"drive-tuning"``, the fall of friction that a soft-torque drive holds, over its
-    gain and frequency. ``set`` changes keys of the study, as in :func:`load_study`;
-    ``ax``, ``units``, ``width``, ``height``, ``font_size``, ``title`` and ``style`` are
-    as in :func:`plot`. InputError where the kind is not known, or the study does not
-    have what it shows.
+    an axis; ``"drive-card"``, the share of a torsional wave that each drive reflects;
+    ``"drive-tuning"``, the decrease of friction with speed that a soft-torque drive
+    stabilises, over its gain and frequency. ``set`` changes keys of the study, as in
+    :func:`load_study`; ``ax``, ``units``, ``width``, ``height``, ``font_size``,
+    ``title`` and ``style`` are as in :func:`plot`. InputError where the kind is not
+    known, or the study does not have what it shows.
     """
     from nsdrill.app.charts import draw_chart
     from nsdrill.plot import look_of
@@ -693,10 +692,10 @@ def view(
     the file ``over`` above them.
 
     A notebook shows the explorer in a frame of ``height`` pixels where it is the value
-    of a cell; its ``url`` opens in any browser on this machine. It goes on until its
+    of a cell; its ``url`` opens in any browser on this machine. It runs until its
     ``close()`` or the end of this process. ``set`` changes keys of a study, as in
-    :func:`load_study`; ``units`` are si or field. FileError where the file is no
-    results and no study.
+    :func:`load_study`; ``units`` are si or field. FileError where the file is
+    none of these.
     """
     from nsdrill.plot.labels import check_units
     from nsdrill.web.notebook import View
@@ -722,14 +721,14 @@ def view(
 def window(
     results: ResultsLike, severity: int | None = None, confidence: float | None = None
 ) -> dict[str, Any]:
-    """The safe window of results: where one may run whatever the history, as plain data
-    in SI units.
+    """The safe operating window of results: the points that are safe for every history,
+    as plain data in SI units.
 
-    Safe are points without critical response in every procedure, or with ``severity``
-    those of which no severity exceeds it (0 to 4). Of results with samples of uncertain
-    numbers a point is safe where a run is so with a probability of at least
-    ``confidence`` (0 to 1; 0.9 where none is given); the recommended point has its
-    ``probability`` and the 95 % interval of it. The keys are those of
+    A point is safe if it has no critical response in any procedure, or with
+    ``severity`` (0 to 4) if none of its severities exceeds that. With samples of
+    uncertain numbers it is safe if a run is safe with a probability of at least
+    ``confidence`` (0 to 1; default 0.9); the recommended point then has its
+    ``probability`` with a 95 % interval. The keys are those of
     ``nsdrill window --json``.
     """
     from nsdrill.analysis.probability import needed
@@ -747,14 +746,14 @@ def window(
 
 @_in_words_of_python
 def probability(results: ResultsLike, severity: int | None = None) -> Dataset:
-    """How probable a safe run and each response are at every operating point of results
-    with samples of uncertain numbers: a Dataset with ``probability``, ``low`` and
-    ``high``, the ends of its 95 % interval, and ``unknown``.
+    """The probability of a safe run and of each response at every operating point of
+    results with samples of uncertain numbers: a Dataset with ``probability``, the ends
+    ``low`` and ``high`` of its 95 % interval, and ``unknown``.
 
     Dimensions are ``outcome`` (``safe`` and the responses), the swept axes, and
-    ``history`` where there are several procedures: each of them, and ``every``, where
-    safe is safe in all of them and a response is there in any. ``severity`` is as in
-    :func:`window`. InputError of results without samples.
+    ``history`` where there are several procedures: each of them, and ``every``, for
+    which a point is safe in all of them, or has a response in any. ``severity`` is as
+    in :func:`window`. InputError for results without samples.
     """
     from nsdrill.app.probability import dataset
     from nsdrill.app.window import read_for_window
@@ -769,11 +768,11 @@ def probability(results: ResultsLike, severity: int | None = None) -> Dataset:
 
 @_in_words_of_python
 def sensitivity(results: ResultsLike, severity: int | None = None) -> dict[str, Any]:
-    """Which uncertain number matters most, of results with samples, as plain data in SI
-    units: for the safe run and for each feature that decides on a response the Sobol
-    indices of every unknown, and which to ``measure_first``. The keys are those of
-    ``nsdrill sensitivity --json``. A Dataset may be a part of the results,
-    ``data.sel(wob=40e3)`` say: the answers are summed over its operating points.
+    """The sensitivity of results with samples to each uncertain number, as plain data
+    in SI units: the Sobol indices of every unknown for the safe run and for each
+    feature that decides on a response, and which unknown to ``measure_first``. The keys
+    are those of ``nsdrill sensitivity --json``. A Dataset may be a part of the results,
+    such as ``data.sel(wob=40e3)``; the indices sum over its operating points.
     ``severity`` is as in :func:`window`.
     """
     from nsdrill.analysis.sensitivity import needed
@@ -816,18 +815,18 @@ def fit(
     or over time. ``rename`` has the names of nsdrill by heads of the file, ``ignore``
     heads to pass over (``"*"`` for all that are not known), ``errors`` standard
     deviations by name, as ``{"surface_torque_max": "0.2 kft*lbf"}``, in percent, or in
-    SI as numbers; ``skip_gaps`` passes over rows with gaps. Of a table over time, a
+    SI as numbers; ``skip_gaps`` passes over rows with gaps. In a table over time, a
     stretch of constant settings lasts at least ``shortest`` [s], of which the first
     part, ``settle`` [s], is not used.
 
-    Rounds of ``batch`` samples are run, at most so many ``rounds``; ``samples`` are
-    left in the study that comes out. With ``path`` the study is written there, and
-    until then every round is kept beside it: after a KeyboardInterrupt, or a power cut,
-    the same call with ``resume=True`` makes the runs that are missing, and the result
-    has the bits of an undisturbed fit.
+    The fit runs at most ``rounds`` rounds of ``batch`` samples; the adjusted study has
+    ``samples`` samples. With ``path`` the study is written there, and until then every
+    round is saved next to it: after a KeyboardInterrupt, or a power cut, the same call
+    with ``resume=True`` makes the missing runs, with the same bits as an uninterrupted
+    fit.
 
-    ``set``, ``workers``, ``overwrite`` and ``progress`` are as in :func:`run`. Gives a
-    :class:`nsdrill.app.fit.Fit`: its ``note`` is what ``nsdrill fit --json`` prints,
+    ``set``, ``workers``, ``overwrite`` and ``progress`` are as in :func:`run`. Returns
+    a :class:`nsdrill.app.fit.Fit`: its ``note`` is what ``nsdrill fit --json`` prints,
     its ``study`` the text of the adjusted study, ``picture()`` a figure. InputError
     where the study has no unknown, or something in the file cannot be used.
     """
@@ -854,15 +853,15 @@ def fit(
         loaded,
         Reading(rename or {}, tuple(ignore), errors or {}, skip_gaps, *times),
     )
-    for doubt in app.far_from_the_sweep(loaded, measured):
-        warnings.warn(doubt, RunWarning, stacklevel=3)
-    kept = Rounds()
+    for text in app.far_from_the_sweep(loaded, measured):
+        warnings.warn(text, RunWarning, stacklevel=3)
+    calls = Rounds()
     if path is not None:
         path = name_in(path, "path")
         keep_apart(study, path)
         keep_apart(data, path)
-        kept = Rounds.beside(path, loaded, measured, batch, overwrite=overwrite, resume=resume)
-    with kept.guarding(), reporting(progress) as watch:
+        calls = Rounds.beside(path, loaded, measured, batch, overwrite=overwrite, resume=resume)
+    with calls.guarding(), reporting(progress) as watch:
         found = app.fit(
             loaded,
             measured,
@@ -871,11 +870,11 @@ def fit(
             samples=samples,
             workers=workers,
             watch=watch,
-            kept=kept,
+            kept=calls,
         )
         if path is not None:
             write_text(path, found.study, overwrite=overwrite or resume)
-            kept.discard()
+            calls.discard()
     return found
 
 
@@ -897,11 +896,11 @@ def attractors(results: ResultsLike) -> list[dict[str, Any]]:
 
     A list with one entry for each operating point in the order of the results: the
     values of the axes in SI units, the numbers of ``starts``, ``failed``, ``pending``,
-    ``unsettled`` and ``ungrouped`` ones, and ``attractors``, by falling share:
+    ``unsettled`` and ``ungrouped`` ones, and ``attractors``, by decreasing share:
     ``number``, the same for one attractor in all entries, ``response``, ``whirl_kind``,
     ``motion`` and ``period`` where recorded, ``members``, ``unsettled`` members,
     ``share`` of the starts that ended well and its 95 % interval ``low`` to ``high``
-    (None in a slice, whose starts are no sample), and the median ``features`` in SI
+    (None in a slice, whose starts are not a sample), and the median ``features`` in SI
     (None where not finite). FileError where every operating point has one start.
     """
     from nsdrill.analysis.attractors import NEEDED
@@ -930,10 +929,10 @@ def check(study: StudyLike, set: Settings = None) -> Report:
 
 @_in_words_of_python
 def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
-    """What differs between two results or traces, ``a`` and ``b``, as plain data in SI
-    units: ``same_study`` (but for the title), ``same_numbers`` (to the bit), and in
-    ``study``, ``made``, ``axes``, ``points``, ``responses`` and ``variables`` what, as
-    in ``nsdrill diff --json``."""
+    """The differences between two results or traces, ``a`` and ``b``, as plain data in
+    SI units: ``same_study`` (apart from the title) and ``same_numbers`` (to the bit);
+    and details in ``study``, ``made``, ``axes``, ``points``, ``responses`` and
+    ``variables``, as in ``nsdrill diff --json``."""
     from nsdrill.app import diff as app
 
     one, two = (data_in(data, None) if is_dataset(data) else name_in(data) for data in (a, b))
@@ -944,9 +943,9 @@ def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
 def combine(
     results: Sequence[ResultsLike], path: PathLike | None = None, overwrite: bool = False
 ) -> Dataset:
-    """One set of results made of several whose studies differ in one number, which
-    becomes an axis: the one that a sweep of that axis would have given, to the bit.
-    With a ``path`` it is written there; an existing file is an error without
+    """Combine results whose studies differ in one number, which becomes an axis. The
+    result equals that of a sweep of that axis, to the bit. With a ``path`` it is
+    written there; an existing file is an error without
     ``overwrite=True``. InputError where they differ in anything else."""
     from nsdrill.app import combine as app
     from nsdrill.app import saving
@@ -966,9 +965,9 @@ def combine(
 
 @_in_words_of_python
 def open_results(path: PathLike) -> Dataset:
-    """The file ``path`` as a Dataset: results, which are read when they are used; a
-    trace; branches; or the points so far of an unfinished run (``path.part``). Close
-    it, or use ``with``, when done. FileError where it cannot be read."""
+    """The file ``path`` as a Dataset: results, which are read lazily; a trace;
+    branches; or the points so far of an unfinished run (``path.part``). Close it after
+    use, or use ``with``. FileError where it cannot be read."""
     from nsdrill.app.reading import read_any
     from nsdrill.store import kind_of, open_branches, open_results
     from nsdrill.store.dataset import to_dataset
@@ -984,14 +983,13 @@ def open_results(path: PathLike) -> Dataset:
 
 @_in_words_of_python
 def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> None:
-    """Write results or a trace to the file ``path``, whole or not at all: HDF5
+    """Write results, a trace or branches to the file ``path``, in one step: HDF5
     (``.h5``), netCDF (``.nc``) or a table (``.csv``, one row for each point or sample,
     with units in the headings); or a figure of :func:`plot` (``.png``, ``.pdf``,
     ``.svg``).
 
-    FileError where the file is there already, unless ``overwrite``; InputError for
-    other endings, or a Dataset that lacks variables or has others than nsdrill's, which
-    no file of nsdrill holds.
+    FileError where the file exists, unless ``overwrite``; InputError for other endings,
+    or for a Dataset that lacks variables of its kind of file or has further ones.
     """
     from nsdrill.app import saving
     from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
@@ -1025,7 +1023,7 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
             f"own variables. Leave "
             "the others out with drop_vars, or write all with to_netcdf."
         )
-    saving.save(checked(from_dataset(dataset)), path, overwrite=overwrite)
+    saving.save(validated(from_dataset(dataset)), path, overwrite=overwrite)
 
 
 def _check_severity(severity: Any) -> None:
@@ -1051,7 +1049,7 @@ def _check_engine(engine: Any, scheduler: Any) -> None:
         raise InputError("scheduler: found with engine='threads'; allowed: with engine='dask'.")
 
 
-def _crew(engine: str, scheduler: str | None, workers: int | None) -> Any:
+def _executor_of(engine: str, scheduler: str | None, workers: int | None) -> Any:
     """A context with the executor, None for threads of this process, and the number of
     workers."""
     if engine != "dask":
@@ -1071,7 +1069,7 @@ def _warn_failed(failed: int, points: int) -> None:
 
 
 def _trace(result: Trajectory) -> Dataset:
-    """The trace of a run, with a warning where it ended early."""
+    """The trace of a run as a Dataset; RunWarning where it ended early."""
     from nsdrill.app.wording import ENDINGS
     from nsdrill.store.dataset import to_dataset
     from nsdrill.variables import OK

@@ -159,7 +159,7 @@ def test_a_sweep_too_large_for_the_memory_is_refused_before_it_begins(
 def test_where_chains_go_on_however_they_are_looked_at(
     procedure: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from nsdrill.app import passes
+    from nsdrill.app import stages
     from nsdrill.sweep.plan import Plan
 
     axes = {
@@ -173,7 +173,7 @@ def test_where_chains_go_on_however_they_are_looked_at(
     for chain, place in enumerate(wanted):
         pending[plan.points_of(chain, np.arange(place))] = False
     for block in (1, 3, length, 2 * length, 1000):
-        monkeypatch.setattr(passes, "_BLOCK", block)
+        monkeypatch.setattr(stages, "_BLOCK", block)
         assert (
-            passes._first_pending(plan, pending, np.arange(plan.chains)).tolist() == wanted.tolist()
+            stages._first_pending(plan, pending, np.arange(plan.chains)).tolist() == wanted.tolist()
         )

@@ -20,7 +20,7 @@ from pythons import SRC, pythons, run
 
 import nsdrill
 from nsdrill.abi import COMPILED
-from nsdrill.app.cluster import _compared, dask_executor
+from nsdrill.app.cluster import _call_on_same_versions, dask_executor
 from nsdrill.app.provenance import model_digest, unlike, versions
 from nsdrill.app.run import Interrupted, run_study
 from nsdrill.app.trajectory import replay
@@ -327,8 +327,8 @@ def test_a_worker_with_other_versions_is_refused(
 
 
 def test_a_worker_that_joined_later_is_refused() -> None:
-    assert _compared(versions(), {}, divmod, 7, 2) == (3, 1)
+    assert _call_on_same_versions(versions(), {}, divmod, 7, 2) == (3, 1)
     with pytest.raises(NsdrillError, match=r"other versions \(Python 3\.1 there"):
-        _compared({**versions(), "python": "3.1.2"}, {}, divmod, 7, 2)
+        _call_on_same_versions({**versions(), "python": "3.1.2"}, {}, divmod, 7, 2)
     with pytest.raises(NsdrillError, match="another version of the model spring, or none"):
-        _compared(versions(), {"spring": "0123456789abcdef"}, divmod, 7, 2)
+        _call_on_same_versions(versions(), {"spring": "0123456789abcdef"}, divmod, 7, 2)

@@ -131,7 +131,7 @@ def test_further_figures(call: Call, small: Path) -> None:
         ),
         (
             ["simulation.observe=20 s"],
-            "Short: at 1 rad/s the observed window of 20 s holds only 3.18 turns",
+            "Short: at 1 rad/s the observation of 20 s holds only 3.18 revolutions",
         ),
         (
             ["simulation.observe=20 s"],

@@ -183,13 +183,13 @@ def test_nothing_is_left_of_a_finished_file(made: Path, call: Call) -> None:
 
 
 def test_what_leaves_its_motion_has_no_features() -> None:
-    from nsdrill.app.continuing import followed
+    from nsdrill.app.continuing import stays_on_motion
 
     growth, circles = (
         np.array([1.24, 1.24, 2e6, 1.0001, 1e5]),
         np.array([True, False, False, True, False]),
     )
-    assert followed(growth, circles).tolist() == [False, True, False, True, True]
+    assert stays_on_motion(growth, circles).tolist() == [False, True, False, True, True]
 
 
 def test_curves_over_a_map_are_asked_for_by_name(made: Path, call: Call) -> None:

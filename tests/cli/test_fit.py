@@ -11,7 +11,7 @@ import pytest
 
 import nsdrill
 from nsdrill.analysis.fitting import Measured
-from nsdrill.app.fit import _Runs, _values, unknowns_of
+from nsdrill.app.fit import _Simulator, _unknown_values, unknowns_of
 from nsdrill.errors import InputError
 
 from .helpers import Call
@@ -269,8 +269,8 @@ def test_its_runs_have_the_bits_of_studies_of_their_own(tmp_path):
     measured = Measured("made up", at, values, values, ("a", "b", "c"))
     z = np.array([[0.3, -0.2], [-1.0, 0.7]])
     keys = unknowns_of(study)
-    found = _Runs(study, measured, keys, 2, lambda progress: None, 10)(z)
-    drawn = _values(keys, z)
+    found = _Simulator(study, measured, keys, 2, lambda progress: None, 10)(z)
+    drawn = _unknown_values(keys, z)
     for sample in range(2):
         for point in range(3):
             sets = {

@@ -101,15 +101,15 @@ def test_only_the_runs_that_are_missing_are_made():
         with kept.guarding():
             return [remembered(z).tolist() for z in samples]
 
-    remembered = kept.of(model)
+    remembered = kept.recording(model)
     with pytest.raises(KeyboardInterrupt, match="27 runs are safe"):
         fit()
     kept = Rounds.beside("new.yaml", study, measured, 16, resume=True)
-    remembered = kept.of(model)
+    remembered = kept.recording(model)
     assert fit() == [(z * z).tolist() for z in samples]
     assert calls == [5, 4, 3, 3]
     with pytest.raises(FileError, match="not those that these versions"):
-        Rounds.beside("new.yaml", study, measured, 16, resume=True).of(model)(samples[1])
+        Rounds.beside("new.yaml", study, measured, 16, resume=True).recording(model)(samples[1])
 
 
 def test_more_rounds_go_on_from_fewer():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson, solve_ivp
 
-from nsdrill.app.ramped import follow, scheduled
+from nsdrill.app.ramped import run_schedule, schedule_of
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate
 from nsdrill.models.christoforou_yigit.coefficients import derive
@@ -136,7 +136,7 @@ def test_the_energy_balance_holds_along_a_ramp(softening: str) -> None:
     trace = simulate(study, duration=6.0, sample=2e-4).trace
     assert np.max(trace["wall_force"]) > 0
     assert np.any(trace["bit_force"] == 0)
-    point = scheduled(study, {}).at(trace.time)
+    point = schedule_of(study, {}).at(trace.time)
     state = state_of(trace)
     e = energy(study.parameters, point, state)
     fed = powers(study.parameters, point, state)
@@ -185,10 +185,11 @@ def test_finer_segments_change_nothing() -> None:
         wob="{ramp: [[0 s, 20 kN], [5 s, 30 kN]]}",
         speed="{ramp: [[0 s, 4 rad/s], [5 s, 5 rad/s]]}",
     )
-    schedule = scheduled(study, {})
+    schedule = schedule_of(study, {})
     initial = initial_states(study.parameters, study.initial, *vars(schedule.start).values())[0]
     ends = [
-        follow(study, schedule, 5.0, initial, 2, 5.0, pieces)[4] for pieces in (16, 64, 256, 512)
+        run_schedule(study, schedule, 5.0, initial, 2, 5.0, pieces)[4]
+        for pieces in (16, 64, 256, 512)
     ]
     scale = np.maximum(np.abs(ends[-1]), [1e-3, 1e-2, 1e-3, 1e-2, 1e-4, 1e-3, 0.1, 1, 1])
     errors = [np.max(np.abs(end - ends[-1]) / scale) for end in ends[:-1]]

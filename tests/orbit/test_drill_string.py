@@ -10,7 +10,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 import nsdrill
 from nsdrill.analysis.bifurcations import DOUBLING, FOLD, HOPF
-from nsdrill.app.continuing import setting_of
+from nsdrill.app.continuing import continuation_setup
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import rotated
@@ -211,7 +211,7 @@ def test_multipliers_across_contacts(bounce):
     the integral of the divergence (Liouville); of three periods they are the third
     powers."""
     study, data = bounce
-    setting = setting_of(study)
+    setup = continuation_setup(study)
     one = orbit_at(data, 3.6)
     assert float(one["touches"].sel(contact=data["contact"] == "rock").values.item()) == 1.0
     assert float(one["lift_off_fraction"]) > 0.0
@@ -220,7 +220,7 @@ def test_multipliers_across_contacts(bounce):
     values = np.array([[number]])
 
     def flow(rtol):
-        base = setting.flow(("rotary_speed",), (0.2,), 1)
+        base = setup.flow(("rotary_speed",), (0.2,), 1)
         return Flow(base.equations, rtol=rtol)
 
     def monodromy(rtol, periods=1):
@@ -228,7 +228,7 @@ def test_multipliers_across_contacts(bounce):
             state[None], np.zeros(1), np.array([periods * fold / number]), values, np.ones(1, bool)
         )
         ends = flow(rtol).run(legs)
-        return rotated(setting.symmetry, ends.monodromy[0].T, -periods * fold).T
+        return rotated(setup.symmetry, ends.monodromy[0].T, -periods * fold).T
 
     state_scales = flow(1e-11).state_scales(values)[0]
     scaled = [
@@ -250,7 +250,7 @@ def test_multipliers_across_contacts(bounce):
     worst = []
     for matrix, there in zip(flow(1e-14).run(legs).monodromy, stored, strict=True):
         finest = np.linalg.eigvals(
-            rotated(setting.symmetry, matrix.T, -fold).T * state_scales / state_scales[:, None]
+            rotated(setup.symmetry, matrix.T, -fold).T * state_scales / state_scales[:, None]
         )
         worst.append(max(np.min(np.abs(finest - one)) for one in there))
     assert max(worst) < 1e-8
@@ -268,7 +268,7 @@ def test_multipliers_across_contacts(bounce):
             np.repeat(values, 2, axis=0),
             np.zeros(2, bool),
         )
-        ends = rotated(setting.symmetry, flow(1e-13).run(legs).state, -fold)
+        ends = rotated(setup.symmetry, flow(1e-13).run(legs).state, -fold)
         differences[:, j] = (ends[0] - ends[1]) / (2 * h)
     assert np.max(np.abs(differences * state_scales / state_scales[:, None] - scaled[0])) < 1e-4
 
@@ -464,8 +464,8 @@ def test_multipliers_where_equations_are_not_linearised(extra):
     )
     data = nsdrill.continue_branches(study)
     assert list(data["motion"].values) == ["equilibrium"]
-    setting = setting_of(study)
-    flow = Flow(setting.flow(("rotary_speed",), (0.2,), 1).equations, rtol=1e-12)
+    setup = continuation_setup(study)
+    flow = Flow(setup.flow(("rotary_speed",), (0.2,), 1).equations, rtol=1e-12)
     one = data.isel(point=1)
     number, state, period = float(one["rotary_speed"]), one["state"].values, float(one["period"])
     states, values = len(state), np.array([[number]])
@@ -479,9 +479,9 @@ def test_multipliers_where_equations_are_not_linearised(extra):
         np.repeat(values, many, axis=0),
         np.zeros(many, bool),
     )
-    ends = rotated(setting.symmetry, flow.run(legs).state, -number * period)
+    ends = rotated(setup.symmetry, flow.run(legs).state, -number * period)
     differences = ((ends[:states] - ends[states:]) / (2.0 * h[:, None])).T
-    free = list(setting.symmetry.free)
+    free = list(setup.symmetry.free)
     wanted = np.sort_complex(np.linalg.eigvals(differences[np.ix_(free, free)]))
     stored = one["multiplier_real"].values + 1j * one["multiplier_imag"].values
     assert np.sort_complex(stored) == pytest.approx(wanted, abs=1e-6)

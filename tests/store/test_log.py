@@ -23,7 +23,7 @@ from nsdrill.errors import FileError, NsdrillError
 from nsdrill.models.kept import Kept
 from nsdrill.models.registry import described
 from nsdrill.store import RunLog, log_header, pending_records, read_partial
-from nsdrill.store.records import seal, slot_dtype
+from nsdrill.store.records import pack_slots, slot_dtype
 
 from .samples import POINTS, header, made
 
@@ -296,7 +296,7 @@ def test_a_log_of_format_2_goes_on(part):
     }
     text = json.dumps(fields).encode()
     head = struct.pack("<16sIIQ", log_header.MAGIC, 2, zlib.crc32(text), len(text)) + text
-    slots = seal(np.arange(POINTS), records, zlib.crc32(text))
+    slots = pack_slots(np.arange(POINTS), records, zlib.crc32(text))
     part.write_bytes(head.ljust(log_header.first_slot(len(head)), b"\0") + slots.tobytes())
     with RunLog.open(part) as log:
         assert log.read(0, POINTS).tobytes() == records.tobytes()

@@ -215,7 +215,7 @@ def test_a_run_that_ends_early_gives_no_state_and_no_nan_in_json(tmp_path: Path)
     size = int.from_bytes(body[:4], "little")
     json.loads(body[4 : 4 + size], parse_constant=lambda name: pytest.fail(name))
     with pytest.raises(InputError, match="Choose a point again"):
-        session.motions.checked(session.motions.at(session.motions.own), np.full(9, np.nan))
+        session.motions.validated_state(session.motions.at(session.motions.own), np.full(9, np.nan))
 
 
 def test_a_part_file_can_be_explored(shared: Path, tmp_path: Path) -> None:

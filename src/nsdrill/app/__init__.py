@@ -1,1 +1,2 @@
-"""The use cases, one file each: what the commands do, for scripts as well."""
+"""The use cases, one module each: the functions behind the commands and the Python
+functions."""

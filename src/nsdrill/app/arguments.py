@@ -1,5 +1,5 @@
-"""What Python users give, in whatever form: studies, changes of them, names of files,
-quantities, numbers."""
+"""Conversion of the arguments of Python functions: studies, changes of them, names of
+files, quantities, numbers."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ if TYPE_CHECKING:
     from nsdrill.study.keys import Leaf
     from nsdrill.study.study import Study
 
-THE_STUDY = "the study"  # what messages call one that is no file
+THE_STUDY = "the study"  # the name in messages of a study that is not a file
 
 
 def study_in(study: Any, set: Any, name: str = THE_STUDY) -> Study:
-    """The study in whatever form, with keys changed."""
+    """``study`` as a Study: a Study, the name of a file, YAML text or a mapping.
+    ``set`` changes keys; ``name`` is its name in messages."""
     from nsdrill.study.load import load_study, parse_study
     from nsdrill.study.read import yaml_text
     from nsdrill.study.study import Study
@@ -36,7 +37,7 @@ def study_in(study: Any, set: Any, name: str = THE_STUDY) -> Study:
     if isinstance(study, Mapping):
         try:
             return parse_study(yaml_text(study, name), name, texts)
-        except StudyError as error:  # whose lines are those of a text that nobody has seen
+        except StudyError as error:  # without lines of the generated text
             raise StudyError(
                 name, [replace(fault, line=None, column=None) for fault in error.faults]
             ) from None
@@ -56,7 +57,7 @@ def study_in(study: Any, set: Any, name: str = THE_STUDY) -> Study:
 
 
 def texts_in(changes: Any, name: str) -> list[str]:
-    """Keys to change as texts ``key=value``."""
+    """Changes of keys as texts ``key=value``; ``name`` is that of the argument."""
     from nsdrill.study.read import override_texts
 
     if changes is None:
@@ -85,7 +86,8 @@ def name_in(path: Any, name: str = "results") -> str:
 
 
 def keep_apart(study: Any, path: str) -> None:
-    """InputError where the results would replace the study that they are made from."""
+    """InputError where ``path`` is the file of the study, which the output would
+    replace."""
     try:
         same = isinstance(study, str | os.PathLike) and os.path.samefile(study, path)
     except (OSError, ValueError):
@@ -95,22 +97,22 @@ def keep_apart(study: Any, path: str) -> None:
 
 
 def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
-    """The values of axes by their keys, in SI: those of ``at``, and those given apart;
-    the axes are those of the ``study``, else of any model. ``at`` may have the number
-    of a sample, too."""
+    """The values of axes by key, in SI: those of ``at`` and those given as arguments
+    (``apart``). The axes are those of the ``study``, else of any model; ``at`` may also
+    have the number of a sample."""
     from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean, keys_of
     from nsdrill.variables import dimension_of
 
     leaves = axes_of_all()
     if study is not None:
-        keys_there = keys_of(study.model)
+        study_keys = keys_of(study.model)
         leaves = {
-            name: keys_there.leaf(leaf.key, study.resolved)
-            for name, leaf in keys_there.axes.items()
+            name: study_keys.leaf(leaf.key, study.resolved)
+            for name, leaf in study_keys.axes.items()
         }
     leaves = {**leaves, SAMPLE_LEAF.key: SAMPLE_LEAF}
     keys = {dimension_of(key): key for key in leaves}
-    found = {
+    values = {
         key: _quantity(key, value, leaves[key]) for key, value in apart.items() if value is not None
     }
     if not isinstance(at, Mapping) and at is not None:
@@ -125,14 +127,14 @@ def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
                 f"at: found the key {name!r}; allowed: the key of an "
                 f"axis.{f' {hint}' if hint else ''}"
             )
-        if key in found:
+        if key in values:
             raise InputError(f"at: found a second value of {key}; allowed: each key once.")
-        found[key] = _quantity(f"at[{name!r}]", value, leaves[key])
-    return found
+        values[key] = _quantity(f"at[{name!r}]", value, leaves[key])
+    return values
 
 
 def _quantity(name: str, value: Any, leaf: Leaf) -> float:
-    """A quantity in SI, within the range of its key."""
+    """A quantity in SI; InputError outside the range of its key."""
     from nsdrill.study.keys import shown
     from nsdrill.units import QuantityError
 
@@ -141,10 +143,12 @@ def _quantity(name: str, value: Any, leaf: Leaf) -> float:
             return float(leaf.read(value))
         number = _float(value)
         if number is None or not leaf.low <= number <= leaf.high:
-            odd = number is None and not isinstance(value, str | bool | list | dict | None)
+            is_other_type = number is None and not isinstance(
+                value, str | bool | list | dict | None
+            )
             found = (
                 f"a value of the type {type(value).__name__}"
-                if odd
+                if is_other_type
                 else shown(value if number is None else number)
             )
             raise QuantityError(found, leaf.allowed())
@@ -171,7 +175,7 @@ def seconds_in(name: str, value: Any) -> float:
 
 
 def _float(value: Any) -> float | None:
-    """A number of Python, numpy or xarray as a float, None where it is none."""
+    """A number of Python, numpy or xarray as a float; None for anything else."""
     import numpy as np
 
     if getattr(value, "ndim", None) == 0:
@@ -192,7 +196,7 @@ def is_whole(value: Any) -> bool:
 
 
 def number_in(name: str, value: Any) -> int | None:
-    """A number that counts, or None."""
+    """An integer argument, or None."""
     if value is None:
         return None
     if getattr(value, "ndim", None) == 0:

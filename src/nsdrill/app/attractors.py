@@ -1,5 +1,5 @@
-"""The attractors of a sweep with several starts: grouped when all starts are there,
-told as plain data."""
+"""The attractors of a sweep with several starts: grouped when all starts have run, and
+summarised as plain data."""
 
 from __future__ import annotations
 
@@ -28,12 +28,11 @@ _BLOCK = 1 << 14  # starts in memory at once
 
 
 def names_needed(model: Description) -> tuple[str, ...]:
-    """The variables from which starts of this model are grouped; some need not be
-    there."""
+    """The variables by which starts of this model are grouped; some are optional."""
     return tuple(dict.fromkeys((*NEEDED, *IF_THERE, *model.compared, *model.grouped)))
 
 
-def mark(study: Study, plan: Plan, log: Sink) -> None:
+def write_attractors(study: Study, plan: Plan, log: Sink) -> None:
     """Write the attractor of every start into the finished ``log``."""
     step = points_in_block(log.kept)
     kept = {variable.name for variable in log.kept.variables}
@@ -42,14 +41,14 @@ def mark(study: Study, plan: Plan, log: Sink) -> None:
     ranges = [
         (begin, min(begin + per_block, plan.points)) for begin in range(0, plan.points, per_block)
     ]
-    found = _numbers(
+    numbers = _attractor_numbers(
         study, plan, (columns(log, names, *ends) for ends in ranges), study.thresholds.attractors
     )
     for first in range(0, plan.points, step):
         records = log.read(first, min(first + step, plan.points))
-        given = found[first : first + step]
-        changed = np.flatnonzero((records["status"] == OK) & (records["attractor"] != given))
-        records["attractor"] = given
+        block = numbers[first : first + step]
+        changed = np.flatnonzero((records["status"] == OK) & (records["attractor"] != block))
+        records["attractor"] = block
         log.write(first + changed, records[changed])
     log.sync()
 
@@ -57,40 +56,45 @@ def mark(study: Study, plan: Plan, log: Sink) -> None:
 def labels_of(
     study: Study, plan: Plan, variables: Mapping[str, Array], thresholds: Attractors
 ) -> Array:
-    """The attractors of the points of ``plan``, on the grid; ``variables`` on the grid
-    as well."""
+    """The attractor of each point of ``plan``, on the grid, as are the
+    ``variables``."""
     needed = {
         name: variables[name].ravel()
         for name in names_needed(described(study.model))
         if name in variables
     }
-    return _numbers(study, plan, [needed], thresholds).reshape(plan.grid)
+    return _attractor_numbers(study, plan, [needed], thresholds).reshape(plan.grid)
 
 
-def _numbers(
+def _attractor_numbers(
     study: Study, plan: Plan, blocks: Iterable[Mapping[str, Array]], thresholds: Attractors
 ) -> Array:
-    """The attractors of the points of ``plan``; ``blocks`` have the variables of whole
-    operating points in turn."""
-    groups, found, done = [], [], 0
+    """The number of the attractor of each point of ``plan``: int16 [points]. ``blocks``
+    have the variables of complete operating points, in order."""
+    groups, group_places, first = [], [], 0
     for block in blocks:
         variables = {name: values.reshape(-1, plan.starts) for name, values in block.items()}
         size = len(variables["status"])
-        points = np.arange(done, done + size)
-        apart, along = _coordinates(study, variables, plan.values(points * plan.starts))
-        group = label(variables, apart, thresholds.tolerance)
-        place = places(variables, group, along)
+        points = np.arange(first, first + size)
+        grouping, matching = _coordinates(study, variables, plan.values(points * plan.starts))
+        group = label(variables, grouping, thresholds.tolerance)
+        place = places(variables, group, matching)
         groups.append(group)
-        found.append(replace(place, point=done + place.point))
-        done += size
-    every = Places(
-        *(np.concatenate([getattr(some, item.name) for some in found]) for item in fields(Places))
+        group_places.append(replace(place, point=first + place.point))
+        first += size
+    all_places = Places(
+        *(
+            np.concatenate([getattr(block_places, item.name) for block_places in group_places])
+            for item in fields(Places)
+        )
     )
-    numbers = np.minimum(number(every, plan.shape, thresholds.matching), np.iinfo(np.int16).max)
-    # The groups of an operating point are numbered from 1, and those of the next one
-    # follow.
+    numbers = np.minimum(
+        number(all_places, plan.shape, thresholds.matching), np.iinfo(np.int16).max
+    )
+    # The groups of an operating point are numbered from 1; those of all operating
+    # points follow each other in ``numbers``.
     group = np.concatenate(groups)
-    begin = np.searchsorted(every.point, np.arange(len(group)))
+    begin = np.searchsorted(all_places.point, np.arange(len(group)))
     chosen = np.where(group > 0, begin[:, None] + group, 0)
     return np.concatenate([[0], numbers]).astype(np.int16)[chosen].ravel()
 
@@ -98,9 +102,9 @@ def _numbers(
 def _coordinates(
     study: Study, variables: Mapping[str, Array], values: Mapping[str, Array]
 ) -> tuple[Array, Array]:
-    """By which starts are told apart and matched along the axes
-    (:meth:`nsdrill.models.base.Model.coordinates`), at operating points with these
-    ``values`` [points]."""
+    """The coordinates by which starts are grouped, and those by which groups are
+    matched along the axes (:meth:`nsdrill.models.base.Model.coordinates`), at operating
+    points with these ``values`` [points]."""
     model = model_named(study.model)
     places, several = [], []
     for apart, there in in_parts(study.model, values):
@@ -114,8 +118,8 @@ def _coordinates(
         places.append(np.arange(len(values["depth"]))[there])
         several.append(model.coordinates(here, table, model.variant(at.parameters)))
     order = np.argsort(np.concatenate(places))
-    one, other = (np.concatenate(parts)[order] for parts in zip(*several, strict=True))
-    return one, other
+    grouping, matching = (np.concatenate(parts)[order] for parts in zip(*several, strict=True))
+    return grouping, matching
 
 
 def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]:
@@ -128,8 +132,9 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
     share: ``number``, the same for one attractor in all entries, ``response``,
     ``whirl_kind``, ``motion`` and ``period`` where recorded, ``members``, ``unsettled``
     members, ``share`` of the starts that ended well and its 95 % interval ``low`` to
-    ``high`` (None in a slice, whose starts are no sample), and the median ``features``
-    in SI (None where not finite). FileError where every operating point has one start.
+    ``high`` (None in a slice, whose starts are not a sample), and the median
+    ``features`` in SI (None where not finite). FileError where every operating point
+    has one start.
     """
     results = source if isinstance(source, Results) else read_results(source)
     if "start" not in results.coords:
@@ -140,8 +145,8 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
             "initial.ensemble, say --set initial.ensemble=64."
         )
     starts = len(results.coords["start"])
-    told = model_in(results.attrs).told
-    names = dict.fromkeys((*NEEDED, *IF_THERE, *told, "attractor"))
+    features = model_in(results.attrs).told
+    names = dict.fromkeys((*NEEDED, *IF_THERE, *features, "attractor"))
     flat = {name: results[name].reshape(-1, starts) for name in names if name in results.variables}
     sampled = not results.slice
     places = np.ndindex(*results.shape[1:-1])
@@ -152,28 +157,33 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
                 for name, i in zip(results.grid[1:-1], place, strict=True)
             },
             **counts,
-            "attractors": [plain(one, sampled) for one in found],
+            "attractors": [attractor_as_data(one, sampled) for one in found],
         }
-        for place, (found, counts) in zip(places, describe(flat, told), strict=True)
+        for place, (found, counts) in zip(places, describe(flat, features), strict=True)
     ]
 
 
-def plain(one: Attractor, sampled: bool) -> dict[str, Any]:
-    """An attractor with its labels in words."""
+def attractor_as_data(attractor: Attractor, sampled: bool) -> dict[str, Any]:
+    """An attractor as plain data, with its labels in words. Only starts that are
+    ``sampled`` have an interval of the share."""
     data: dict[str, Any] = {
-        "number": one.number,
-        "response": flag_words(BY_NAME["response"], one.response),
-        "whirl_kind": flag_words(BY_NAME["whirl_kind"], one.whirl_kind),
+        "number": attractor.number,
+        "response": flag_words(BY_NAME["response"], attractor.response),
+        "whirl_kind": flag_words(BY_NAME["whirl_kind"], attractor.whirl_kind),
     }
-    if one.motion is not None:
-        data |= {"motion": flag_words(BY_NAME["motion"], one.motion), "period": one.period}
+    if attractor.motion is not None:
+        data |= {
+            "motion": flag_words(BY_NAME["motion"], attractor.motion),
+            "period": attractor.period,
+        }
     return data | {
-        "members": one.members,
-        "unsettled": one.unsettled,
-        "share": one.share,
-        "low": one.low if sampled else None,
-        "high": one.high if sampled else None,
+        "members": attractor.members,
+        "unsettled": attractor.unsettled,
+        "share": attractor.share,
+        "low": attractor.low if sampled else None,
+        "high": attractor.high if sampled else None,
         "features": {
-            name: value if np.isfinite(value) else None for name, value in one.features.items()
+            name: value if np.isfinite(value) else None
+            for name, value in attractor.features.items()
         },
     }

@@ -1,5 +1,5 @@
-"""What is in a file of branches, as plain data: branches, where they are stable,
-special points in words."""
+"""The summary of a file of branches, as plain data: the branches, their stable parts,
+and their special points in words."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from nsdrill.models.registry import model_in
 
 
 def summarize_branches(data: Any) -> dict[str, Any]:
-    """Plain data for ``show`` of a Dataset of branches."""
+    """The summary that ``show`` prints of a Dataset of branches, as plain data."""
     attrs = data.attrs
     along = str(attrs.get("along", "rotary_speed"))
     numbers = data[along].values
@@ -96,7 +96,8 @@ def _branch(data: Any, number: int, part: slice, numbers: Array, meanings: Any) 
 
 
 def _beside(unstable: Array, labels: Array, place: int, step: int) -> int | None:
-    """How many multipliers are unstable at the nearest regular point to one side."""
+    """The number of unstable multipliers at the nearest regular point in the direction
+    ``step`` (1 or -1); None where there is none."""
     at = place + step
     while 0 <= at < len(labels):
         if labels[at] in (0, END):
@@ -106,7 +107,7 @@ def _beside(unstable: Array, labels: Array, place: int, step: int) -> int | None
 
 
 def stable_parts(unstable: Array) -> list[tuple[int, int]]:
-    """First and last points of the stable parts of a branch."""
+    """The first and last points of the stable parts of a branch."""
     stable = np.concatenate([[False], unstable == 0, [False]]).astype(int)
     begins, ends = np.flatnonzero(np.diff(stable) == 1), np.flatnonzero(np.diff(stable) == -1) - 1
     return [(int(a), int(b)) for a, b in zip(begins, ends, strict=True) if b > a]
@@ -115,14 +116,14 @@ def stable_parts(unstable: Array) -> list[tuple[int, int]]:
 def _curves(data: Any, meanings: Any) -> list[dict[str, Any]]:
     if "curve_row_size" not in data:
         return []
-    found, first = [], 0
+    curves, first = [], 0
     along, over = str(data.attrs["along"]), str(data.attrs["over"])
     for number, size in enumerate(data["curve_row_size"].values.tolist()):
         part = slice(first, first + size)
         first += size
         meaning = meanings[int(data["curve_label"].values[number])]
         ends = {name: data[f"curve_{name}"].values[part] for name in (along, over)}
-        found.append(
+        curves.append(
             {
                 "curve": number,
                 "label": meaning.name,
@@ -139,4 +140,4 @@ def _curves(data: Any, meanings: Any) -> list[dict[str, Any]]:
                 },
             }
         )
-    return found
+    return curves

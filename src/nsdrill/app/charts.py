@@ -1,4 +1,5 @@
-"""Charts of a study that need no integration: which one, along what, and its numbers."""
+"""Charts of a study that need no integration: the choice of a chart and its
+numbers."""
 
 from __future__ import annotations
 
@@ -29,9 +30,12 @@ if TYPE_CHECKING:
     from nsdrill.study.study import Study
 
 VALUES = 181  # along an axis
-SHALLOWEST, DEEPEST = 0.15, 1.6  # the depths where the study sweeps none, in that of its operation
+SHALLOWEST, DEEPEST = (
+    0.15,
+    1.6,
+)  # depths of a chart without a swept depth: share of the part above the collars, factor
 LEAST_INCLINATION = math.radians(0.5)
-# What a model has of the charts: the function by the name of the chart.
+# The function of a model that makes each chart.
 MAKERS = {
     "critical-speeds": "critical_speeds",
     "buckling": "buckling_along",
@@ -48,8 +52,8 @@ def draw_chart(
     units: str = "si",
     look: Look | None = None,
 ) -> Figure:
-    """The chart ``kind`` of a study as a figure. InputError where the kind is not
-    known, or the study lacks what it shows."""
+    """The chart ``kind`` of a study as a figure. InputError where the kind is unknown,
+    or the study lacks the quantities that it shows."""
     from nsdrill.plot import draw
     from nsdrill.plot.charts import Chart
 
@@ -70,8 +74,9 @@ def draw_chart(
 def chart_of(study: Study, kind: str | None, along: str | None = None) -> Numbers:
     """The numbers of the chart ``kind``, in SI, ``along`` an axis that the study
     sweeps; by default along the depth, ``buckling`` along the inclination of the hole.
-    InputError where the kind is not known, or the study does not have what it shows."""
-    name = (kind or "").replace("_", "-")  # as other kinds are written
+    InputError where the kind is unknown, or the study lacks the quantities that it
+    shows."""
+    name = (kind or "").replace("_", "-")  # spelled like the other kinds
     known = kinds_of(STUDY)
     if name not in known:
         near = difflib.get_close_matches(name, known, n=1)
@@ -100,7 +105,7 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Number
                 f"--along: found with --kind {name}, which is of one point; allowed: with the "
                 f"other charts."
             )
-        modes = getattr(study.parameters, "modes", None)  # not every model has modes to freeze
+        modes = getattr(study.parameters, "modes", None)  # not every model has modes
         if modes is not None and modes.torsional == "frozen":
             raise InputError(
                 f"--kind {name}: found modes.torsional: frozen; allowed: a string that twists."
@@ -123,7 +128,7 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Number
 
 
 def _axis(study: Study, along: str) -> str:
-    """The key of an axis as the study has it."""
+    """The key in the study of the axis ``along``; InputError where it is not swept."""
     keys = {dimension_of(key): key for key in (*study.swept, "depth")}
     wanted = dimension_of(along.removeprefix("operation."))
     if wanted not in keys:
@@ -136,7 +141,8 @@ def _axis(study: Study, along: str) -> str:
 
 
 def _values(study: Study, key: str, operation: Operation) -> np.ndarray:
-    """Values along an axis, between the ends of the sweep, as close as a line takes."""
+    """Values [SI] along an axis between the ends of the sweep, dense enough for a
+    line."""
     if key in study.swept:
         low, high = float(study.axes[key][0]), float(study.axes[key][-1])
     else:
@@ -162,7 +168,7 @@ def _points(
 
 
 def _without_frozen(study: Study, chart: CriticalSpeeds) -> CriticalSpeeds:
-    """Without the speeds of motions that the string does not have."""
+    """``chart`` without the critical speeds of frozen motions."""
     modes, none = study.parameters.modes, chart.lateral[:0]
     if modes.lateral == "frozen":
         chart = replace(chart, lateral=none)

@@ -1,5 +1,5 @@
-"""Check a study without running it: the derived coefficients, what an engineer reads
-off them, and warnings."""
+"""Check a study without running it: its coefficients, the quantities derived from
+them, and warnings."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from nsdrill.models.schedule import Ramp
 from nsdrill.quantity import amount, unit_in
 from nsdrill.study.study import Study
 
-LEAST_TURNS = 20
-LARGE = 2e9  # bytes of results
+LEAST_REVOLUTIONS = 20
+LARGE = 2e9  # bytes of results, above which a warning says so
 
 
 @dataclass(frozen=True)
 class Report:
-    """What ``check`` finds at the study's ``operation``: coefficients (None of a model
-    without), derived quantities, and warnings in plain sentences. Of a refined sweep
-    ``points`` are those of the finest grid, ``coarse_points`` those that are run in any
-    case. A run takes ``disk`` [bytes] at most and ``memory`` [bytes] about; both are 0
-    where a ramp stands in place of a sweep. ``method`` says how friction is integrated:
-    explicit, implicit, or both, each at some points."""
+    """What ``check`` gives for the study at its ``operation``: coefficients (None for a
+    model without them), derived quantities (``figures``), and warnings in plain
+    sentences. For a refined sweep ``points`` counts the finest grid, ``coarse_points``
+    those that run in any case. A run takes at most ``disk`` [bytes] and about
+    ``memory`` [bytes]; both are 0 for a ramp without a sweep. ``method`` says how
+    friction is integrated: explicit, implicit, or both, each at some points."""
 
     operation: Operation
     coefficients: Any
@@ -47,7 +47,7 @@ class Report:
     memory: float
     method: tuple[str, ...] = ("explicit",)
     told: Mapping[str, tuple[str, str]] = field(default_factory=dict)
-    """The units and the meanings of the coefficients."""
+    """The units and the meaning of each coefficient."""
 
     def as_json(self) -> dict[str, Any]:
         """Plain data for ``--json``."""
@@ -88,24 +88,24 @@ class Report:
 
 
 def check(study: Study, units: str = "si") -> Report:
-    """Coefficients and derived quantities at the operating point of ``study``, for a
-    ramp that at its start, and warnings over its whole sweep and its ramps, whose
-    sentences are in the ``units`` "si" or "field". ``points`` and ``chains`` are 0
-    where a ramp stands in place of a sweep."""
+    """Coefficients and derived quantities at the operating point of ``study`` (of a
+    ramp: at its start), and warnings over its whole sweep and its ramps, in the
+    ``units`` "si" or "field". ``points`` and ``chains`` are 0 for a ramp without a
+    sweep."""
     plan = plan_of(study)
     operation = operation_of(study)
     parameters = study.parameters
-    if any(map(words_of, study.swept)):  # what other words read
+    if any(map(words_of, study.swept)):  # keys that the chosen words do not read take defaults
         parameters, _, _ = chosen_at(parameters, study.initial, {})
-    own = checks_of(study.model)
+    checks = checks_of(study.model)
     points, chains = (0, 0) if study.ramped and not study.swept else (plan.points, plan.chains)
     coarse = points
     for axis in study.refined:
         coarse = coarse // len(study.axes[axis]) * coarse_length(study, axis)
     return Report(
         operation,
-        own and own.coefficients(parameters, operation),
-        own.every_derived_quantity(parameters, operation) if own else {},
+        checks and checks.coefficients(parameters, operation),
+        checks.every_derived_quantity(parameters, operation) if checks else {},
         _warnings(study, units),
         points,
         chains,
@@ -114,13 +114,13 @@ def check(study: Study, units: str = "si") -> Report:
         disk(plan, kept_of(study)) if points else 0,
         memory(plan) if points else 0.0,
         chosen_of(study).words(),
-        own.COEFFICIENTS if own else {},
+        checks.COEFFICIENTS if checks else {},
     )
 
 
 def operation_of(study: Study) -> Operation:
-    """The operating point of a study; at the least depth of a sweep where its own does
-    not reach below the collars."""
+    """The operating point of a study, at the least swept depth where its own depth does
+    not exceed the length of the collars."""
     operation = study.operation
     if "depth" in study.swept:
         for one in described(study.model).orders:
@@ -132,53 +132,53 @@ def operation_of(study: Study) -> Operation:
 
 
 def coarse_length(study: Study, axis: str) -> int:
-    """How many values of an axis are run before it is refined."""
+    """The number of values of an axis on the coarse grid, before refinement."""
     values = len(study.axes[axis])
     return (values - 1) // 2**study.refine + 1 if axis in study.refined else values
 
 
 def _warnings(study: Study, units: str) -> list[str]:
-    found: list[str | None] = []
-    if (own := checks_of(study.model)) is not None:
+    warnings: list[str | None] = []
+    if (checks := checks_of(study.model)) is not None:
 
-        def told(value: float, si: str, shown: str) -> str:
-            return _told(value, si, shown, units)
+        def amount_text(value: float, si: str, shown: str) -> str:
+            return _amount_text(value, si, shown, units)
 
-        found += own.warnings(study, _corners(study), told)
-    if study.swept or not study.ramped:  # else there is no observed window
-        found += [_few_turns(study, units), _verified(study), _large(study)]
-    return [warning for warning in found if warning is not None]
+        warnings += checks.warnings(study, _corners(study), amount_text)
+    if study.swept or not study.ramped:  # else there is no observation
+        warnings += [_short_observation(study, units), _verify_cost(study), _large_results(study)]
+    return [warning for warning in warnings if warning is not None]
 
 
 def passed_over(study: Study) -> list[dict[str, Any]]:
-    """The critical speeds that lie below the speed at which a carried sweep begins;
-    none of a model that does not tell them. Each has its ``name`` and ``words``,
-    ``min``, ``max`` and ``from`` along its ``axis`` (SI), and whether they lie below
-    ``everywhere`` in the study."""
-    own = checks_of(study.model)
-    found: list[dict[str, Any]] = getattr(own, "passed_over", lambda study, corners: [])(
+    """The critical speeds below the first speed of a sweep that carries its state;
+    empty for a model without ``passed_over`` among its checks. Each is a dict with
+    ``name``, ``words``, ``min``, ``max`` and ``from`` along its ``axis`` (SI), and
+    whether it is below that speed ``everywhere`` in the study."""
+    checks = checks_of(study.model)
+    speeds: list[dict[str, Any]] = getattr(checks, "passed_over", lambda study, corners: [])(
         study, _corners(study)
     )
-    return found
+    return speeds
 
 
 def checks_of(model: str) -> Any:
-    """What the model of this name has for ``check``: the module that its description
-    names; None where it has none."""
+    """The module with the checks of the model of this name, which its description
+    names; None where it names none."""
     name = described(model).checks
     return import_module(name) if name else None
 
 
-def _told(value: float, si: str, shown: str, units: str) -> str:
-    """A value in the units ``si`` in a warning: in ``shown`` units, or in field
+def _amount_text(value: float, si: str, shown: str, units: str) -> str:
+    """The text of a value [``si``] in a warning: in the units ``shown``, or in field
     units."""
     return amount(value, unit_in(si, units) or shown, 4)
 
 
-def _verified(study: Study) -> str | None:
+def _verify_cost(study: Study) -> str | None:
     if not study.simulation.verify:
         return None
-    # late: it brings the compiler, which nothing else here needs
+    # late: it imports the compiler
     from nsdrill.app.trust import checks
 
     tight, _ = checks(study.simulation)
@@ -190,7 +190,7 @@ def _verified(study: Study) -> str | None:
     )
 
 
-def _large(study: Study) -> str | None:
+def _large_results(study: Study) -> str | None:
     size = disk(plan_of(study), kept_of(study))
     if size < LARGE:
         return None
@@ -203,47 +203,45 @@ def _large(study: Study) -> str | None:
 
 
 def ends_of(study: Study, axis: str) -> tuple[float, float]:
-    """The least and the greatest value that an axis, or the ramp in its place,
-    takes."""
+    """The least and the greatest value of an axis, or of the ramp in its place."""
     if axis in study.ramped:
         return min(study.ramps[axis].values), max(study.ramps[axis].values)
     return float(study.axes[axis][0]), float(study.axes[axis][-1])
 
 
 def _corners(study: Study) -> list[Values]:
-    """What the points have at the ends of all axes and ramps, each with each, and of
-    the samples."""
+    """The values at all combinations of the ends of axes and ramps, also with the
+    extreme samples."""
     ends = [
         study.axes[axis].tolist() if words_of(axis) else sorted(set(ends_of(study, axis)))
         for axis in study.axes
     ]
     corners = [dict(zip(study.axes, values, strict=True)) for values in product(*ends)]
-    found = [values_at(study.parameters, study.initial, corner) for corner in corners]
-    # Of uncertain numbers the samples in which one of them is least or greatest, the
-    # others as they come.
+    corner_values = [values_at(study.parameters, study.initial, corner) for corner in corners]
+    # The samples in which one uncertain number is least or greatest; the others have
+    # their values in that sample.
     samples = {
         int(at) for values in study.drawn.values() for at in (np.argmin(values), np.argmax(values))
     }
     for number in sorted(samples):
         here = {key: float(values[number]) for key, values in study.drawn.items()}
-        found += [
+        corner_values += [
             values_at(study.parameters, study.initial, {**corner, **here}) for corner in corners
         ]
-    return found
+    return corner_values
 
 
-def _few_turns(study: Study, units: str) -> str | None:
+def _short_observation(study: Study, units: str) -> str | None:
     slowest = float(
         study.drawn["rotary_speed"].min()
         if "rotary_speed" in study.drawn
         else ends_of(study, "rotary_speed")[0]
     )
-    turns = slowest * study.simulation.observe / (2 * math.pi)
-    if turns >= LEAST_TURNS:
+    revolutions = slowest * study.simulation.observe / (2 * math.pi)
+    if revolutions >= LEAST_REVOLUTIONS:
         return None
     return (
-        f"Short: at {_told(slowest, 'rad/s', 'rad/s', units)} the observed window of "
-        f"{study.simulation.observe:g} s "
-        f"holds only {turns:.3g} turns of the drive. Extremes and fractions will be rough; "
-        f"lengthen simulation.observe."
+        f"Short: at {_amount_text(slowest, 'rad/s', 'rad/s', units)} the observation of "
+        f"{study.simulation.observe:g} s holds only {revolutions:.3g} revolutions of the drive. "
+        f"Extremes and fractions will be rough; lengthen simulation.observe."
     )

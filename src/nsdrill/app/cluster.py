@@ -1,5 +1,5 @@
-"""Workers of a Dask cluster, as an executor for the engine: the numbers are those of
-the threads."""
+"""Workers of a Dask cluster as an executor for the engine, with the same numbers as
+threads."""
 
 from __future__ import annotations
 
@@ -17,16 +17,17 @@ from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.registry import other_packages, sources_of
 
 CONNECT_SECONDS = 10
-_OF_TERMINALS = {signal.SIGINT, signal.SIGHUP}
+_TERMINAL_SIGNALS = {signal.SIGINT, signal.SIGHUP}
 
 
 @contextmanager
 def dask_executor(
     scheduler: str | None = None, workers: int | None = None
 ) -> Iterator[tuple[Executor, int]]:
-    """An executor on the cluster of the scheduler at this address, or on a cluster made
-    on this machine for as long as it is needed; and how many runs go side by side on it
-    (``workers``, or as many as it has threads)."""
+    """An executor on the cluster of the ``scheduler`` at this address, or on a
+    temporary cluster on this machine; and the number of parallel runs (``workers``, by
+    default the number of its threads). InputError or NsdrillError where no cluster can
+    be used."""
     try:
         from distributed import Client, LocalCluster
     except ImportError as error:
@@ -37,9 +38,8 @@ def dask_executor(
         ) from error
     if scheduler is None:
         count = workers or processors()
-        with _deaf_children():
-            # Not its warnings: that a worker which computes is killed at the end after
-            # some seconds is no news.
+        with _terminal_signals_blocked():
+            # Without its warnings, that a busy worker is killed at the end.
             try:
                 cluster = LocalCluster(
                     n_workers=count,
@@ -76,7 +76,7 @@ def dask_executor(
                 f"--scheduler: the Dask scheduler at {scheduler} has no workers. Nothing has run."
             )
         for worker, found in client.run(versions, on_error="return").items():
-            if differing := _differing(found):
+            if differing := _version_differences(found):
                 raise NsdrillError(
                     f"--scheduler: the worker {worker} has other versions, whose numbers may "
                     f"differ ({differing}). "
@@ -87,21 +87,21 @@ def dask_executor(
 
 
 class _Cluster(Executor):
-    """The executor of a client, which on its own would wait for ever for a scheduler
-    that is gone."""
+    """The executor of a client, with a check of the connection: without it, futures
+    wait for a lost scheduler forever."""
 
     def __init__(self, client: Any) -> None:
         self._client, self._executor = client, client.get_executor(pure=False)
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **more: Any) -> Future[Any]:
         future: Future[Any] = self._executor.submit(
-            _compared, versions(), _sources(), function, *args, **more
+            _call_on_same_versions, versions(), _model_sources(), function, *args, **more
         )
         return future
 
     def check(self) -> None:
-        """NsdrillError where nothing can come any more; the engine asks when nothing
-        has come for a while."""
+        """NsdrillError where the scheduler is lost; the engine calls this when no
+        result has arrived for a while."""
         if self._client.status == "closed":
             raise NsdrillError(
                 "The Dask scheduler is gone. Finished points are safe: look after the cluster, "
@@ -110,23 +110,23 @@ class _Cluster(Executor):
             )
 
 
-def _differing(found: Any) -> str:
-    """In words, what differs between this process and the one whose :func:`versions`
-    are ``found``, or which could not tell them; numpy too, as what goes to and fro
-    holds its arrays."""
+def _version_differences(versions_there: Any) -> str:
+    """The differences, in words, between the versions of this process and
+    ``versions_there`` of another, or the error with which it failed to give them. numpy
+    is included, as its arrays are sent between the processes."""
     return (
-        "; ".join(unlike(found, "numpy_version"))
-        if isinstance(found, dict)
-        else f"it does not tell them: {found}"
+        "; ".join(unlike(versions_there, "numpy_version"))
+        if isinstance(versions_there, dict)
+        else f"it does not tell them: {versions_there}"
     )
 
 
-def _sources() -> dict[str, str]:
-    """Digests of the models of other packages that this process knows of."""
+def _model_sources() -> dict[str, str]:
+    """Digests of the models of other packages that are registered in this process."""
     return {name: sources_of(name) for name in other_packages()}
 
 
-def _compared(
+def _call_on_same_versions(
     expected: dict[str, str],
     models: dict[str, str],
     function: Callable[..., Any],
@@ -134,8 +134,9 @@ def _compared(
     *args: Any,
     **more: Any,
 ) -> Any:
-    """The call, in a worker, which may have joined after the others were compared."""
-    if differing := _differing(expected):
+    """Call ``function`` in a worker, after a comparison of versions, as a worker may
+    join after the first comparison."""
+    if differing := _version_differences(expected):
         raise NsdrillError(f"the worker has other versions ({differing})")
     if other := [name for name, digest in models.items() if sources_of(name) != digest]:
         raise NsdrillError(f"the worker has another version of the model {other[0]}, or none")
@@ -143,23 +144,23 @@ def _compared(
 
 
 @contextmanager
-def _deaf_children() -> Iterator[None]:
-    """Processes that are started in here, and later by threads that are started in
-    here, do not receive what a terminal sends to all: Ctrl-C, and its end. The main
-    process receives it, and closes the workers in order."""
+def _terminal_signals_blocked() -> Iterator[None]:
+    """Block the signals of a terminal, Ctrl-C and hangup, for processes that are
+    started in this context, also by threads that are started in it. The main process
+    receives them and closes the workers."""
     from multiprocessing import resource_tracker
 
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _OF_TERMINALS)
+    old_mask = signal.pthread_sigmask(signal.SIG_BLOCK, _TERMINAL_SIGNALS)
     try:
-        # Python's helper, which would complain of semaphores, and remove them, where we
-        # end at once.
-        quiet = os.environ.get("PYTHONWARNINGS")
+        # Python's resource tracker, which would warn of semaphores, and remove them,
+        # where this process ends at once.
+        old_warnings = os.environ.get("PYTHONWARNINGS")
         os.environ["PYTHONWARNINGS"] = "ignore"
         resource_tracker.ensure_running()
         del os.environ["PYTHONWARNINGS"]
-        if quiet is not None:
-            os.environ["PYTHONWARNINGS"] = quiet
-        signal.pthread_sigmask(signal.SIG_BLOCK, _OF_TERMINALS)  # Python 3.11 has unblocked some
+        if old_warnings is not None:
+            os.environ["PYTHONWARNINGS"] = old_warnings
+        signal.pthread_sigmask(signal.SIG_BLOCK, _TERMINAL_SIGNALS)  # Python 3.11 unblocks some
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, old_mask)

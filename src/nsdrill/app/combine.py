@@ -1,8 +1,8 @@
-"""Results files whose studies differ in one number, made into one file with that number
-as an axis.
+"""Combine results files whose studies differ in one number into one file, with that
+number as an axis.
 
-A point has the bits of a study of its own, so the file is the one that a sweep of that
-axis would have made.
+The bits of a point do not depend on the other points, so the file equals that of a
+sweep of that axis.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from nsdrill.study.study import Study, axis_values, refined_axes, study_from_res
 from nsdrill.study.write import changes, study_text, value_text
 from nsdrill.variables import MODEL, POINT, dimension_of
 
-# What all have alike, as points of one depend on others of the same file, and why.
-_WHOLE = {
+# Sections that must agree, as points depend on others of the same file, and why.
+_MUST_AGREE = {
     "sweep.procedure": "the same procedure in all. The way down of an up-down sweep begins where "
     "its way up ends, so "
     "two files are no parts of one; run it with --set sweep.procedure=up-down",
@@ -41,47 +41,47 @@ _WHOLE = {
     "initial.ensemble": "the same starts in all",
     "initial.slice": "the same starts in all",
 }
-Named = tuple[str, Results]  # what messages call it, and the results
-_MADE = ("h5py_version", "python_version", "processor")
+NamedResults = tuple[str, Results]  # the name in messages, and the results
+_MAKER_ATTRIBUTES = ("h5py_version", "python_version", "processor")
 
 
 def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Results, str]:
-    """The results of all ``sources``, results or their files, in one, and the key that
-    became an axis. InputError where they differ in more than one number."""
+    """The combined results of all ``sources``, results or their files, and the key that
+    becomes an axis. InputError where they differ in more than one number."""
     if len(sources) < 2:
         raise InputError(f"combine: found {len(sources)} file; allowed: two or more.")
-    found = [_read(source, number) for number, source in enumerate(sources)]
-    _check_made_alike(found)
-    key, keys = _differing(found)
+    named = [_read(source, number) for number, source in enumerate(sources)]
+    _check_made_alike(named)
+    key, keys = _differing(named)
     if words_of(key):
-        found = _with_all(found)
-    _check_variables(found)
-    study, places = _study(found, key, keys)
-    whole = _joined([results for _, results in found], study, places, dimension_of(key))
-    names = ", ".join(name for name, _ in found)
-    made = provenance(study, f"combine {names}")
-    first = found[0][1].attrs
-    kept = {name: first[name] for name in (*versions(), *_MADE) if name in first}
-    kept |= {
+        named = _with_common_variables(named)
+    _check_variables(named)
+    study, places = _study(named, key, keys)
+    combined = _joined_results([results for _, results in named], study, places, dimension_of(key))
+    names = ", ".join(name for name, _ in named)
+    origin = provenance(study, f"combine {names}")
+    first = named[0][1].attrs
+    kept_attrs = {name: first[name] for name in (*versions(), *_MAKER_ATTRIBUTES) if name in first}
+    kept_attrs |= {
         name: first[name] for name in ("classification", "classification_resolved") if name in first
     }
     histories = dict.fromkeys(
-        line for _, results in found for line in str(results.attrs["history"]).splitlines()
+        line for _, results in named for line in str(results.attrs["history"]).splitlines()
     )
-    attrs = {**made, **kept, "history": "\n".join([*histories, made["history"]])}
-    whole = replace(whole, attrs=attrs)
+    attrs = {**origin, **kept_attrs, "history": "\n".join([*histories, origin["history"]])}
+    combined = replace(combined, attrs=attrs)
     if "points_run" in first:
-        whole = replace(
-            whole, attrs={**attrs, **_refinement([results.attrs for _, results in found])}
+        combined = replace(
+            combined, attrs={**attrs, **_refinement([results.attrs for _, results in named])}
         )
-    if "start" in whole.coords:  # attractors are numbered alike along the new axis, too
+    if "start" in combined.coords:  # number attractors consistently along the new axis
         from nsdrill.app.summary import relabelled
 
-        whole = relabelled(whole, json.loads(attrs.get("classification", "[]")))
-    return whole, key
+        combined = relabelled(combined, json.loads(attrs.get("classification", "[]")))
+    return combined, key
 
 
-def _read(source: str | os.PathLike[str] | Results, number: int) -> Named:
+def _read(source: str | os.PathLike[str] | Results, number: int) -> NamedResults:
     name = f"Dataset {number}" if isinstance(source, Results) else os.fspath(source)
     if not isinstance(source, Results) and kind_of(source) != "results":
         kind = (
@@ -96,11 +96,11 @@ def _read(source: str | os.PathLike[str] | Results, number: int) -> Named:
     return name, results
 
 
-def _check_made_alike(found: Sequence[Named]) -> None:
-    """InputError unless all were made by the same versions and labelled with the same
+def _check_made_alike(named: Sequence[NamedResults]) -> None:
+    """InputError unless all are from the same versions and have labels with the same
     thresholds."""
-    name, first = found[0]
-    for other, results in found[1:]:
+    name, first = named[0]
+    for other, results in named[1:]:
         for attribute, what in (
             ("model_digest", "other versions of nsdrill or of its libraries"),
             ("classification_resolved", "labels with other thresholds"),
@@ -111,10 +111,10 @@ def _check_made_alike(found: Sequence[Named]) -> None:
                 )
 
 
-def _check_variables(found: Sequence[Named]) -> None:
-    """InputError unless all hold the same variables, states and samples."""
-    name, first = found[0]
-    for other, results in found[1:]:
+def _check_variables(named: Sequence[NamedResults]) -> None:
+    """InputError unless all have the same variables, states and samples."""
+    name, first = named[0]
+    for other, results in named[1:]:
         if alone := sorted(set(first.variables) ^ set(results.variables)):
             few = ", ".join(alone[:4])
             raise InputError(
@@ -133,37 +133,44 @@ def _check_variables(found: Sequence[Named]) -> None:
                 )
 
 
-def _differing(found: Sequence[Named]) -> tuple[str, Keys]:
-    """The one key of an axis in which the studies differ, as a sweep names it."""
-    name, first = found[0]
+def _differing(named: Sequence[NamedResults]) -> tuple[str, Keys]:
+    """The key, as in a sweep, of the one axis in which the studies differ, and the keys
+    of their model."""
+    name, first = named[0]
     base = resolved_study(first.attrs)
     keys = keys_of(base.get("model", MODEL))
-    told: dict[str, str] = {}
-    for other, results in found[1:]:
-        here = [
+    changed: dict[str, str] = {}
+    for other, results in named[1:]:
+        differences = [
             (key, a, b)
             for key, a, b in changes(base, resolved_study(results.attrs))
             if key != "title"
         ]
-        if not here:
+        if not differences:
             raise InputError(
                 f"{other}: found the same study as in {name}; allowed: one that "
                 f"differs in one number."
             )
-        told |= {key: f"{key}: {_there(a)} in {name}, {_there(b)} in {other}" for key, a, b in here}
-    for section, hint in _WHOLE.items():
-        if listed := [words for one, words in told.items() if one.startswith(section)]:
+        changed |= {
+            key: f"{key}: {_value_text(a)} in {name}, {_value_text(b)} in {other}"
+            for key, a, b in differences
+        }
+    for section, hint in _MUST_AGREE.items():
+        if listed := [
+            words for changed_key, words in changed.items() if changed_key.startswith(section)
+        ]:
             raise InputError(f"combine: found {listed[0]}; allowed: {hint}.")
-    told = {
+    changed = {
         key: words
-        for key, words in told.items()
-        if key in _choices(told, keys) or not _one_reads(found, key, told)
+        for key, words in changed.items()
+        if key in _choices(changed, keys) or not _agree_where_read(named, key, changed)
     }
-    if len(told) > 1:
+    if len(changed) > 1:
         raise InputError(
-            f"combine: found {'; '.join(told.values())}; allowed: files that differ in one number."
+            f"combine: found {'; '.join(changed.values())}; allowed: files that differ in one "
+            f"number."
         )
-    ((key, words),) = told.items()
+    ((key, words),) = changed.items()
     axis = key.removeprefix("sweep.").removeprefix("operation.")
     if axis not in keys.axes:
         raise InputError(
@@ -192,55 +199,55 @@ def _differing(found: Sequence[Named]) -> tuple[str, Keys]:
     return axis, keys
 
 
-def _choices(told: Iterable[str], keys: Keys) -> set[str]:
-    """Of these keys those of choices that may be an axis."""
+def _choices(changed: Iterable[str], keys: Keys) -> set[str]:
+    """Those of the ``changed`` keys that are choices and may be an axis."""
     return {
         key
-        for key in told
+        for key in changed
         if words_of(key.removeprefix("sweep.")) and key.removeprefix("sweep.") in keys.axes
     }
 
 
-def _one_reads(found: Sequence[Named], key: str, told: Mapping[str, str]) -> bool:
-    """Whether the files whose strings read ``key`` have one value of it, where a word
-    is among what they differ in."""
-    if not any(words_of(other) for other in told):
+def _agree_where_read(named: Sequence[NamedResults], key: str, changed: Mapping[str, str]) -> bool:
+    """Whether the studies differ in a choice, and those whose strings read ``key``
+    agree in it."""
+    if not any(words_of(other) for other in changed):
         return False
     values = [
         value_text(resolved_study(results.attrs), key)
-        for _, results in found
-        if key not in _unread(results)
+        for _, results in named
+        if key not in _unread_keys(results)
     ]
     return len(set(values)) < 2
 
 
-def _unread(results: Results) -> frozenset[str]:
-    """The keys that the string of a file does not read."""
+def _unread_keys(results: Results) -> frozenset[str]:
+    """The keys that the string of the results does not read."""
     return frozenset(
         getattr(study_from_resolved(resolved_study(results.attrs)).parameters, "unread", ())
     )
 
 
-def _with_all(found: Sequence[Named]) -> list[Named]:
-    """The files with the states and the numbers that any of them has, NaN in the
-    others: a drive has states that another has not."""
-    states = states_of_all([tuple(results.coords["state"].tolist()) for _, results in found])
+def _with_common_variables(named: Sequence[NamedResults]) -> list[NamedResults]:
+    """The results with the states and variables that any of them has, NaN where they
+    lack them, as drives have different states."""
+    states = states_of_all([tuple(results.coords["state"].tolist()) for _, results in named])
     shapes = {
         name: (values.shape[len(results.shape) :], values.dtype)
-        for _, results in found
+        for _, results in named
         for name, values in results.variables.items()
     }
-    return [(name, _filled(results, states, shapes)) for name, results in found]
+    return [(name, _filled_up(results, states, shapes)) for name, results in named]
 
 
-def _filled(
+def _filled_up(
     results: Results, states: tuple[str, ...], shapes: Mapping[str, tuple[tuple[int, ...], Any]]
 ) -> Results:
     places = [states.index(name) for name in results.coords["state"].tolist()]
     variables = dict(results.variables)
-    for name, (own, kind) in shapes.items():
+    for name, (dims, kind) in shapes.items():
         if name not in variables and kind.kind == "f":
-            variables[name] = np.full((*results.shape, *own), np.nan)
+            variables[name] = np.full((*results.shape, *dims), np.nan)
         elif BY_NAME[name].room == "states":
             variables[name] = np.full((*results.shape, len(states)), np.nan)
             variables[name][..., places] = results.variables[name]
@@ -248,56 +255,58 @@ def _filled(
     return replace(results, coords={**results.coords, "state": np.array(states)}, variables=order)
 
 
-def _there(value: str | None) -> str:
+def _value_text(value: str | None) -> str:
     return "nothing" if value is None else value
 
 
-def _study(found: Sequence[Named], key: str, keys: Keys) -> tuple[Study, list[Array]]:
-    """The study of all, and of each file the places of its values on the new axis."""
-    values = [_values(resolved_study(results.attrs), key, keys, name) for name, results in found]
-    every = np.unique(np.concatenate(values))
-    if len(every) < sum(map(len, values)):
+def _study(named: Sequence[NamedResults], key: str, keys: Keys) -> tuple[Study, list[Array]]:
+    """The combined study, and for each file the places of its values on the new
+    axis."""
+    values = [_values(resolved_study(results.attrs), key, keys, name) for name, results in named]
+    merged = np.unique(np.concatenate(values))
+    if len(merged) < sum(map(len, values)):
         raise InputError(
             f"combine: found a value of {key} in two files; allowed: each value in one of them."
         )
-    resolved = copy.deepcopy(resolved_study(found[0][1].attrs))
+    resolved = copy.deepcopy(resolved_study(named[0][1].attrs))
     if words_of(key):
-        _take_what_is_read(resolved, found)
+        _copy_read_keys(resolved, named)
     sweep = resolved["sweep"]
-    axes = {
+    sweep_axes = {
         name: axis for name, axis in sweep.items() if name not in ("procedure", "along", "refine")
     }
-    rest = {name: sweep[name] for name in sweep if name not in axes}
-    whole = keys.axes[key].kind == "whole"
-    told = [
-        word_at(key, one) if words_of(key) else int(one) if whole else one for one in every.tolist()
+    rest = {name: sweep[name] for name in sweep if name not in sweep_axes}
+    is_whole = keys.axes[key].kind == "whole"
+    axis = [
+        word_at(key, one) if words_of(key) else int(one) if is_whole else one
+        for one in merged.tolist()
     ]
-    resolved["sweep"] = {**axes, key: told, **rest}
+    resolved["sweep"] = {**sweep_axes, key: axis, **rest}
     study = study_from_resolved(resolved)
-    head = [f"Made by nsdrill combine of {', '.join(name for name, _ in found)}"]
+    head = [f"Made by nsdrill combine of {', '.join(name for name, _ in named)}"]
     study = replace(study, text=study_text(resolved, head), source="nsdrill combine")
-    samples = {unknown.short: drawn for unknown, drawn in found[0][1].drawn.items()}
+    samples = {unknown.short: drawn for unknown, drawn in named[0][1].drawn.items()}
     study = replace(
         study, drawn={name: samples.get(name, drawn) for name, drawn in study.drawn.items()}
     )
-    return study, [np.searchsorted(every, one) for one in values]
+    return study, [np.searchsorted(merged, one) for one in values]
 
 
-def _take_what_is_read(resolved: dict[str, Any], found: Sequence[Named]) -> None:
-    """Put into ``resolved``, that of the first file, what it does not read and another
-    one does."""
-    for key in _unread(found[0][1]):
-        readers = [results for _, results in found if key not in _unread(results)]
+def _copy_read_keys(resolved: dict[str, Any], named: Sequence[NamedResults]) -> None:
+    """Set the keys in ``resolved``, the study of the first file, that its string does
+    not read to their values in a file whose string does."""
+    for key in _unread_keys(named[0][1]):
+        readers = [results for _, results in named if key not in _unread_keys(results)]
         if readers:
             *sections, name = key.split(".")
-            inside, other = resolved, resolved_study(readers[0].attrs)
+            target, source = resolved, resolved_study(readers[0].attrs)
             for section in sections:
-                inside, other = inside[section], other[section]
-            inside[name] = other[name]
+                target, source = target[section], source[section]
+            target[name] = source[name]
 
 
 def _values(resolved: dict[str, Any], key: str, keys: Keys, name: str) -> Array:
-    """The values of ``key`` in a study, ascending."""
+    """The values of ``key`` in a study, in ascending order."""
     if key in resolved["sweep"]:
         return axis_values(resolved["sweep"][key], choice=key if words_of(key) else "")
     value: Any = resolved
@@ -309,8 +318,8 @@ def _values(resolved: dict[str, Any], key: str, keys: Keys, name: str) -> Array:
 
 
 def _refinement(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """The root attributes of refined sweeps together: each value of the new axis is a
-    grid of its own."""
+    """The root attributes of combined refined sweeps: each value of the new axis has
+    its own grid."""
     first = parts[0]
     counts = {
         name: sum(int(one[name]) for one in parts) for name in ("points_run", "points_inferred")
@@ -318,11 +327,11 @@ def _refinement(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     return {"refine": first["refine"], **counts, "border_spacing": first["border_spacing"]}
 
 
-def _joined(
+def _joined_results(
     parts: Sequence[Results], study: Study, places: Sequence[Array], dimension: str
 ) -> Results:
-    """All points in one set of arrays. InputError where other axes differ, by rounding
-    say."""
+    """All points in one set of arrays. InputError where other axes differ, for example
+    by rounding."""
     several = [name for name in ("sample", "start") if name in parts[0].coords]
     grid = (*POINT, *(axis.name for axis in study.more), *several)
     place = grid.index(dimension)
@@ -345,7 +354,7 @@ def _joined(
         ]
         return np.concatenate(arrays, axis=place).take(order, axis=place)
 
-    own = {
+    extra = {
         name: values
         for name, values in parts[0].coords.items()
         if name in ("peak", "crossing", "state")
@@ -355,4 +364,4 @@ def _joined(
         for name in grid
     }
     variables = {name: joined(name) for name in parts[0].variables}
-    return Results({**coords, **own}, variables, {}, study.more, parts[0].drawn)
+    return Results({**coords, **extra}, variables, {}, study.more, parts[0].drawn)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 import os
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -46,17 +47,17 @@ from nsdrill.sweep.work import compiled_parts
 from nsdrill.units import CF
 from nsdrill.variables import OK, dimension_of
 
-RANGE_PARTS = 10  # the natural scale of the number continued is this part of its range
-CIRCLE_PERIODS = 200  # over which features of a motion on a circle are measured
-UNSTABLE = 1e6  # a multiplier beyond which one period no longer follows the orbit
+RANGE_PARTS = 10  # the range of the continued number over its natural scale
+CIRCLE_PERIODS = 200  # of a motion on an invariant circle, over which its features are measured
+UNSTABLE = 1e6  # largest multiplier of a motion that an integration still follows
 WHAT = "continuation"
-Words = Callable[[str], object]
+Say = Callable[[str], object]
 
 
 @dataclass(frozen=True)
-class Continued:
-    """What came of a continuation: the Dataset, what became of the seeds in words with
-    their numbers, and the seconds that it took."""
+class ContinuationResult:
+    """The result of a continuation: the Dataset of branches, the number of seeds by
+    their outcome in words, and the wall time in seconds."""
 
     data: Any
     seeds: dict[str, int]
@@ -64,47 +65,48 @@ class Continued:
 
 
 @dataclass(frozen=True)
-class Setting:
-    """What a continuation computes with: the study, its continuation and its model,
-    with what is compiled in."""
+class ContinuationSetup:
+    """The inputs of a continuation: the study, its section ``continue``, the model, and
+    the options and symmetry that are compiled in."""
 
     study: Study
-    asked: Continuation
+    continuation: Continuation
     model: Model
-    fixed: Variant
+    variant: Variant
     symmetry: Symmetry
 
     def values(self, numbers: Array, keys: tuple[str, ...]) -> Values:
-        """What points have at ``numbers`` [n, keys] of the keys."""
+        """The values of n points at ``numbers`` [n, keys] (SI) of the ``keys``."""
         study = self.study
-        given: dict[str, Any] = {
+        by_key: dict[str, Any] = {
             name: np.full(len(numbers), getattr(study.operation, name)) for name in OPERATION
         }
-        given |= {key: numbers[:, place] for place, key in enumerate(keys)}
-        return values_at(study.parameters, study.initial, given)
+        by_key |= {key: numbers[:, place] for place, key in enumerate(keys)}
+        return values_at(study.parameters, study.initial, by_key)
 
     def flow(
         self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int, without: str = ""
     ) -> Flow:
-        """The flow in which the numbers at ``keys`` are free, ``without`` a contact if
-        the model can do so."""
+        """The flow in which the numbers at ``keys``, with these natural ``scales``, are
+        free; ``without`` names a contact to leave out where the model supports it."""
 
         def pack(numbers: Array) -> Array:
-            with np.errstate(invalid="ignore"):  # Newton's method may ask for what no string has
+            with np.errstate(invalid="ignore"):  # Newton's method may leave the range of a number
                 table = self.model.pack(self.values(numbers, keys), self.study.thresholds)
             released = self.model.released(table, without) if without else None
             return table if released is None else released
 
         return Flow(
-            equations_of(self.model, self.fixed, self.symmetry, pack, scales), workers=workers
+            equations_of(self.model, self.variant, self.symmetry, pack, scales), workers=workers
         )
 
 
-def setting_of(study: Study) -> Setting:
-    """What to compute with; InputError where the study cannot be continued."""
+def continuation_setup(study: Study) -> ContinuationSetup:
+    """The setup of the continuation of ``study``; InputError where it cannot be
+    continued."""
     source = study.source or "the study"
-    asked = study.continuation
-    if asked is None:
+    continuation = study.continuation
+    if continuation is None:
         raise InputError(
             f"{source}: found no section continue; allowed: one that says what is followed, as "
             "continue: {along: rotary_speed, from: 2 rad/s, to: 8 rad/s}."
@@ -120,32 +122,31 @@ def setting_of(study: Study) -> Setting:
         raise InputError(
             f"{source}: found drive.on_at; allowed: nothing that is switched on within the run."
         )
-    keys = (asked.along, *((asked.curves.over,) if asked.curves else ()))
-    if asked.curves is not None:
-        own = _number_of(study, dimension_of(asked.curves.over))
-        if not asked.curves.low <= own <= asked.curves.high:
+    keys = (continuation.along, *((continuation.curves.over,) if continuation.curves else ()))
+    if (curves := continuation.curves) is not None:
+        start = _number_of(study, dimension_of(curves.over))
+        if not curves.low <= start <= curves.high:
             raise InputError(
-                f"{source}: continue.curves: found {asked.curves.over} from {asked.curves.low:g} "
-                f"to "
-                f"{asked.curves.high:g} (SI); allowed: a range that has the study's own value, "
-                f"{own:g}, from where the "
+                f"{source}: continue.curves: found {curves.over} from {curves.low:g} to "
+                f"{curves.high:g} (SI); allowed: a range that has the study's own value, "
+                f"{start:g}, from where the "
                 "curves set out."
             )
     ends = [
-        (asked.low, asked.high),
-        *(((asked.curves.low, asked.curves.high),) if asked.curves else ()),
+        (continuation.low, continuation.high),
+        *(((continuation.curves.low, continuation.curves.high),) if continuation.curves else ()),
     ]
     corners = np.array(np.meshgrid(*ends)).reshape(len(keys), -1).T
-    setting = Setting(study, asked, model, (), Symmetry(0, ()))
-    found = []
+    setup = ContinuationSetup(study, continuation, model, (), Symmetry(0, ()))
+    structures = []
     for corner in corners:
-        values = setting.values(corner[None], keys)
+        values = setup.values(corner[None], keys)
         single = values_at(
             values.parameters, values.initial, dict(zip(OPERATION, values.operation, strict=True))
         )
-        plain = _with_plain(single, keys, corner)
+        scalar = _scalar_values(single, keys, corner)
         try:
-            found.append((model.variant(plain.parameters), model.symmetry(plain)))
+            structures.append((model.variant(scalar.parameters), model.symmetry(scalar)))
         except NotImplementedError:
             raise InputError(
                 f"{source}: found the model {study.model}, which does not say how its motions "
@@ -154,7 +155,7 @@ def setting_of(study: Study) -> Setting:
                 "or beam. A sweep "
                 "up and down (sweep.procedure: up-down) follows the stable motions of any model."
             ) from None
-    if any(one != found[0] for one in found):
+    if any(structure != structures[0] for structure in structures):
         raise InputError(
             f"{source}: found a range of {' and '.join(keys)} at whose ends the equations have "
             f"different symmetries, "
@@ -162,7 +163,7 @@ def setting_of(study: Study) -> Setting:
             "height at one end; "
             "allowed: a range that leaves such an end out."
         )
-    if found[0][1].folds and {*asked.motions} == {"stick_slip"}:
+    if structures[0][1].folds and {*continuation.motions} == {"stick_slip"}:
         raise InputError(
             f"{source}: continue.motions: found stick_slip alone, over lobes; allowed: a smooth "
             f"rock, on which "
@@ -170,27 +171,28 @@ def setting_of(study: Study) -> Setting:
             "followed: a sweep up and "
             "down (sweep.procedure: up-down) tells where it is stable."
         )
-    return Setting(study, asked, model, *found[0])
+    return ContinuationSetup(study, continuation, model, *structures[0])
 
 
-def _finished(study: Study, path: str | os.PathLike[str]) -> Continued:
-    """What a file that is whole holds. FileError where it was made from another
-    study."""
+def _finished(study: Study, path: str | os.PathLike[str]) -> ContinuationResult:
+    """The result in the finished file ``path``. FileError where it was made from
+    another study."""
     data = open_branches(path)
     if listed := told_changes(resolved_study(data.attrs), study.resolved):
         raise FileError(
             f"{path}: finished, and made from another study ({listed}). Start anew by --overwrite."
         )
-    return Continued(data, {}, 0.0)
+    return ContinuationResult(data, {}, 0.0)
 
 
-def _with_plain(values: Values, keys: tuple[str, ...], numbers: Array) -> Values:
-    """``values`` with plain numbers at ``keys``, from which options are told."""
-    given = {key: float(number) for key, number in zip(keys, numbers, strict=True)}
+def _scalar_values(values: Values, keys: tuple[str, ...], numbers: Array) -> Values:
+    """``values`` with scalars at ``keys``, from which the options of a string
+    follow."""
+    by_key = {key: float(number) for key, number in zip(keys, numbers, strict=True)}
     operation = {
         name: float(np.ravel(one)[0]) for name, one in zip(OPERATION, values.operation, strict=True)
     }
-    return values_at(values.parameters, values.initial, {**operation, **given})
+    return values_at(values.parameters, values.initial, {**operation, **by_key})
 
 
 def continue_study(
@@ -201,18 +203,19 @@ def continue_study(
     workers: int | None = None,
     overwrite: bool = False,
     resume: bool = False,
-    say: Words = lambda text: None,
-) -> Continued:
+    say: Say = lambda text: None,
+) -> ContinuationResult:
     """Continue ``study``, from the results file ``seeds`` in place of its own seeds if
     given, into ``path`` if given.
 
-    Finished branches are kept beside ``path`` until the file is written; ``resume``
-    goes on with them. A KeyboardInterrupt says so. Of a finished file of the same study
-    nothing is left to do. InputError where the study cannot be continued.
+    Finished branches are saved next to ``path`` until the file is written, and
+    ``resume`` continues from them; the text of a KeyboardInterrupt says so. A finished
+    file of the same study is returned as it is. InputError where the study cannot be
+    continued.
     """
-    setting = setting_of(study)
-    asked = setting.asked
-    part, there = None, False
+    setup = continuation_setup(study)
+    continuation = setup.continuation
+    part, part_exists = None, False
     if (
         path is not None
         and resume
@@ -222,71 +225,67 @@ def continue_study(
     ):
         return _finished(study, path)
     if path is not None:
-        part, there = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
-    begun = time.perf_counter()
-    keys = (asked.along,)
-    scale = (asked.high - asked.low) / RANGE_PARTS
-    flow = setting.flow(keys, (scale,), workers or processors())
+        part, part_exists = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
+    started_at = time.perf_counter()
+    keys = (continuation.along,)
+    scale = (continuation.high - continuation.low) / RANGE_PARTS
+    flow = setup.flow(keys, (scale,), workers or processors())
     grazes = _grazes(study, flow)
     orders = Orders(
-        asked.lobes,
-        (asked.low, asked.high),
-        asked.points,
-        asked.switch,
-        "periodic" in asked.motions,
-        bool({"rolling", "stick_slip"} & {*asked.motions}),
-        "rolling" in asked.motions,
+        continuation.lobes,
+        (continuation.low, continuation.high),
+        continuation.points,
+        continuation.switch,
+        "periodic" in continuation.motions,
+        bool({"rolling", "stick_slip"} & {*continuation.motions}),
+        "rolling" in continuation.motions,
         grazes,
     )
-    started = _seeds(setting, flow, seeds, say)
-    digest = _digest(study, started)
-    known = _kept(part, digest) if part is not None and there else {}
-    kept = dict(known)
+    seed_points = _seeds(setup, flow, seeds, say)
+    digest = _digest(study, seed_points)
+    known = _load_branches(part, digest) if part is not None and part_exists else {}
+    branches = dict(known)
 
-    def keep(branches: dict[Any, Branch]) -> None:
-        kept.update(branches)
+    def save(finished: dict[Any, Branch]) -> None:
+        branches.update(finished)
         if part is not None:
-            _keep(part, study.model, digest, kept)
-        number, points = len(kept), sum(map(len, kept.values()))
+            _save_branches(part, study.model, digest, branches)
+        number, points = len(branches), sum(map(len, branches.values()))
         say(f"{number} branch{'' if number == 1 else 'es'}, {points} points")
 
-    def begin(number: int) -> None:
-        what = "a branch is followed, and kept when it has ended"
+    def announce(number: int) -> None:
+        text = "a branch is followed, and kept when it has ended"
         if number > 1:
-            what = (
+            text = (
                 f"{number} branches are followed side by side, and kept when all of them have ended"
             )
-        say(what)
+        say(text)
 
-    explorer = Explorer(flow, orders, known, keep, interrupt.look, begin)
+    explorer = Explorer(flow, orders, known, save, interrupt.look, announce)
     try:
         with interrupt.heeded():
-            found = explorer.run(started)
+            found = explorer.run(seed_points)
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(_interrupted(part, kept)) from None
+        raise KeyboardInterrupt(_interrupted(part, branches)) from None
     if not found.branches:
-        raise InputError(_no_branch(study, found, started))
+        raise InputError(_no_branch(study, found, seed_points))
     try:
         with interrupt.heeded():
-            data = dataset_of(setting, flow, found)
-            if asked.curves is not None:
+            data = dataset_of(setup, flow, found)
+            if continuation.curves is not None:
                 say("curves")
-                data = with_curves(setting, data, found, workers or processors())
+                data = with_curves(setup, data, found, workers or processors())
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(_interrupted(part, kept)) from None
+        raise KeyboardInterrupt(_interrupted(part, branches)) from None
     if path is not None:
         write_branches(path, data, overwrite=overwrite or bool(known))
         if part is not None:
             unfinished.discard(part)
-    words: dict[str, int] = {}
-    for word in found.seeds:
-        words[word] = words.get(word, 0) + 1
-    return Continued(data, words, time.perf_counter() - begun)
+    return ContinuationResult(data, dict(Counter(found.seeds)), time.perf_counter() - started_at)
 
 
 def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
-    """Of the contacts and levels, by place, the labels of those that are reached or
-    lost."""
+    """The labels for reaching and losing each contact and level, by its place."""
     codes = {(one.contact, one.when): one.code for one in described(study.model).grazing}
     equations = flow.equations
     return {
@@ -297,27 +296,28 @@ def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
     }
 
 
-def _interrupted(part: Path | None, kept: Mapping[Any, Branch]) -> str:
+def _interrupted(part: Path | None, branches: Mapping[Any, Branch]) -> str:
+    """The text of an interrupt."""
     if part is None:
         return interrupt.NOTHING
-    if not kept:
+    if not branches:
         return (
             "Interrupted before the first branches had ended: nothing is kept. The same command "
             "begins anew."
         )
-    return f"Interrupted: {len(kept)} branches are safe in {part}. Go on with --resume."
+    return f"Interrupted: {len(branches)} branches are safe in {part}. Go on with --resume."
 
 
 def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
-    told: dict[str, int] = {}
-    for word in found.seeds:
-        told[word] = told.get(word, 0) + 1
-    what = (
-        "; ".join(f"{count} of {len(seeds)}: {word}" for word, count in told.items())
+    """The error where no seed led to a branch."""
+    outcomes = (
+        "; ".join(
+            f"{count} of {len(seeds)}: {word}" for word, count in Counter(found.seeds).items()
+        )
         or "no seeds at all"
     )
     return (
-        f"{study.source or 'the study'}: found no motion to follow from its seeds ({what}); "
+        f"{study.source or 'the study'}: found no motion to follow from its seeds ({outcomes}); "
         f"allowed: seeds that have "
         "settled on a motion that repeats. Give others (continue.seeds or --seeds), let them "
         "settle for longer "
@@ -329,26 +329,27 @@ def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
 
 
 def _seeds(
-    setting: Setting, flow: Flow, given: str | os.PathLike[str] | None, say: Words
+    setup: ContinuationSetup, flow: Flow, path: str | os.PathLike[str] | None, say: Say
 ) -> list[Seed]:
-    asked = setting.asked
-    source = given if given is not None else asked.seeds
+    continuation = setup.continuation
+    source = path if path is not None else continuation.seeds
     if isinstance(source, str | os.PathLike):
-        return _seeds_in(setting, Path(source))
-    return _settled(setting, flow, np.array(source[asked.along], dtype=float), say)
+        return _seeds_in(setup, Path(source))
+    return _settled(setup, flow, np.array(source[continuation.along], dtype=float), say)
 
 
-def _settled(setting: Setting, flow: Flow, numbers: Array, say: Words) -> list[Seed]:
-    """The motions on which the study's starts settle at these values."""
-    study, model = setting.study, setting.model
+def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> list[Seed]:
+    """The motions on which the starts of the study settle at ``numbers`` [n] (SI) of
+    the continued number, preceded by one start of each as a seed of a steady motion."""
+    study, model = setup.study, setup.model
     starts = max(1, study.initial.starts)
     at = np.repeat(numbers, starts)[:, None]
-    values = setting.values(at, (setting.asked.along,))
+    values = setup.values(at, (setup.continuation.along,))
     state = model.starts(values, np.tile(np.arange(starts), len(numbers)))
-    own, phase = state[:, :-1], state[:, -1]
+    states, phase = state[:, :-1], state[:, -1]
     first = [
         Seed(one, float(angle), value, steady=True)
-        for one, angle, value in zip(own, phase, at, strict=True)
+        for one, angle, value in zip(states, phase, at, strict=True)
     ]
     duration = study.simulation.transient + study.simulation.observe
     say(f"{len(at)} motions settle for {duration:g} s")
@@ -357,22 +358,22 @@ def _settled(setting: Setting, flow: Flow, numbers: Array, say: Words) -> list[S
     for _ in range(pieces):
         interrupt.look()
         span = np.full(len(at), duration / pieces)
-        ends = flow.run(Legs(own, phase, span, at, np.zeros(len(at), dtype=bool)))
+        ends = flow.run(Legs(states, phase, span, at, np.zeros(len(at), dtype=bool)))
         ok &= ends.ok
-        own = np.where(ok[:, None], ends.state, own)
+        states = np.where(ok[:, None], ends.state, states)
         phase = phase + flow.phase_rate(at) * span
     settled = [
         Seed(one, float(angle), value, near=True)
-        for one, angle, value, fine in zip(own, phase, at, ok, strict=True)
-        if fine
+        for one, angle, value, is_ok in zip(states, phase, at, ok, strict=True)
+        if is_ok
     ]
     return [*first[::starts], *settled]
 
 
-def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
-    """The settled points of a results file that has the study's string and, but for
-    what is continued, its operating point."""
-    study, asked = setting.study, setting.asked
+def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
+    """The settled points of a results file with the same string and, except for the
+    continued number, the same operating point as the study."""
+    study, continuation = setup.study, setup.continuation
     results = read_results(path, ("status", "settled", "final_state"))
     if str(results.attrs.get("model", study.model)) != study.model:
         raise FileError(
@@ -380,21 +381,23 @@ def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
             f"{study.model}. Choose "
             "results of the same model as seeds."
         )
-    there = resolved_study(results.attrs)
-    free = {asked.along, *there.get("sweep", {})}
-    keys = [key for key, _, _ in string_differences(there, study.resolved, free)]
-    if there.get("uncertain") != study.resolved.get("uncertain"):
+    source = resolved_study(results.attrs)
+    free = {continuation.along, *source.get("sweep", {})}
+    keys = [key for key, _, _ in string_differences(source, study.resolved, free)]
+    if source.get("uncertain") != study.resolved.get("uncertain"):
         keys.append("uncertain")
     if keys:
-        told = told_changes(there, study.resolved, keys)
+        changes = told_changes(source, study.resolved, keys)
         raise FileError(
-            f"{path}: made with another string ({told}). Choose results of the same "
+            f"{path}: made with another string ({changes}). Choose results of the same "
             f"string as seeds."
         )
-    lines = np.ones(results.shape, dtype=bool)
-    name_along = dimension_of(asked.along)
-    if name_along not in results.axes and asked.along in OPERATION:
-        raise FileError(f"{path}: found no {asked.along}. Choose results of a sweep as seeds.")
+    selected = np.ones(results.shape, dtype=bool)
+    name_along = dimension_of(continuation.along)
+    if name_along not in results.axes and continuation.along in OPERATION:
+        raise FileError(
+            f"{path}: found no {continuation.along}. Choose results of a sweep as seeds."
+        )
     for place, name in enumerate(results.grid):
         if name in ("procedure", "start", "sample", name_along):
             continue
@@ -410,13 +413,13 @@ def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
             )
         shape = [1] * len(results.shape)
         shape[place] = len(values)
-        lines &= (np.arange(len(values)) == near).reshape(shape)
+        selected &= (np.arange(len(values)) == near).reshape(shape)
     numbers = (
         results.coords[name_along]
         if name_along in results.grid
         else np.array([_number_of(study, name_along)])
     )
-    good = lines & (results["status"] == OK) & (results["settled"] == 1)
+    good = selected & (results["status"] == OK) & (results["settled"] == 1)
     seeds = []
     for index in np.argwhere(good):
         number = float(
@@ -424,7 +427,7 @@ def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
             if name_along in results.grid
             else numbers[0]
         )
-        if asked.low <= number <= asked.high:
+        if continuation.low <= number <= continuation.high:
             state = results["final_state"][tuple(index)]
             seeds.append(Seed(state[:-1], float(state[-1]), np.array([number])))
     if not seeds:
@@ -437,7 +440,7 @@ def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
 
 
 def _number_of(study: Study, name: str) -> float:
-    """The study's number whose dimension has this name."""
+    """The value in the study [SI] of the number whose dimension has this name."""
     if name in OPERATION:
         return float(getattr(study.operation, name))
     key = next(key for key in keys_of(study.model).axes if dimension_of(key) == name)
@@ -447,10 +450,11 @@ def _number_of(study: Study, name: str) -> float:
     return float(value)
 
 
-# What is kept of an unfinished continuation
+# The branches of an unfinished continuation
 
 
 def _digest(study: Study, seeds: list[Seed]) -> str:
+    """Digest of all inputs that decide the branches."""
     digest = hashlib.sha256(study.sha256.encode())
     digest.update(json_text(study.resolved.get(SECTION)).encode())
     for one in seeds:
@@ -458,16 +462,16 @@ def _digest(study: Study, seeds: list[Seed]) -> str:
     return digest.hexdigest()
 
 
-def _keep(part: Path, model: str, digest: str, branches: Mapping[Any, Branch]) -> None:
-    arrays, told = to_arrays(branches)
-    unfinished.keep(part, WHAT, digest, told, arrays, model)
+def _save_branches(part: Path, model: str, digest: str, branches: Mapping[Any, Branch]) -> None:
+    arrays, data = to_arrays(branches)
+    unfinished.write_part(part, WHAT, digest, data, arrays, model)
 
 
-def _kept(part: Path, digest: str) -> dict[Any, Branch]:
+def _load_branches(part: Path, digest: str) -> dict[Any, Branch]:
     """The branches in ``part``; FileError where they are of another continuation."""
-    told, arrays = unfinished.kept(part, WHAT, digest, "another study or from other seeds")
+    data, arrays = unfinished.read_part(part, WHAT, digest, "another study or from other seeds")
     try:
-        return from_arrays(arrays, told)
+        return from_arrays(arrays, data)
     except (ValueError, KeyError, TypeError, IndexError) as error:
         raise unfinished.damaged(part, WHAT, error) from error
 
@@ -475,34 +479,38 @@ def _kept(part: Path, digest: str) -> dict[Any, Branch]:
 # The Dataset
 
 
-def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
+def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
     """The Dataset of branches."""
     import xarray
 
-    study, asked, model = setting.study, setting.asked, setting.model
+    study, continuation, model = setup.study, setup.continuation, setup.model
     branches = found.branches
     points: list[Point] = [one.point for branch in branches for one in branch.marked]
     labels = np.array([one.label for branch in branches for one in branch.marked], dtype=np.int16)
     rows = np.array([len(branch) for branch in branches], dtype=np.int64)
     numbers = np.array([point.found.values[-1] for point in points])
-    names = model.states(setting.fixed)
+    names = model.states(setup.variant)
     finer = finer_multipliers(flow, branches, interrupt.look)
     widest = max(map(len, finer))
     multipliers = np.full((len(points), widest), np.nan + 0j)
-    for place, found_there in enumerate(finer):
-        multipliers[place, : len(found_there)] = found_there[
-            np.argsort(-np.abs(found_there), kind="stable")
-        ]
+    for place, values in enumerate(finer):
+        multipliers[place, : len(values)] = values[np.argsort(-np.abs(values), kind="stable")]
     states = np.stack([point.found.state for point in points])
     periods = np.array([point.found.period for point in points])
     coordinates: dict[str, Any] = {}
     for name in OPERATION:
         value = (
-            numbers if name == asked.along else np.full(len(points), getattr(study.operation, name))
+            numbers
+            if name == continuation.along
+            else np.full(len(points), getattr(study.operation, name))
         )
         coordinates[name] = ("point", value, _axis_attrs(study, name))
-    if asked.along not in OPERATION:
-        coordinates[dimension_of(asked.along)] = ("point", numbers, _axis_attrs(study, asked.along))
+    if continuation.along not in OPERATION:
+        coordinates[dimension_of(continuation.along)] = (
+            "point",
+            numbers,
+            _axis_attrs(study, continuation.along),
+        )
     meanings = meanings_of(described(study.model))
     flags = {
         "flag_values": np.array([*meanings], np.int16),
@@ -519,22 +527,24 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
         "lobes": (
             "branch",
             np.array([one.lobes for one in branches], np.int64),
-            _words("period in lobes"),
+            _dimensionless("period in lobes"),
         ),
         "parent": (
             "branch",
             np.array([one.parent for one in branches], np.int64),
-            _words("number of the branch from which it springs, -1 for none"),
+            _dimensionless("number of the branch from which it springs, -1 for none"),
         ),
         "parent_point": (
             "branch",
             np.array([one.parent_point for one in branches], np.int64),
-            _words("point of the parent, counted within it, at which it springs; -1 for none"),
+            _dimensionless(
+                "point of the parent, counted within it, at which it springs; -1 for none"
+            ),
         ),
         "closed": (
             "branch",
             np.array([one.closed for one in branches], np.int8),
-            _words("1 for a closed branch"),
+            _dimensionless("1 for a closed branch"),
         ),
         "end_reason": (
             "branch",
@@ -544,14 +554,14 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
         "row_size": (
             "branch",
             rows,
-            {**_words("number of points of the branch"), "sample_dimension": "point"},
+            {**_dimensionless("number of points of the branch"), "sample_dimension": "point"},
         ),
         "branch_of_point": (
             "point",
             np.repeat(np.arange(len(branches)), rows),
-            _words("number of the branch"),
+            _dimensionless("number of the branch"),
         ),
-        "label": ("point", labels, {**_words("kind of special point"), **flags}),
+        "label": ("point", labels, {**_dimensionless("kind of special point"), **flags}),
         "label_note": (
             "point",
             np.array([one.words for b in branches for one in b.marked], dtype=object),
@@ -570,32 +580,32 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
         "multiplier_real": (
             ("point", "multiplier"),
             multipliers.real,
-            _words("Floquet multipliers, real parts"),
+            _dimensionless("Floquet multipliers, real parts"),
         ),
         "multiplier_imag": (
             ("point", "multiplier"),
             multipliers.imag,
-            _words("Floquet multipliers, imaginary parts"),
+            _dimensionless("Floquet multipliers, imaginary parts"),
         ),
         "unstable": (
             "point",
             np.array([point.found.unstable for point in points], np.int16),
-            _words("number of multipliers outside the unit circle; 0: stable"),
+            _dimensionless("number of multipliers outside the unit circle; 0: stable"),
         ),
         "arclength": (
             "point",
             np.array([point.s for point in points]),
-            _words("arclength from the branch's begin"),
+            _dimensionless("arclength from the branch's begin"),
         ),
         "iterations": (
             "point",
             np.array([point.iterations for point in points], np.int16),
-            _words("iterations of Newton's method"),
+            _dimensionless("iterations of Newton's method"),
         ),
         "residual": (
             "point",
             np.array([point.residual for point in points]),
-            _words("residual in natural scales"),
+            _dimensionless("residual in natural scales"),
         ),
         "state": (
             ("point", "state_name"),
@@ -607,7 +617,7 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
                 "touches": (
                     ("point", "contact"),
                     touches,
-                    _words("how often in a period a contact begins"),
+                    _dimensionless("how often in a period a contact begins"),
                 )
             }
             if touches is not None
@@ -616,15 +626,15 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
     }
     circles = np.repeat([one.motion == CIRCLE for one in branches], rows)
     features = _features(
-        setting, states, periods, numbers, circles, np.nanmax(np.abs(multipliers), axis=1)
+        setup, states, periods, numbers, circles, np.nanmax(np.abs(multipliers), axis=1)
     )
-    own = {variable.name: variable for variable in described(study.model).features}
+    known = {variable.name: variable for variable in described(study.model).features}
     for name, values in features.items():
-        if name in own:
+        if name in known:
             data[name] = (
                 "point",
                 values,
-                {"units": own[name].units, "long_name": own[name].long_name},
+                {"units": known[name].units, "long_name": known[name].long_name},
             )
     coords = {
         **coordinates,
@@ -635,71 +645,84 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
             else {}
         ),
     }
-    seeds: dict[str, int] = {}
-    for word in found.seeds:
-        seeds[word] = seeds.get(word, 0) + 1
     attrs = {
         **provenance(study, "continue"),
         "nsdrill_kind": "branches",
-        "along": dimension_of(asked.along),
-        "along_key": asked.along,
-        "continue_from": asked.low,
-        "continue_to": asked.high,
-        "seeds": json_text(seeds),
+        "along": dimension_of(continuation.along),
+        "along_key": continuation.along,
+        "continue_from": continuation.low,
+        "continue_to": continuation.high,
+        "seeds": json_text(dict(Counter(found.seeds))),
         "rtol": flow.rtol,
     }
     return xarray.Dataset(data, coords, attrs)
 
 
-def _words(text: str) -> dict[str, Any]:
+def _dimensionless(text: str) -> dict[str, Any]:
+    """The attributes of a variable without units."""
     return {"units": "1", "long_name": text}
 
 
 def _axis_attrs(study: Study, key: str) -> dict[str, Any]:
+    """The attributes of the coordinate of an axis."""
     leaf = keys_of(study.model).axes[key]
-    found = keys_of(study.model).leaf(leaf.key, study.resolved)
-    return {"units": CF[found.units], "long_name": found.meaning or key, "key": leaf.key}
+    resolved = keys_of(study.model).leaf(leaf.key, study.resolved)
+    return {"units": CF[resolved.units], "long_name": resolved.meaning or key, "key": leaf.key}
 
 
 def _features(
-    setting: Setting, states: Array, periods: Array, numbers: Array, circles: Array, largest: Array
+    setup: ContinuationSetup,
+    states: Array,
+    periods: Array,
+    numbers: Array,
+    circles: Array,
+    largest: Array,
 ) -> dict[str, Array]:
-    """The features of a results file of every point, over one period, on a circle over
-    many; NaN where the motion is too unstable to be followed that long."""
-    study, model = setting.study, setting.model
+    """The features of every point, as in a results file, observed over one period, on a
+    circle over many; NaN where the motion is too unstable to be followed that long.
+
+    ``states`` [n, states] and ``periods`` [s] are those of the motions at ``numbers``
+    (SI) of the continued number, ``circles`` those on invariant circles, and
+    ``largest`` their largest multipliers in absolute value; all but ``states`` [n]."""
+    study, model = setup.study, setup.model
     record = Record(peaks=1)
     lanes = choose_lanes(1000)
-    variant = Compiled(study.model, setting.fixed)
-    rows, width = variant.rows, model.report_width(record, setting.fixed)
+    variant = Compiled(study.model, setup.variant)
+    rows, width = variant.rows, model.report_width(record, setup.variant)
     n = len(states)
-    windows = np.where(circles, CIRCLE_PERIODS * periods, periods)
-    values = setting.values(numbers[:, None], (setting.asked.along,))
+    durations = np.where(circles, CIRCLE_PERIODS * periods, periods)
+    values = setup.values(numbers[:, None], (setup.continuation.along,))
     table = model.pack(values, study.thresholds)
-    runs = model.runs(table, setting.fixed, np.concatenate([states, np.zeros((n, 1))], axis=1))
-    made = replace(runs, transient=np.zeros(n), observe=windows)
+    runs = model.runs(table, setup.variant, np.concatenate([states, np.zeros((n, 1))], axis=1))
+    runs = replace(runs, transient=np.zeros(n), observe=durations)
     store = model.store(lanes, study.parameters, record)
     batch = Batch(
         lanes, n, rows, store, width, Simulation(0.0, 1.0, rtol=1e-9, max_steps=50_000_000)
     )
-    batch.add_many(np.arange(n), made)
-    report, ok, parameters = np.zeros((n, width)), np.zeros(n, dtype=bool), np.zeros_like(table)
+    batch.add_many(np.arange(n), runs)
+    outcome, ok, parameters = np.zeros((n, width)), np.zeros(n, dtype=bool), np.zeros_like(table)
     parts = compiled_parts(lanes, variant)
-    left = n
-    while left:
+    remaining = n
+    while remaining:
         interrupt.look()
         done = batch.advance(parts, 1.0, True)
-        report[done.job], ok[done.job] = done.report, done.status == OK
+        outcome[done.job], ok[done.job] = done.report, done.status == OK
         parameters[done.job] = done.parameters
-        left -= len(done.job)
-    found = model.features(report, parameters, windows, setting.fixed)  # type: ignore[arg-type]
-    good = ok & followed(largest, circles)
-    return {name: np.where(good, value, np.nan) for name, value in found.items()}
+        remaining -= len(done.job)
+    features = model.features(
+        outcome,
+        parameters,
+        durations,  # type: ignore[arg-type]
+        setup.variant,
+    )
+    good = ok & stays_on_motion(largest, circles)
+    return {name: np.where(good, value, np.nan) for name, value in features.items()}
 
 
-def followed(largest: Array, circles: Array) -> Array:
-    """Whether a run over the observed time stays on the motion, by its ``largest``
-    multiplier over a period [n] and whether it lies on a circle, which is observed over
-    many periods [n]."""
+def stays_on_motion(largest: Array, circles: Array) -> Array:
+    """Whether a run stays on the motion for the observation time: bool [n]. ``largest``
+    [n] is the largest multiplier over a period in absolute value; motions on
+    ``circles`` (bool [n]) are observed over many periods."""
     with np.errstate(over="ignore"):
         return ~(largest ** np.where(circles, CIRCLE_PERIODS, 1) > UNSTABLE)
 
@@ -707,74 +730,79 @@ def followed(largest: Array, circles: Array) -> Array:
 # Curves
 
 
-def conditions_of(setting: Setting) -> dict[int, Condition]:
-    """What holds along the curves that are asked for, by the label of the points that
-    they pass."""
-    curves, model = setting.asked.curves, setting.model
+def conditions_of(setup: ContinuationSetup) -> dict[int, Condition]:
+    """The conditions that hold along the curves of the study, by the label of the
+    points that the curves continue."""
+    curves, model = setup.continuation.curves, setup.model
     assert curves is not None
-    found = {}
+    conditions = {}
     if "fold" in curves.of:
-        found[FOLD] = Condition(multiplier=1.0)
+        conditions[FOLD] = Condition(multiplier=1.0)
     if "doubling" in curves.of:
-        found[DOUBLING] = Condition(multiplier=-1.0)
+        conditions[DOUBLING] = Condition(multiplier=-1.0)
     if "torus" in curves.of:
-        found[TORUS] = Condition(pair=True)
+        conditions[TORUS] = Condition(pair=True)
     if "hopf" in curves.of:
-        found[HOPF] = Condition(pair=True)
-    for one in described(setting.study.model).grazing:
+        conditions[HOPF] = Condition(pair=True)
+    for one in described(setup.study.model).grazing:
         if one.border in curves.of:
             place = model.contacts.index(one.contact)
-            found[one.code] = Condition(contact=place, which=1 if one.when == "reached" else 0)
-    return found
+            conditions[one.code] = Condition(contact=place, which=1 if one.when == "reached" else 0)
+    return conditions
 
 
-def with_curves(setting: Setting, data: Any, found: Found, workers: int) -> Any:
-    """The Dataset with the curves of special points in the second number."""
-    asked, study = setting.asked, setting.study
-    curves = asked.curves
+def with_curves(setup: ContinuationSetup, data: Any, found: Found, workers: int) -> Any:
+    """``data`` with the curves along which special points continue in the plane of the
+    continued number and a second one."""
+    continuation, study = setup.continuation, setup.study
+    curves = continuation.curves
     assert curves is not None
-    scales = ((asked.high - asked.low) / RANGE_PARTS, (curves.high - curves.low) / RANGE_PARTS)
-    contacts, known = setting.model.contacts, dict[str, Flow]()
+    scales = (
+        (continuation.high - continuation.low) / RANGE_PARTS,
+        (curves.high - curves.low) / RANGE_PARTS,
+    )
+    contacts, known = setup.model.contacts, dict[str, Flow]()
 
     def flows(condition: Condition) -> Flow:
-        # A motion that a contact is just reached by is one without it, and that is
-        # smooth.
+        # A motion that just reaches a contact is also a motion without that contact,
+        # whose equations are smooth.
         name = "" if condition.of_monodromy or not condition.which else contacts[condition.contact]
         if name not in known:
-            known[name] = setting.flow((asked.along, curves.over), scales, workers, name)
+            known[name] = setup.flow((continuation.along, curves.over), scales, workers, name)
         return known[name]
 
     start = _number_of(study, dimension_of(curves.over))
-    ranges = ((asked.low, asked.high), (curves.low, curves.high))
-    made = borders(
-        flows, found.branches, conditions_of(setting), start, ranges, curves.points, interrupt.look
+    ranges = ((continuation.low, continuation.high), (curves.low, curves.high))
+    border_curves = borders(
+        flows, found.branches, conditions_of(setup), start, ranges, curves.points, interrupt.look
     )
-    points = [point for one in made for point in one.points]
+    points = [point for one in border_curves for point in one.points]
     numbers = np.array([point.found.values for point in points]).reshape(-1, 2)
-    along, over = dimension_of(asked.along), dimension_of(curves.over)
+    along, over = dimension_of(continuation.along), dimension_of(curves.over)
     ends = [
-        " ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended)) for one in made
+        " ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended))
+        for one in border_curves
     ]
     return data.assign(
         curve_label=(
             "curve",
-            np.array([one.label for one in made], np.int16),
+            np.array([one.label for one in border_curves], np.int16),
             dict(data["label"].attrs),
         ),
         curve_motion=(
             "curve",
-            np.array([one.motion for one in made], dtype=object),
+            np.array([one.motion for one in border_curves], dtype=object),
             {"long_name": "kind of motion"},
         ),
         curve_lobes=(
             "curve",
-            np.array([one.lobes for one in made], np.int64),
-            _words("period in lobes"),
+            np.array([one.lobes for one in border_curves], np.int64),
+            _dimensionless("period in lobes"),
         ),
         curve_branch=(
             "curve",
-            np.array([one.branch for one in made], np.int64),
-            _words("a branch that it passes"),
+            np.array([one.branch for one in border_curves], np.int64),
+            _dimensionless("a branch that it passes"),
         ),
         curve_end_reason=(
             "curve",
@@ -783,16 +811,20 @@ def with_curves(setting: Setting, data: Any, found: Found, workers: int) -> Any:
         ),
         curve_row_size=(
             "curve",
-            np.array([len(one.points) for one in made], np.int64),
-            {**_words("number of points of the curve"), "sample_dimension": "curve_point"},
+            np.array([len(one.points) for one in border_curves], np.int64),
+            {**_dimensionless("number of points of the curve"), "sample_dimension": "curve_point"},
         ),
         curve_unstable=(
             "curve_point",
             np.array([point.found.unstable for point in points], np.int16),
-            _words("number of multipliers outside the unit circle"),
+            _dimensionless("number of multipliers outside the unit circle"),
         ),
         **{
-            f"curve_{along}": ("curve_point", numbers[:, 0], _axis_attrs(study, asked.along)),
+            f"curve_{along}": (
+                "curve_point",
+                numbers[:, 0],
+                _axis_attrs(study, continuation.along),
+            ),
             f"curve_{over}": ("curve_point", numbers[:, 1], _axis_attrs(study, curves.over)),
         },
     ).assign_attrs(over=over, over_key=curves.over)

@@ -1,4 +1,4 @@
-"""Results and traces that Python users give, as Datasets or names of files."""
+"""Results and traces as arguments of Python functions: Datasets or names of files."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def is_dataset(data: Any) -> bool:
-    """Whether ``data`` are a Dataset; xarray is imported only where they may be one."""
+    """Whether ``data`` is a Dataset. xarray is imported only where it may be one."""
     if isinstance(data, str | os.PathLike):
         return False
     from xarray import Dataset
@@ -30,21 +30,21 @@ def is_dataset(data: Any) -> bool:
 
 
 def is_figure(data: Any) -> bool:
-    """Whether ``data`` are a figure of matplotlib."""
+    """Whether ``data`` is a figure of matplotlib."""
     from matplotlib.figure import Figure
 
     return isinstance(data, Figure)
 
 
-def _only(data: Any, names: Iterable[str]) -> Dataset:
-    """A Dataset with these of its variables, and all of its coordinates."""
+def _with_variables_only(data: Any, names: Iterable[str]) -> Dataset:
+    """The Dataset ``data`` with only the variables ``names``, and all coordinates."""
     wanted = {*names}
     kept: Dataset = data.drop_vars([name for name in data.data_vars if name not in wanted])
     return kept
 
 
 def data_in(data: Any, names: Iterable[str] | None) -> Results | Trace:
-    """The results or trace in a Dataset or file, of results only the variables
+    """The results or trace in a Dataset or file; of results only the variables
     ``names``, if given."""
     from nsdrill.app.overrides import overrides_of
     from nsdrill.app.reading import read_any
@@ -52,16 +52,18 @@ def data_in(data: Any, names: Iterable[str] | None) -> Results | Trace:
 
     if not is_dataset(data):
         return read_any(name_in(data), names)
-    found = checked(
-        from_dataset(data if names is None or "time" in data.dims else _only(data, names))
+    found = validated(
+        from_dataset(
+            data if names is None or "time" in data.dims else _with_variables_only(data, names)
+        )
     )
     found.attrs[OVERRIDES] = json_text(overrides_of(found.attrs))
     return found
 
 
-def checked(data: Results | Trace) -> Results | Trace:
-    """``data``; InputError where a selection has left nothing of them, or a trace goes
-    back in time."""
+def validated(data: Results | Trace) -> Results | Trace:
+    """``data``; InputError where a selection is empty, or the time of a trace does not
+    ascend."""
     if isinstance(data, Trace):
         if not len(data.time) or not np.all(np.diff(data.time) > 0.0):
             raise InputError(
@@ -76,21 +78,20 @@ def checked(data: Results | Trace) -> Results | Trace:
     return data
 
 
-def completed(results: Results) -> Results:
-    """Results that another state of nsdrill made, with NaN for the features that it did
-    not know."""
+def with_missing_features(results: Results) -> Results:
+    """``results`` with NaN for the features that their version of nsdrill lacked."""
     from nsdrill.app.provenance import model_digest
     from nsdrill.models.registry import model_in
 
     if results.attrs.get("model_digest") == model_digest(model_in(results.attrs).name):
         return results
     unknown = np.full(results.shape, np.nan)
-    later = {v.name: unknown for v in recorded_in(results) if v.room == "feature"}
+    later = {v.name: unknown for v in variables_of(results) if v.room == "feature"}
     return replace(results, variables=later | results.variables)
 
 
-def recorded_in(results: Results) -> tuple[Variable, ...]:
-    """The variables that a file of these results has."""
+def variables_of(results: Results) -> tuple[Variable, ...]:
+    """The variables that a file of these results should have."""
     from nsdrill.models.registry import model_in
     from nsdrill.store import kept_of, recorded
 
@@ -99,16 +100,16 @@ def recorded_in(results: Results) -> tuple[Variable, ...]:
 
 
 def results_in(data: Any, name: str, names: Iterable[str]) -> Results:
-    """The results in a Dataset or file, which have to have the variables ``names``; of
-    a file only these."""
+    """The results in a Dataset or file, which must have the variables ``names``; of a
+    file only these are read. ``name`` is that of the argument in messages."""
     found = data_in(data, None if is_dataset(data) else names)
     if is_dataset(data) and isinstance(found, Results):
-        found = completed(found)
+        found = with_missing_features(found)
     return with_variables(found, name, names)
 
 
 def with_variables(data: Results | Trace, name: str, names: Iterable[str]) -> Results:
-    """``data``, which have to be results with the variables ``names``."""
+    """``data``; InputError unless they are results with the variables ``names``."""
     if isinstance(data, Trace):
         raise InputError(f"{name}: found a trace; allowed: results of a sweep.")
     if lacking := [variable for variable in dict.fromkeys(names) if variable not in data.variables]:
@@ -128,9 +129,9 @@ def _listed(names: Sequence[str]) -> str:
 
 
 @contextmanager
-def of_whole(name: str) -> Iterator[None]:
-    """Where a variable is looked for that a Dataset does not have, an error that says
-    so."""
+def missing_variable_errors(name: str) -> Iterator[None]:
+    """A context in which a missing variable, a KeyError, becomes an InputError that
+    names it."""
     try:
         yield
     except KeyError as error:
@@ -144,8 +145,8 @@ def of_whole(name: str) -> Iterator[None]:
 
 
 def branches_in(data: Any) -> Any:
-    """The Dataset where ``data`` are branches, or the name of a file of them; else
-    None."""
+    """The Dataset of branches where ``data`` is one, or the name of a file of branches;
+    else None."""
     from nsdrill.app.reading import is_branches
     from nsdrill.store import open_branches
 
@@ -156,9 +157,9 @@ def branches_in(data: Any) -> Any:
 
 
 def outline_in(data: Any) -> Results | Trace:
-    """As :func:`data_in`, but results have zeros for their variables, which take no
-    memory: to see what there is."""
-    from nsdrill.app.reading import outline, outlined
+    """As :func:`data_in`, but the variables of results are zeros, which take no memory;
+    for the names and the shape."""
+    from nsdrill.app.reading import outline, outline_of
     from nsdrill.models.vocabulary import BY_NAME
 
     if not is_dataset(data):
@@ -167,5 +168,5 @@ def outline_in(data: Any) -> Results | Trace:
     return (
         found
         if isinstance(found, Trace)
-        else outlined(found, [str(n) for n in data.data_vars if n in BY_NAME])
+        else outline_of(found, [str(n) for n in data.data_vars if n in BY_NAME])
     )

@@ -1,4 +1,4 @@
-"""What differs between two files: the studies, what they were made with, and the
+"""The differences between two files: their studies, their origins and their
 numbers."""
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from nsdrill.errors import FileError
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.study.write import changes
 
-MADE = (
+MAKER_ATTRIBUTES = (
     "study_sha256",
     "created",
     "nsdrill_version",
@@ -28,7 +28,7 @@ MADE = (
     "h5py_version",
     "processor",
 )
-OF_A_RUN = {
+RUN_ATTRIBUTE_UNITS = {
     "depth": "m",
     "wob": "N",
     "rotary_speed": "rad/s",
@@ -46,53 +46,64 @@ OF_A_RUN = {
 def diff(
     a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str | os.PathLike[str]
 ) -> dict[str, Any]:
-    """What differs between ``a`` and ``b``, results, unfinished runs or traces, in
+    """The differences between ``a`` and ``b``, results, unfinished runs or traces, in
     memory or files, as plain data in SI units.
 
-    ``same_study`` (but for the title) and ``same_numbers``, to the bit; ``study``: the
-    keys that differ, with both values as a study file has them (None: not there), the
-    thresholds those in force; ``run``: the attributes of two traces that differ;
-    ``made``: when, by which versions and where, as far as that differs; ``kinds`` of
-    the two; and of two of one kind what
-    :func:`nsdrill.analysis.comparison.compare_results` or ``compare_traces`` give:
-    ``axes``, ``points``, ``responses``, ``variables``, ``only_a``, ``only_b``.
+    ============ =======================================================================
+    same_study   Whether the studies are equal, apart from the title.
+    same_numbers Whether all numbers are equal, to the bit.
+    study        The keys that differ, with both values as in a study file (None:
+                 missing); thresholds are those in force.
+    run          Of traces, the attributes of the run that differ.
+    made         The attributes of the origin that differ: date, versions, machine.
+    kinds        The kinds of the two, ``results`` or ``trace``.
+    ============ =======================================================================
+
+    For two of one kind there are also the ``axes``, ``points``, ``responses``,
+    ``variables``, ``only_a`` and ``only_b`` of
+    :func:`nsdrill.analysis.comparison.compare_results` or ``compare_traces``.
     FileError for a file that cannot be read.
     """
-    one, two = (data if isinstance(data, Results | Trace) else read_any(data) for data in (a, b))
+    data_a, data_b = (
+        data if isinstance(data, Results | Trace) else read_any(data) for data in (a, b)
+    )
     names = [
         f"Dataset {label}" if isinstance(data, Results | Trace) else os.fspath(data)
         for label, data in (("a", a), ("b", b))
     ]
     try:
-        differing = changes(_study(one.attrs), _study(two.attrs))
+        differing = changes(_study(data_a.attrs), _study(data_b.attrs))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         where = " or ".join(names)
         raise FileError(
             f"{where}: study_resolved in the file does not hold a study ({error}). {EDITED}"
         ) from error
     study = [{"key": key, "a": old, "b": new} for key, old, new in differing]
-    found: dict[str, Any] = {
+    differences: dict[str, Any] = {
         "kind": "diff",
         "files": names,
-        "kinds": [_kind(one), _kind(two)],
+        "kinds": [_kind(data_a), _kind(data_b)],
         "same_study": all(row["key"] == "title" for row in study),
         "same_numbers": False,
         "study": study,
         "run": [],
-        "made": _attributes(one.attrs, two.attrs, dict.fromkeys(MADE, "")),
+        "made": _attributes(data_a.attrs, data_b.attrs, dict.fromkeys(MAKER_ATTRIBUTES, "")),
     }
-    if isinstance(one, Results) and isinstance(two, Results):
-        found |= compare_results(one, two)
-    elif isinstance(one, Trace) and isinstance(two, Trace):
-        found |= {"run": _attributes(one.attrs, two.attrs, OF_A_RUN), **compare_traces(one, two)}
+    if isinstance(data_a, Results) and isinstance(data_b, Results):
+        differences |= compare_results(data_a, data_b)
+    elif isinstance(data_a, Trace) and isinstance(data_b, Trace):
+        differences |= {
+            "run": _attributes(data_a.attrs, data_b.attrs, RUN_ATTRIBUTE_UNITS),
+            **compare_traces(data_a, data_b),
+        }
     else:
-        return found
-    found["same_numbers"] = (
-        not found["only_a"]
-        and not found["only_b"]
-        and all(row["same"] for row in (*found["axes"], *found["variables"]))
+        return differences
+    differences["same_numbers"] = (
+        not differences["only_a"]
+        and not differences["only_b"]
+        and all(row["same"] for row in (*differences["axes"], *differences["variables"]))
     )
-    return found
+    return differences
 
 
 def _kind(data: Results | Trace) -> str:
@@ -100,7 +111,8 @@ def _kind(data: Results | Trace) -> str:
 
 
 def _study(attrs: Mapping[str, Any]) -> dict[str, Any]:
-    """The study of a file, with the thresholds in force; empty where it has none."""
+    """The study of a file, with the thresholds in force; empty where the file has no
+    study."""
     study = resolved_study(attrs)
     if study and "classification_resolved" in attrs:
         study["classify"] = json.loads(attrs["classification_resolved"])
@@ -110,14 +122,14 @@ def _study(attrs: Mapping[str, Any]) -> dict[str, Any]:
 def _attributes(
     a: Mapping[str, Any], b: Mapping[str, Any], units: Mapping[str, str]
 ) -> list[dict[str, Any]]:
-    """The attributes that differ, as text with their units; None where one is not
-    there."""
+    """The attributes that differ, as text with their units; None where one is
+    missing."""
 
-    def told(attrs: Mapping[str, Any], name: str) -> str | None:
+    def text(attrs: Mapping[str, Any], name: str) -> str | None:
         return f"{attrs[name]} {units[name]}".strip() if name in attrs else None
 
     return [
-        {"name": name, "a": told(a, name), "b": told(b, name)}
+        {"name": name, "a": text(a, name), "b": text(b, name)}
         for name in units
-        if told(a, name) != told(b, name)
+        if text(a, name) != text(b, name)
     ]

@@ -1,5 +1,5 @@
-"""Adjust the unknown numbers of a study to measurements: run an ensemble, weigh it, say
-what the data tell."""
+"""Adjust the unknown numbers of a study to measurements: run an ensemble, weight it,
+and assess what the data determine."""
 
 from __future__ import annotations
 
@@ -47,16 +47,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 QUANTILES = (0.05, 0.5, 0.95)
-SHORT = 12  # characters of a setting that is round
-FAR = 3.0  # times beyond the ends of the sweep, where a measured setting may be in another unit
+SHORT = 12  # characters of the text of a round setting, at most
+FAR = 3.0  # factor beyond the ends of the sweep from which a unit may be wrong
 
 
 @dataclass(frozen=True)
 class Fit:
-    """What came of a fit: ``note`` in plain data (SI), ``study`` the text of the study
-    with the posterior samples as its section uncertain; for pictures the ``prior`` and
-    ``samples`` of each unknown by key and the ``predicted`` values [samples, points] by
-    name."""
+    """The result of a fit. ``note`` is its summary in plain data (SI), ``study`` the
+    text of the study with the posterior samples in its section ``uncertain``. For
+    figures, there are the ``prior`` and posterior ``samples`` of each unknown by key,
+    and the ``predicted`` values [samples, points] by name."""
 
     note: dict[str, Any]
     study: str
@@ -66,8 +66,8 @@ class Fit:
     predicted: dict[str, Array]
 
     def picture(self, units: str = "si") -> Figure:
-        """The unknowns before and after, and measured beside predicted values, in
-        ``units`` "si" or "field"."""
+        """A figure of the unknowns before and after the fit and of measured and
+        predicted values, in ``units`` "si" or "field"."""
         from nsdrill.plot.fitted import draw
 
         return draw(
@@ -87,8 +87,9 @@ def fit(
     kept: Rounds | None = None,
 ) -> Fit:
     """Adjust the unknowns of ``study`` to ``measured``; the sweep of the study is not
-    run. ``kept`` keeps the runs, and has those of an interrupted fit. InputError where
-    there is nothing to adjust, or where no run ends well."""
+    run. At most ``rounds`` rounds of ``batch`` samples are run, and the adjusted study
+    has ``samples`` samples. ``kept`` saves the runs, and has those of an interrupted
+    fit. InputError where there is nothing to adjust, or where no run ends well."""
     keys = unknowns_of(study)
     if clash := [key for key in measured.at if key in keys]:
         raise InputError(
@@ -96,16 +97,16 @@ def fit(
             f"allowed: one of both."
         )
     _check_points(study, measured)
-    kept = kept or Rounds()
-    run = _Runs(
-        study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2), kept.runs
+    calls = kept or Rounds()
+    run = _Simulator(
+        study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2), calls.runs
     )
-    simulate = kept.of(run)
-    values, errors, there = measured.flat
+    simulate = calls.recording(run)
+    values, errors, indices = measured.flat
     seed = study.resolved["uncertain"]["seed"]
     try:
-        found = posterior(
-            lambda z: simulate(z)[:, there],
+        fitted = posterior(
+            lambda z: simulate(z)[:, indices],
             values,
             errors,
             len(keys),
@@ -117,22 +118,22 @@ def fit(
         raise InputError(
             f"{study.source}: {error} at some point of {measured.source}. nsdrill run says why."
         ) from error
-    chosen = found.drawn(samples, seed)
-    drawn = _values(keys, found.z[chosen])
+    chosen = fitted.drawn(samples, seed)
+    drawn = _unknown_values(keys, fitted.z[chosen])
     predicted = np.full((samples, measured.points * len(measured.values)), np.nan)
-    predicted[:, there] = found.found[chosen]
+    predicted[:, indices] = fitted.found[chosen]
     by_name = dict(
         zip(measured.values, np.split(predicted, len(measured.values), axis=1), strict=True)
     )
     rng = np.random.default_rng(0)
     prior = {key: quantile(numbers, rng.random(2000)) for key, numbers in keys.items()}
-    note = _note(study, measured, keys, found, by_name)
-    return Fit(note, _text(study, measured, drawn, note), measured, prior, drawn, by_name)
+    note = _fit_summary(study, measured, keys, fitted, by_name)
+    return Fit(note, _adjusted_text(study, measured, drawn, note), measured, prior, drawn, by_name)
 
 
 def unknowns_of(study: Study) -> dict[str, Any]:
-    """The distributions of the unknowns of ``study`` by key; InputError where there is
-    none to adjust."""
+    """The distributions of the unknowns of ``study`` by key; InputError where a fit
+    cannot adjust them."""
     section = study.resolved.get("uncertain") or {}
     keys = {key: numbers for key, numbers in section.items() if key not in HOW}
     source = study.source or "the study"
@@ -159,31 +160,31 @@ def unknowns_of(study: Study) -> dict[str, Any]:
 
 
 def far_from_the_sweep(study: Study, measured: Measured, units: str = "si") -> list[str]:
-    """In words, in ``units`` "si" or "field", the settings that lie far outside of what
-    the study sweeps: a unit may be wrong."""
+    """A warning, in ``units`` "si" or "field", for each measured setting far outside
+    the sweep of the study, whose unit may be wrong."""
     leaves = keys_of(study.model).axes
-    said = []
+    warnings = []
     for key, values in measured.at.items():
         swept = study.axes.get(key, np.empty(0))
         if len(swept) < 2:
             continue
         low, high = float(swept[0]), float(swept[-1])
-        bad = np.flatnonzero((values < low / FAR) | (values > high * FAR))
-        if bad.size:
-            found, first, last = (
-                _setting(leaves[key], float(one), units) for one in (values[bad[0]], low, high)
+        outside = np.flatnonzero((values < low / FAR) | (values > high * FAR))
+        if outside.size:
+            setting, first, last = (
+                _setting(leaves[key], float(one), units) for one in (values[outside[0]], low, high)
             )
-            said.append(
-                f"{measured.source}, {measured.where[bad[0]]}: {key} is {found}, and the study "
-                f"sweeps {first} to "
+            warnings.append(
+                f"{measured.source}, {measured.where[outside[0]]}: {key} is {setting}, and the "
+                f"study sweeps {first} to "
                 f"{last}. Is the unit in the head right?"
             )
-    return said
+    return warnings
 
 
 def _setting(leaf: Leaf, value: float, units: str) -> str:
-    """A setting in words: in SI in the unit in which it is round, as it was written,
-    where there is one."""
+    """The text of a setting: in SI with the unit in which it is round, if there is
+    one."""
     exact = leaf.text(value)
     return (
         exact if units == "si" and len(exact) <= SHORT else quantity(leaf.key).text(value, units, 4)
@@ -191,8 +192,8 @@ def _setting(leaf: Leaf, value: float, units: str) -> str:
 
 
 def _check_points(study: Study, measured: Measured) -> None:
-    """FileError where the study does not hold at a point: where a setting is least or
-    greatest, as a depth above the length of the collars."""
+    """FileError where the study is not valid at the extremes of a setting, such as a
+    depth less than the length of the collars."""
     leaves = keys_of(study.model).axes
     text = study_text(study.resolved)
     for place in sorted(
@@ -215,9 +216,10 @@ def _check_points(study: Study, measured: Measured) -> None:
 
 
 @dataclass
-class _Runs:
-    """Runs of the model at all points of the measurements, for samples of the
-    unknowns."""
+class _Simulator:
+    """The model as a function of samples of the unknowns, run at all points of the
+    measurements. ``most`` is the greatest number of samples of the fit, ``before`` the
+    number of runs of an interrupted fit, and ``done`` that of finished runs."""
 
     study: Study
     measured: Measured
@@ -232,7 +234,8 @@ class _Runs:
         check_sweep(replace(self.study, axes={k: v[:1] for k, v in self.study.axes.items()}))
 
     def __call__(self, z: Array) -> Array:
-        """The model's values [samples, names x points], NaN where a run failed."""
+        """The values of the model [samples, names x points] at the samples ``z``
+        [samples, unknowns] (standard normal); NaN where a run failed."""
         n, points = len(z), self.measured.points
         operation = self.study.operation
         table = {
@@ -241,10 +244,12 @@ class _Runs:
         }
         table |= self.measured.at
         table = {key: np.tile(values, n) for key, values in table.items()}
-        table |= {key: np.repeat(values, points) for key, values in _values(self.keys, z).items()}
-        found = self._run(table)
-        found = {name: values.reshape(n, points) for name, values in found.items()}
-        return np.concatenate([found[name] for name in self.measured.values], axis=1)
+        table |= {
+            key: np.repeat(values, points) for key, values in _unknown_values(self.keys, z).items()
+        }
+        values = self._run(table)
+        by_name = {name: one.reshape(n, points) for name, one in values.items()}
+        return np.concatenate([by_name[name] for name in self.measured.values], axis=1)
 
     def _run(self, table: dict[str, Array]) -> dict[str, Array]:
         study = self.study
@@ -259,11 +264,11 @@ class _Runs:
             record,
             study.model,
         )
-        out = {name: np.full(plan.points, np.nan) for name in self.measured.values}
+        features = {name: np.full(plan.points, np.nan) for name in self.measured.values}
 
         def deliver(points: Array, columns: dict[str, Array]) -> None:
             ok = columns["status"] == OK
-            for name, values in out.items():
+            for name, values in features.items():
                 values[order[points]] = np.where(ok, columns[name], np.nan)
 
         def watch(now: Progress) -> None:
@@ -274,16 +279,17 @@ class _Runs:
 
         share = -(-plan.points // self.workers)
         with ThreadPoolExecutor(self.workers) as threads:
-            for one, points in work.by_method(np.arange(plan.points)):
-                lanes = widened(choose_lanes(share), share, one.variant.rows)
-                compiled_parts(lanes, one.variant)
-                Engine(one, threads, self.workers, lanes, deliver, watch).run(None, points)
+            for part, points in work.by_method(np.arange(plan.points)):
+                lanes = widened(choose_lanes(share), share, part.variant.rows)
+                compiled_parts(lanes, part.variant)
+                Engine(part, threads, self.workers, lanes, deliver, watch).run(None, points)
                 self.done += len(points)
-        return out
+        return features
 
 
-def _values(keys: dict[str, Any], z: Array) -> dict[str, Array]:
-    """The unknowns by key, of samples z [n, unknowns]."""
+def _unknown_values(keys: dict[str, Any], z: Array) -> dict[str, Array]:
+    """The values [n] of the unknowns by key, at samples ``z`` [n, unknowns] (standard
+    normal)."""
     from scipy.special import ndtr
 
     u = np.clip(ndtr(z), 2.0**-54, 1 - 2.0**-54)
@@ -292,26 +298,28 @@ def _values(keys: dict[str, Any], z: Array) -> dict[str, Array]:
     }
 
 
-def _note(
+def _fit_summary(
     study: Study,
     measured: Measured,
     keys: dict[str, Any],
-    found: Posterior,
+    fitted: Posterior,
     predicted: dict[str, Array],
 ) -> dict[str, Any]:
     from scipy.special import ndtr
 
-    part = ndtr(found.z)
-    order = np.argsort(found.z, axis=0)
-    widths, correlations = found.widths, found.correlations
+    quantiles = ndtr(fitted.z)
+    order = np.argsort(fitted.z, axis=0)
+    widths, correlations = fitted.widths, fitted.correlations
     unknowns = []
     for i, (key, numbers) in enumerate(keys.items()):
-        edges = np.cumsum(found.weights[order[:, i]])
-        ranked = part[order[:, i], i]
-        at = [float(ranked[min(int(np.searchsorted(edges, q)), len(edges) - 1)]) for q in QUANTILES]
+        edges = np.cumsum(fitted.weights[order[:, i]])
+        ranked = quantiles[order[:, i], i]
+        marginal = [
+            float(ranked[min(int(np.searchsorted(edges, q)), len(edges) - 1)]) for q in QUANTILES
+        ]
         low, high = (
-            float(found.weights @ side)
-            for side in (part[:, i] < AT_THE_END, part[:, i] > 1 - AT_THE_END)
+            float(fitted.weights @ side)
+            for side in (quantiles[:, i] < AT_THE_END, quantiles[:, i] > 1 - AT_THE_END)
         )
         width = float(widths[i])
         unknowns.append(
@@ -320,7 +328,7 @@ def _note(
                 "units": next(axis.units for axis in study.unknowns if axis.key == key),
                 "prior": quantile(numbers, np.array(QUANTILES)).tolist(),
                 "posterior": quantile(
-                    numbers, np.clip(np.array(at), 2.0**-54, 1 - 2.0**-54)
+                    numbers, np.clip(np.array(marginal), 2.0**-54, 1 - 2.0**-54)
                 ).tolist(),
                 "width": width,
                 "told": "well" if width < GOOD_GAIN else "partly" if width < LEAST_GAIN else "not",
@@ -338,51 +346,53 @@ def _note(
         for j in range(i)
         if abs(correlations[i, j]) > TIGHT and max(widths[[i, j]]) < 1.5
     ]
-    freedom = max(len(found.spread) - len(keys), 1)
-    chance = float(chi2.sf(found.misfit, freedom))
+    freedom = max(len(fitted.spread) - len(keys), 1)
+    chance = float(chi2.sf(fitted.misfit, freedom))
     return {
         "kind": "fit",
         "title": study.title,
         "data": measured.source,
         "points": measured.points,
-        "values": len(found.spread),
+        "values": len(fitted.spread),
         "notes": list(measured.notes),
         "features": [
-            _of_feature(name, measured, predicted[name], found) for name in measured.values
+            _feature_summary(name, measured, predicted[name], fitted) for name in measured.values
         ],
         "unknowns": unknowns,
         "together": pairs,
-        "runs": found.runs * measured.points,
-        "samples": found.runs,
-        "failed": found.failed,
-        "rounds": found.rounds,
-        "effective": found.size,
-        "beta": found.beta,
-        "misfit": found.misfit / len(found.spread),
+        "runs": fitted.runs * measured.points,
+        "samples": fitted.runs,
+        "failed": fitted.failed,
+        "rounds": fitted.rounds,
+        "effective": fitted.size,
+        "beta": fitted.beta,
+        "misfit": fitted.misfit / len(fitted.spread),
         "chance": chance,
         "explained": chance >= SURE,
     }
 
 
-def _of_feature(
-    name: str, measured: Measured, predicted: Array, found: Posterior
+def _feature_summary(
+    name: str, measured: Measured, predicted: Array, fitted: Posterior
 ) -> dict[str, Any]:
-    there = np.isfinite(measured.values[name])
-    places = list(measured.values).index(name) * measured.points + np.flatnonzero(there)
-    at = np.searchsorted(measured.flat[2], places)
-    error, spread = measured.errors[name][there], found.spread[at]
-    away = np.median(predicted[:, there], axis=0) - measured.values[name][there]
+    is_measured = np.isfinite(measured.values[name])
+    places = list(measured.values).index(name) * measured.points + np.flatnonzero(is_measured)
+    where = np.searchsorted(measured.flat[2], places)
+    error, spread = measured.errors[name][is_measured], fitted.spread[where]
+    residual = np.median(predicted[:, is_measured], axis=0) - measured.values[name][is_measured]
     return {
         "name": name,
         "units": plain_units(BY_NAME[name].units),
-        "points": int(there.sum()),
+        "points": int(is_measured.sum()),
         "error": float(np.sqrt(np.mean(error**2))),
         "spread": float(np.sqrt(np.mean(spread**2))),
-        "deviation": float(np.sqrt(np.mean(away**2 / (error**2 + 2 * spread**2)))),
+        "deviation": float(np.sqrt(np.mean(residual**2 / (error**2 + 2 * spread**2)))),
     }
 
 
-def _text(study: Study, measured: Measured, drawn: dict[str, Array], note: dict[str, Any]) -> str:
+def _adjusted_text(
+    study: Study, measured: Measured, drawn: dict[str, Array], note: dict[str, Any]
+) -> str:
     """The study with the samples as a table in place of the distributions."""
     resolved = copy.deepcopy(study.resolved)
     section = {key: value for key, value in resolved["uncertain"].items() if key in HOW}
@@ -393,12 +403,12 @@ def _text(study: Study, measured: Measured, drawn: dict[str, Array], note: dict[
         "correlations": [],
     }
     source = study.source or "a study"
-    told = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
+    gains = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
     head = (
         f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: {note['points']} "
         f"operating points, "
         f"{note['values']} measured values, effective number of samples {note['effective']:.0f}.",
-        f"What the data tell: {told}.",
+        f"What the data tell: {gains}.",
     )
     text = study_text(resolved, head)
     parse_study(text, "the adjusted study")

@@ -1,4 +1,5 @@
-"""Where the two directions of an up-down sweep differ, from its results file."""
+"""The intervals in which the two directions of an up-down sweep differ, from its
+results file."""
 
 from __future__ import annotations
 

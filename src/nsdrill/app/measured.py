@@ -1,12 +1,12 @@
-"""Measurements of a well, from a table as rigs export them: CSV with a name and a unit
-over every column.
+"""Measurements of a well, from a table as rigs export it: CSV with a name and a unit
+for every column.
 
-There are two forms. Over *operating points* a row is one setting (``wob``,
+There are two forms. In a table over *operating points* a row is one setting (``wob``,
 ``rotary_speed``, ``depth`` or any key of the study) with the features and severities
-that were measured there. Over *time*, with a column ``time``, the columns are signals;
-rows in which the settings stay the same are a stretch, and every stretch is an
-operating point with the features that follow from its signals: ``surface_torque`` gives
-surface_torque_mean, surface_torque_min and surface_torque_max.
+measured there. In a table over *time*, with a column ``time``, the columns are signals.
+Rows with constant settings form a stretch, and every stretch is an operating point
+whose features follow from its signals: ``surface_torque`` gives surface_torque_mean,
+surface_torque_min and surface_torque_max.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ from nsdrill.units import QuantityError, kind_of, plain_units, to_si
 from nsdrill.variables import dimension_of
 
 MOST_BYTES = 200_000_000
-# the error of a value where none is given, of itself and of the greatest of its column
+# assumed error: share of the value, and of the greatest value of its column
 RELATIVE, ABSOLUTE = 0.05, 0.02
-GRADE = 0.5  # of a severity
+GRADE = 0.5  # assumed error of a severity
 NULLS = ("", "nan", "null", "-999", "-999.25", "-9999", "na", "n/a")
-SAME = 0.05  # a setting stays the same while it is within this part of its mean
+SAME = 0.05  # of its mean, within which a setting is constant
 SLOWEST = 2.0  # s between samples, beyond which extremes are missed
-LEAST_FOR_NOISE = 40  # samples of a stretch, from which its noise is told
-WHITE = 1.25  # ratio of two estimates up to which it is noise that they see
-CHANCE = 0.01  # of white noise to be taken for a motion, by each of two tests
-FINE = 0.5  # s between samples, beyond which a motion may be as fast as they are
+LEAST_FOR_NOISE = 40  # samples of a stretch, for an estimate of its noise
+WHITE = 1.25  # greatest ratio of two estimates of white noise
+CHANCE = 0.01  # significance level of each of two tests for white noise
+FINE = 0.5  # s between samples, beyond which they may not resolve a motion
 TIME = "time"
 ERROR = "_error"
 MEAN, CHANGE = "_mean", "_change"
@@ -51,12 +51,13 @@ _JOINED = re.compile(r"(?<=[A-Za-z])[.\-·](?=[A-Za-z])")
 
 @dataclass(frozen=True)
 class Reading:
-    """How a table is read: ``rename`` has the names of nsdrill by the heads of the
-    file, ``ignore`` the heads that are passed over, ``*`` for all that are not known;
-    ``errors`` the standard deviations by name, as texts (``0.5 kft*lbf``,
-    ``10 percent``) or in SI as numbers; ``gaps`` whether rows with gaps are passed
-    over; and of a table over time how long a stretch lasts at least and what of its
-    beginning is not used [s]."""
+    """Options for reading a table.
+
+    ``rename`` maps headings of the file to names of nsdrill; ``ignore`` lists headings
+    to skip, ``*`` for all unknown ones; ``errors`` maps names to standard deviations,
+    as texts (``0.5 kft*lbf``, ``10 percent``) or as numbers in SI; ``gaps`` says
+    whether rows with gaps are skipped. In a table over time a stretch lasts at least
+    ``shortest`` [s], and its first ``settle`` [s] are not used."""
 
     rename: Mapping[str, str] = field(default_factory=dict)
     ignore: Sequence[str] = ()
@@ -68,7 +69,8 @@ class Reading:
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its place, its head, its name here and the SI value of one of its unit."""
+    """A column: its place, its heading, its name in nsdrill and its unit in SI
+    (``scale``)."""
 
     place: int
     head: str
@@ -77,19 +79,19 @@ class Column:
 
 
 def read_measured(
-    path: str | os.PathLike[str], study: Study, how: Reading | None = None
+    path: str | os.PathLike[str], study: Study, options: Reading | None = None
 ) -> Measured:
-    """The measurements in the CSV file ``path``, to be compared with runs of ``study``;
-    FileError, with the line, where something in it cannot be used."""
-    how = how or Reading()
+    """The measurements in the CSV file ``path``, for comparison with runs of ``study``;
+    FileError, with the line, where a cell or a column is invalid."""
+    options = options or Reading()
     lines = _rows(path)
     number, heads, units, body = _heads(path, lines)
     names = _Names.of(study)
-    timed = any(_name(head, how) == TIME for head, _ in heads)
-    columns, notes = _columns(path, number, heads, units, names, how, timed)
-    table, at = _numbers(path, body, columns, names, how, timed, notes)
+    timed = any(_name(head, options) == TIME for head, _ in heads)
+    columns, notes = _columns(path, number, heads, units, names, options, timed)
+    table, at = _numbers(path, body, columns, names, options, timed, notes)
     if timed:
-        return _over_time(path, table, at, names, how, notes)
+        return _over_time(path, table, at, names, options, notes)
     given = {column.name for column in columns}
     settings = {names.settings[name]: table[name] for name in table if name in names.settings}
     values = {name: table[name] for name in names.results if name in given}
@@ -103,13 +105,16 @@ def read_measured(
         raise FileError(
             f"{path}: found an error of 0 or less, or none beside a value; allowed: one above 0."
         )
-    return _made(path, settings, values, errors, [f"line {line}" for line in at], names, how, notes)
+    return _measured(
+        path, settings, values, errors, [f"line {line}" for line in at], names, options, notes
+    )
 
 
 @dataclass(frozen=True)
 class _Names:
-    """What a column may be: ``settings``, keys of the study by their names as columns;
-    ``results`` [name -> SI units] of what a run gives; ``signals`` of a trace."""
+    """The valid names of columns: ``settings`` maps them to keys of the study,
+    ``results`` (features and severities of a run) and ``signals`` (of a trace) to SI
+    units."""
 
     keys: Keys
     settings: dict[str, str]
@@ -141,7 +146,7 @@ class _Names:
         )
 
     def units(self, name: str, timed: bool) -> str | None:
-        """The SI units of a column of this name, None where there is none such."""
+        """The SI units of the column ``name``; None where the name is unknown."""
         if name in self.settings:
             return self.keys.axes[self.settings[name]].units
         if timed:
@@ -156,7 +161,7 @@ class _Names:
 
 
 def _rows(path: str | os.PathLike[str]) -> list[tuple[int, list[str]]]:
-    """The rows of the file with their line numbers, without empty ones and comments."""
+    """The rows of the file with their line numbers, without empty rows and comments."""
     try:
         if Path(path).stat().st_size > MOST_BYTES:
             raise FileError(
@@ -176,17 +181,17 @@ def _rows(path: str | os.PathLike[str]) -> list[tuple[int, list[str]]]:
     delimiter = max(",;\t", key=first.count)
     reader = csv.reader(text.splitlines(), delimiter=delimiter, skipinitialspace=True)
     try:
-        found = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
+        rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
     except csv.Error as error:
         raise FileError(f"{path}, line {reader.line_num}: no CSV: {error}.") from error
-    return [(n, row) for n, row in found if any(row) and not row[0].startswith("#")]
+    return [(n, row) for n, row in rows if any(row) and not row[0].startswith("#")]
 
 
 def _heads(
     path: str | os.PathLike[str], rows: list[tuple[int, list[str]]]
 ) -> tuple[int, list[tuple[str, str | None]], bool, list[tuple[int, list[str]]]]:
-    """The line of the head, the (name, unit) of each column, whether the units have a
-    row of their own, the rest."""
+    """The line of the headings, the (name, unit) of each column, whether the units are
+    in a separate row, and the remaining rows."""
     if len(rows) < 2:
         raise FileError(
             f"{path}: found no table; allowed: a head of names with units and at "
@@ -214,8 +219,8 @@ def _heads(
     return number, heads, False, rows[1:]
 
 
-def _name(head: str, how: Reading) -> str:
-    name = how.rename.get(head, head).strip().lower()
+def _name(head: str, options: Reading) -> str:
+    name = options.rename.get(head, head).strip().lower()
     return re.sub(r"[\s\-]+", "_", name)
 
 
@@ -225,29 +230,29 @@ def _columns(
     heads: list[tuple[str, str | None]],
     own_row: bool,
     names: _Names,
-    how: Reading,
+    options: Reading,
     timed: bool,
 ) -> tuple[list[Column], list[str]]:
     where = f"{path}, line {line}"
     notes: list[str] = []
-    there = {head for head, _ in heads}
-    for option, asked in (("--rename", how.rename), ("--ignore", how.ignore)):
-        if strange := [head for head in asked if head not in there and head != "*"]:
-            listed = ", ".join(there)
+    in_file = {head for head, _ in heads}
+    for option, listed_heads in (("--rename", options.rename), ("--ignore", options.ignore)):
+        if unknown := [head for head in listed_heads if head not in in_file and head != "*"]:
+            listed = ", ".join(in_file)
             raise FileError(
-                f"{where}: {option}: found no column {strange[0]!r}; allowed: those "
+                f"{where}: {option}: found no column {unknown[0]!r}; allowed: those "
                 f"of the file, {listed}."
             )
     columns: list[Column] = []
     ignored = []
     for place, (head, unit) in enumerate(heads):
-        name = _name(head, how)
-        if head in how.ignore:
+        name = _name(head, options)
+        if head in options.ignore:
             ignored.append(head)
             continue
         si = names.units(name, timed)
         if si is None:
-            if "*" in how.ignore:
+            if "*" in options.ignore:
                 ignored.append(head)
                 continue
             raise FileError(_unknown(where, head, name, names, timed))
@@ -277,18 +282,18 @@ def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> st
     if not timed and name in names.signals:
         hint += f" {name} by itself is a signal over time, which needs a column time."
     what = "signals over time" if timed else "features and severities of a run"
-    some = ", ".join(list(names.signals if timed else names.results)[:8])
+    examples = ", ".join(list(names.signals if timed else names.results)[:8])
     return (
         f"{where}: found the column {head!r}, which is not known.{hint} Allowed: time, settings "
         f"(depth, wob, "
-        f"rotary_speed or a key of the study) and {what} ({some}, ...). --rename '{head}=NAME' "
+        f"rotary_speed or a key of the study) and {what} ({examples}, ...). --rename '{head}=NAME' "
         f"says what it is, "
         f"--ignore '{head}' passes over it, --ignore '*' over all that are not known."
     )
 
 
 def _models_with(name: str) -> list[str]:
-    """The models of which a run, or a trace, gives this value."""
+    """The models whose runs or traces have this value."""
     ends = ("", MEAN, "_max", f"{CHANGE}_max")
     return [
         model
@@ -298,8 +303,8 @@ def _models_with(name: str) -> list[str]:
 
 
 def _scale(where: str, head: str, unit: str | None, si: str, of_result: bool) -> float:
-    """The SI value of one ``unit``. A fraction of time may be in percent, and a
-    percentage a plain number."""
+    """The SI value of one ``unit``. Fractions may be in percent, and percentages may be
+    fractions."""
     text = (unit or "").strip().replace("%", "percent")
     if si in ("", "percent"):
         factors = (
@@ -343,12 +348,12 @@ def _numbers(
     body: list[tuple[int, list[str]]],
     columns: list[Column],
     names: _Names,
-    how: Reading,
+    options: Reading,
     timed: bool,
     notes: list[str],
 ) -> tuple[dict[str, Array], list[int]]:
-    """The columns in SI and the lines of their rows."""
-    found: list[list[float]] = []
+    """The columns in SI, by name, and the line numbers of their rows."""
+    rows: list[list[float]] = []
     lines: list[int] = []
     skipped = missing = 0
     for line, row in body:
@@ -368,7 +373,7 @@ def _numbers(
             column.name for column, value in zip(columns, values, strict=True) if math.isnan(value)
         }
         if lacking:
-            if not how.gaps:
+            if not options.gaps:
                 head = columns[[math.isnan(value) for value in values].index(True)].head
                 raise FileError(
                     f"{path}, line {line}: {head}: found a gap; allowed: a number. --skip-gaps "
@@ -380,18 +385,18 @@ def _numbers(
                 skipped += 1
                 continue
             missing += 1
-        found.append(values)
+        rows.append(values)
         lines.append(line)
     if skipped:
         notes.append(f"{skipped} of {len(body)} rows have gaps and are passed over")
     if missing:
         notes.append(f"in {missing} of {len(body)} rows some values are not measured")
-    if not found:
+    if not rows:
         raise FileError(
             f"{path}: found no row of numbers{' without gaps' if skipped else ''}; "
             f"allowed: at least one."
         )
-    table = np.array(found)
+    table = np.array(rows)
     return {column.name: table[:, i] for i, column in enumerate(columns)}, lines
 
 
@@ -416,10 +421,10 @@ def _over_time(
     table: dict[str, Array],
     at: list[int],
     names: _Names,
-    how: Reading,
+    options: Reading,
     notes: list[str],
 ) -> Measured:
-    """Features of stretches in which the settings stay the same."""
+    """The features of the stretches in which the settings are constant."""
     time = table.pop(TIME)
     back = np.flatnonzero(np.diff(time) <= 0)
     if back.size:
@@ -445,26 +450,28 @@ def _over_time(
     coarse = step > SLOWEST
     kept, short = [], 0
     for start, stop in _stretches(time, settings, step):
-        start = int(np.searchsorted(time, time[start] + how.settle)) if stop > start else start
-        if stop - start < 3 or time[stop - 1] - time[start] < how.shortest - how.settle:
+        start = int(np.searchsorted(time, time[start] + options.settle)) if stop > start else start
+        if stop - start < 3 or time[stop - 1] - time[start] < options.shortest - options.settle:
             short += 1
             continue
         kept.append((start, stop))
     if not kept:
         raise FileError(
-            f"{path}: found no stretch of at least {how.shortest:g} s in which the settings stay "
-            f"within "
-            f"{100 * SAME:g} % of their mean; allowed: at least one. --shortest takes shorter ones."
+            f"{path}: found no stretch of at least {options.shortest:g} s in which the settings "
+            f"stay within {100 * SAME:g} % of their mean; allowed: at least one. --shortest "
+            f"takes shorter ones."
         )
     notes.append(
-        f"{len(kept)} stretches of constant settings, without their first {how.settle:g} s"
-        + (f"; {short} shorter than {how.shortest:g} s are passed over" if short else "")
+        f"{len(kept)} stretches of constant settings, without their first {options.settle:g} s"
+        + (f"; {short} shorter than {options.shortest:g} s are passed over" if short else "")
     )
     if coarse:
         notes.append(f"a sample every {step:g} s: only means are used, as extremes are missed")
-    at_ = {key: np.array([values[a:b].mean() for a, b in kept]) for key, values in settings.items()}
-    found: dict[str, Array] = {}
-    beyond: dict[str, Array] = {}
+    points = {
+        key: np.array([values[a:b].mean() for a, b in kept]) for key, values in settings.items()
+    }
+    features: dict[str, Array] = {}
+    shifts: dict[str, Array] = {}
     for name, values in signals.items():
         parts = [values[a:b] for a, b in kept]
         means = np.array([part.mean() for part in parts])
@@ -472,25 +479,27 @@ def _over_time(
             np.array([part.min() for part in parts]),
             np.array([part.max() for part in parts]),
         )
-        # Noise makes a greatest value greater: by nothing at a sharp peak, by sqrt(2 ln
-        # n) deviations of a steady one. Of samples as slow as the motion it is not
-        # known to be noise: the extremes stay, and the doubt is their error.
+        # Noise shifts an extreme outwards: by nothing at a sharp peak, by sqrt(2 ln n)
+        # deviations for a steady signal. Samples as slow as the motion do not separate
+        # noise from motion, so their extremes stay and the shift adds to the error.
         noise = np.array([noise_of(part) for part in parts])
         half = 0.5 * noise * np.sqrt(2.0 * np.log([len(part) for part in parts]))
         if step <= FINE:
             low, high = low + half, high - half
-        every = {
+        statistics = {
             MEAN: means,
             "_min": low,
             "_max": high,
             f"{CHANGE}_min": low - means,
             f"{CHANGE}_max": high - means,
         }
-        wanted = {f"{name}{end}": one for end, one in every.items() if not coarse or end == MEAN}
-        found |= {full: one for full, one in wanted.items() if full in names.results}
+        wanted = {
+            f"{name}{end}": one for end, one in statistics.items() if not coarse or end == MEAN
+        }
+        features |= {full: one for full, one in wanted.items() if full in names.results}
         ends = {full: half for full in wanted if full in names.results and not full.endswith(MEAN)}
         if ends and half.any():
-            beyond |= ends
+            shifts |= ends
             whole = 100.0 / max(float(np.abs(means).max()), 1e-300)
             notes.append(
                 f"noise of {name}: up to {whole * noise.max():.2g} % of its mean; its extremes "
@@ -503,22 +512,23 @@ def _over_time(
                 f"{whole * half.max():.2g} % of the mean "
                 f"added to their error; samples every {FINE:g} s or less tell"
             )
-    if not found:
+    if not features:
         raise FileError(
             f"{path}: found signals of which no feature follows{' but extremes' * coarse}; "
             f"allowed: others."
         )
     where = [f"lines {at[a]} to {at[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
-    return _made(path, at_, found, {}, where, names, how, notes, beyond)
+    return _measured(path, points, features, {}, where, names, options, notes, shifts)
 
 
 def noise_of(values: Array) -> float:
     """The standard deviation of the white noise in evenly spaced samples of a smooth
-    signal, 0 where there is none that can be told: differences of order 6 and 8 pass
-    over the signal, and of white noise give the same (their squares sum to the binomial
-    coefficients of 12 over 6 and 16 over 8). The upper half of its spectrum has to be
-    that of white noise as well, flat and without lines, which a motion of sharp turns
-    is not."""
+    signal, 0 where no noise is detected.
+
+    Differences of order 6 and 8 remove the signal and give equal estimates for white
+    noise; the squares of their coefficients sum to the binomial coefficients of 12 over
+    6 and 16 over 8. The upper half of the spectrum must also be that of white noise,
+    flat and without lines, which excludes a motion with corners."""
     if len(values) < LEAST_FOR_NOISE:
         return 0.0
     six, eight = (
@@ -529,9 +539,8 @@ def noise_of(values: Array) -> float:
 
 
 def _white(values: Array) -> bool:
-    """Whether the frequencies above half the greatest look like white noise: as much
-    power in their lower half as in their upper one (F test), and none with more than
-    chance gives (Fisher 1929, g test)."""
+    """Whether the upper half of the spectrum is that of white noise: equal power in its
+    lower and upper parts (F test), and no line (Fisher 1929, g test)."""
     from scipy.signal import periodogram
     from scipy.stats import f as f_distribution
 
@@ -540,7 +549,7 @@ def _white(values: Array) -> bool:
     lower, higher = np.array_split(upper, 2)
     if not higher.mean() > 0.0:
         return False
-    widened = 1.5  # bins of a Hann window that are as one independent one
+    widened = 1.5  # bins of a Hann window per independent bin
     freedom = [2.0 * len(part) / widened for part in (lower, higher)]
     ratio = float(lower.mean() / higher.mean())
     even = 2.0 * min(
@@ -551,56 +560,58 @@ def _white(values: Array) -> bool:
 
 
 def _stretches(time: Array, settings: dict[str, Array], step: float) -> list[tuple[int, int]]:
-    """First and beyond the last row of each stretch in which every setting stays within
-    :data:`SAME` of its mean, and no time is missing."""
+    """The first row, and the row after the last, of each stretch in which every setting
+    is within :data:`SAME` of its mean and no time is missing."""
     table = np.stack(list(settings.values()), axis=1)
     size = np.maximum(np.abs(table).max(axis=0), 1e-300)
-    found, start, total = [], 0, table[0].copy()
+    stretches, start, total = [], 0, table[0].copy()
     for row in range(1, len(table) + 1):
         ends = row == len(table)
         if not ends:
             mean = total / (row - start)
-            away = np.abs(table[row] - mean) > SAME * np.maximum(np.abs(mean), 0.02 * size)
-            ends = bool(away.any()) or time[row] - time[row - 1] > max(5 * step, 1e-9)
+            deviates = np.abs(table[row] - mean) > SAME * np.maximum(np.abs(mean), 0.02 * size)
+            ends = bool(deviates.any()) or time[row] - time[row - 1] > max(5 * step, 1e-9)
         if ends:
-            found.append((start, row))
+            stretches.append((start, row))
             start, total = row, np.zeros(table.shape[1])
         if row < len(table):
             total = total + table[row]
-    return found
+    return stretches
 
 
-def _made(
+def _measured(
     path: str | os.PathLike[str],
     settings: dict[str, Array],
     values: dict[str, Array],
     errors: dict[str, Array],
     where: list[str],
     names: _Names,
-    how: Reading,
+    options: Reading,
     notes: list[str],
-    beyond: Mapping[str, Array] | None = None,
+    shifts: Mapping[str, Array] | None = None,
 ) -> Measured:
-    if strange := [name for name in how.errors if name not in values]:
+    if unknown := [name for name in options.errors if name not in values]:
         raise InputError(
-            f"--error: found {strange[0]}, which is not measured; allowed: {', '.join(values)}."
+            f"--error: found {unknown[0]}, which is not measured; allowed: {', '.join(values)}."
         )
     assumed = []
-    for name, found in values.items():
-        if name in how.errors:
-            errors[name] = _error(name, how.errors[name], names.results[name], found)
+    for name, column in values.items():
+        if name in options.errors:
+            errors[name] = _errors_from_option(
+                name, options.errors[name], names.results[name], column
+            )
         elif name not in errors:
-            greatest = float(np.nanmax(np.abs(found)))
-            grade = name.endswith("_severity")
+            largest = float(np.nanmax(np.abs(column)))
+            is_severity = name.endswith("_severity")
             errors[name] = (
-                np.full(found.shape, GRADE)
-                if grade
-                else np.hypot(RELATIVE * found, ABSOLUTE * greatest)
+                np.full(column.shape, GRADE)
+                if is_severity
+                else np.hypot(RELATIVE * column, ABSOLUTE * largest)
             )
             errors[name] = np.maximum(errors[name], 1e-12)
             assumed.append(name)
-        if beyond and name in beyond:
-            errors[name] = np.hypot(errors[name], beyond[name])
+        if shifts and name in shifts:
+            errors[name] = np.hypot(errors[name], shifts[name])
     if assumed:
         notes.append(
             f"error assumed of {', '.join(assumed)}: {100 * RELATIVE:g} % of the value and "
@@ -610,9 +621,9 @@ def _made(
     return Measured(str(path), settings, values, errors, tuple(where), tuple(notes))
 
 
-def _error(name: str, text: str | float, si: str, values: Array) -> Array:
-    """The standard deviations that an option gives, as a quantity, in percent of the
-    values, or as a number in SI."""
+def _errors_from_option(name: str, text: str | float, si: str, values: Array) -> Array:
+    """The standard deviations of ``values`` from an option: a quantity, a percentage of
+    the values, or a number in SI."""
     if not isinstance(text, str):
         if (
             isinstance(text, bool)
@@ -625,13 +636,13 @@ def _error(name: str, text: str | float, si: str, values: Array) -> Array:
                 "with its unit or in percent."
             )
         return np.full(values.shape, float(text))
-    plain = text.replace("%", "percent").strip()
+    cleaned = text.replace("%", "percent").strip()
     try:
-        share = plain.endswith("percent") and si != "percent"
+        is_percentage = cleaned.endswith("percent") and si != "percent"
         number = (
-            float(plain.removesuffix("percent"))
-            if share or si in ("", "percent")
-            else to_si(_JOINED.sub("*", plain), si)
+            float(cleaned.removesuffix("percent"))
+            if is_percentage or si in ("", "percent")
+            else to_si(_JOINED.sub("*", cleaned), si)
         )
         if not number > 0 or not math.isfinite(number):
             raise ValueError
@@ -641,9 +652,9 @@ def _error(name: str, text: str | float, si: str, values: Array) -> Array:
         raise InputError(
             f"--error {name}: found {text!r}; allowed: a number above 0 with its unit, or percent."
         ) from None
-    found = number / 100 * np.abs(values) if share else np.full(values.shape, number)
-    if np.any(found <= 0):
+    errors = number / 100 * np.abs(values) if is_percentage else np.full(values.shape, number)
+    if np.any(errors <= 0):
         raise InputError(
             f"--error {name}: found {text!r} of a value of 0; allowed: an error above 0."
         )
-    return found
+    return errors

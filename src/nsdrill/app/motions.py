@@ -1,9 +1,8 @@
-"""Motions of one operating point, at the speed of a hand on a slider: of a stored point
-once more, from its own start; on from any state with any numbers of the study changed;
-and of many points around it, all from one state.
+"""Motions at interactive speed: the replay of a stored point; the run from any state
+with any numbers of the study changed; and the runs of many neighbouring points from one
+state.
 
-All that a file says is read once, so that one motion costs little more than its
-integration.
+A file is read once, so that one motion costs little more than its integration.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ import numpy as np
 
 from nsdrill.app.planned import chosen_of, plan_of
 from nsdrill.app.run import processors
-from nsdrill.app.trajectory import own_state, run_at, traced
+from nsdrill.app.trajectory import run_at, sampled_variables, select_states
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, StudyError
 from nsdrill.kernel.batch import Runs, choose_lanes
@@ -39,18 +38,18 @@ from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.variables import INFERRED, PENDING
 
-MOST_STEPS = 4_000_000  # of one motion: some seconds
+MOST_STEPS = 4_000_000  # of one motion, which take some seconds
 MOST_SAMPLES = 200_000
-LARGEST_STATE = 1e12  # of a state to go on from
+LARGEST_STATE = 1e12  # SI, of a state from which a motion starts
 
 
 @dataclass(frozen=True)
 class Motion:
-    """One run: ``time`` [s] and ``variables`` of a trace [samples], ``initial`` and
-    ``final`` states with the phase last, its ``status``, how many ``steps`` were tried
-    in how many ``seconds``. ``found`` are features and labels of all of it, empty of a
-    stored point; ``same_bits`` says of that whether the run ends in the stored
-    state."""
+    """One run: ``time`` [s] and the ``variables`` of a trace [samples], ``initial`` and
+    ``final`` state with the phase last, its ``status``, the number of ``steps`` tried,
+    and the simulated time ``seconds``. ``found`` has the features and labels of the
+    observation; for a stored point it is empty, and ``same_bits`` says whether the run
+    ends in the stored state."""
 
     time: Array
     variables: dict[str, Array]
@@ -64,8 +63,7 @@ class Motion:
 
 
 class Motions:
-    """The motions of ``study``, and of the points of its ``results`` where there are
-    any."""
+    """The motions of ``study`` and, with ``results``, of their points."""
 
     def __init__(self, study: Study, results: Results | None = None) -> None:
         self.study, self.results, self.plan = study, results, plan_of(study)
@@ -80,14 +78,15 @@ class Motions:
     # Which point
 
     def values(self, place: Sequence[int]) -> dict[str, float]:
-        """The values of all that differs from point to point at a place of the grid of
-        the results, by their keys."""
+        """The values of the axes and unknowns at a place of the grid of the results, by
+        key."""
         number = np.array([np.ravel_multi_index(tuple(place), self.plan.grid)])
         return {key: float(values[0]) for key, values in self.plan.values(number).items()}
 
     @cached_property
     def own(self) -> dict[str, float]:
-        """The values of the axes at the study's own operating point."""
+        """The values of the axes at the operating point of the study, or in the middle
+        of a swept axis."""
         operation = {name: float(getattr(self.study.operation, name)) for name in OPERATION}
         swept = {
             key: float(values[len(values) // 2])
@@ -97,8 +96,8 @@ class Motions:
         return {key: float(values[0]) for key, values in self.plan.axes.items()} | operation | swept
 
     def at(self, values: Mapping[str, float], changes: Mapping[str, str] | None = None) -> Study:
-        """The study of one point, at these ``values`` of the axes, with further keys
-        changed (texts as in a study). InputError where that is no valid study."""
+        """The study of one point at these ``values`` of the axes, with ``changes`` of
+        further keys (texts as in a study). InputError where it is not valid."""
         from nsdrill.study import parse_study
 
         texts = [
@@ -108,13 +107,13 @@ class Motions:
         try:
             return parse_study(self._texts(tuple(values.items())), "the point", texts)
         except StudyError as error:
-            found = "; ".join(
+            faults = "; ".join(
                 f"{fault.key.removeprefix('operation.')}: found "
                 f"{fault.found.partition(' (--set')[0]}; allowed: "
                 f"{fault.allowed}"
                 for fault in error.faults[:3]
             )
-            raise InputError(f"{found}.") from None
+            raise InputError(f"{faults}.") from None
 
     def _text(self, values: tuple[tuple[str, float], ...]) -> str:
         from nsdrill.study.write import study_text
@@ -122,10 +121,11 @@ class Motions:
         return study_text(self.resolved(dict(values)))
 
     def resolved(self, values: Mapping[str, float]) -> dict[str, Any]:
-        """The resolved study of one point, from the study's own start."""
+        """The resolved study of one point at these ``values`` of the axes, with one
+        start."""
         resolved = deepcopy(self.study.resolved)
         resolved["sweep"] = {"procedure": "same", "along": None, "refine": 0}
-        for section in ("ramps", "uncertain", "continue"):  # of a sweep, or of time
+        for section in ("ramps", "uncertain", "continue"):  # not of one constant point
             resolved.pop(section, None)
         resolved["initial"] |= {
             name: value for name, value in _ONE_START.items() if name in resolved["initial"]
@@ -133,10 +133,10 @@ class Motions:
         leaves = keys_of(self.study.model).axes
         for key, value in values.items():
             *sections, name = (key if "." in key else f"operation.{key}").split(".")
-            inside = resolved
+            target = resolved
             for section in sections:
-                inside = inside[section]
-            inside[name] = (
+                target = target[section]
+            target[name] = (
                 word_at(key, value)
                 if words_of(key)
                 else int(value)
@@ -156,36 +156,37 @@ class Motions:
         return [*model.states(model.variant(study.parameters)), "drive_angle"]
 
     def fitted(self, study: Study, state: Mapping[str, float]) -> Array:
-        """A state with the states that the string of ``study`` has: those that it lacks
-        begin as in the study, say the speed of a drive that was ideal before."""
-        names, own = self.states(study), self.start(study)
+        """``state`` by name as an array of the states of the string of ``study``.
+        States that ``state`` lacks, such as the speed of a drive that was ideal before,
+        start as in the study."""
+        names, start = self.states(study), self.start(study)
         if not state.keys() & set(names):
             raise InputError(
                 f"states: found none of {', '.join(names)}; allowed: these. Choose a point again."
             )
         return np.array(
-            [state.get(name, float(value)) for name, value in zip(names, own, strict=True)]
+            [state.get(name, float(value)) for name, value in zip(names, start, strict=True)]
         )
 
     def with_start(self, study: Study, state: Array) -> dict[str, Any] | None:
         """The resolved study of one point with ``state`` as its start; None where its
-        states are no keys of a study."""
+        states are not keys of a study."""
         names = self.states(study)
-        there, held = study.resolved["initial"], model_named(study.model).held(study.parameters)
-        if not all(name in there for name in names):
+        initial, held = study.resolved["initial"], model_named(study.model).held(study.parameters)
+        if not all(name in initial for name in names):
             return None
-        state = self.checked(study, state)
-        moved = {
+        state = self.validated_state(study, state)
+        start = {
             name: float(value) for name, value in zip(names, state, strict=True) if name not in held
         }
-        return {**study.resolved, "initial": {**there, **moved}}
+        return {**study.resolved, "initial": {**initial, **start}}
 
-    # What it does
+    # Its motion
 
     def replay(self, place: Sequence[int], seconds: float, sample: float) -> Motion:
-        """The run of a stored point once more, from its stored initial state, sampled
-        every ``sample`` [s] in its last ``seconds``. InputError for a point that has
-        not been run, or that takes too many steps."""
+        """The replay of a stored point from its stored initial state, sampled every
+        ``sample`` [s] in its last ``seconds``. InputError for a point that has not been
+        run, or that takes too many steps."""
         assert self.results is not None
         place, values = tuple(place), self.values(place)
         point = {name: self.results[name][place] for name in _STORED}
@@ -209,10 +210,10 @@ class Motions:
         study = replace(self.study, parameters=here.parameters, initial=here.initial)
         names = self.results.coords["state"]
         initial, final = (
-            own_state(study, names, point[name]) for name in ("initial_state", "final_state")
+            select_states(study, names, point[name]) for name in ("initial_state", "final_state")
         )
         number = np.array([np.ravel_multi_index(place, self.plan.grid)])
-        simulation = _by(study.simulation, bool(chosen_of(self.study).points(number)[0]))
+        simulation = _with_method(study.simulation, bool(chosen_of(self.study).points(number)[0]))
         motion = _motion(study, Operation(*here.operation), simulation, initial, seconds, sample)
         same = motion.status == int(point["status"]) and np.array_equal(
             motion.final, final, equal_nan=True
@@ -220,15 +221,17 @@ class Motions:
         return replace(motion, same_bits=bool(same))
 
     def glance(self, study: Study, state: Array) -> Motion:
-        """A tenth of a second from ``state``: what is compiled for a replay is made
-        ready."""
+        """A motion of a tenth of a second from ``state``, which compiles the code of a
+        replay."""
         simulation = _work(
             study,
             replace(study.simulation, transient=0.0, observe=0.1),
             Record(peaks=0),
-            self.checked(study, state),
+            self.validated_state(study, state),
         ).simulation
-        return _motion(study, study.operation, simulation, self.checked(study, state), 0.1, 0.01)
+        return _motion(
+            study, study.operation, simulation, self.validated_state(study, state), 0.1, 0.01
+        )
 
     def go_on(
         self,
@@ -240,9 +243,10 @@ class Motions:
         settle: float = 0.0,
         observe: float = 0.0,
     ) -> Motion:
-        """On from ``state`` with what the ``study`` of one point says: after ``settle``
-        seconds observed for ``observe`` (by default for ``seconds``), sampled in its
-        last ``seconds``. Features and labels are of what is observed."""
+        """The motion of the ``study`` of one point from ``state``: a transient of
+        ``settle`` [s], then an observation of ``observe`` [s] (default: ``seconds``)
+        with its features and labels, sampled every ``sample`` [s] in the last
+        ``seconds``."""
         simulation = replace(
             study.simulation,
             transient=settle,
@@ -255,36 +259,36 @@ class Motions:
         lanes = choose_lanes(1)
         batch = work.new_batch(lanes, 1)
         batch.add(np.array([0]), runs)
-        found = work.columns(batch.run_alone(compiled_parts(lanes, work.variant)))
+        columns = work.columns(batch.run_alone(compiled_parts(lanes, work.variant)))
         return replace(
-            motion, found={name: v[0].item() for name, v in found.items() if np.ndim(v) == 1}
+            motion, found={name: v[0].item() for name, v in columns.items() if np.ndim(v) == 1}
         )
 
     def around(
         self, study: Study, state: Array, key: str, values: Array, *, settle: float, observe: float
     ) -> dict[str, Array]:
-        """The points at ``values`` of the axis ``key`` [n], each from ``state``, after
-        ``settle`` seconds observed for ``observe``: status, features, labels and peaks
-        [n, ...] as in a results file."""
+        """The points at ``values`` [n] (SI) of the axis ``key``, each from ``state``,
+        with a transient of ``settle`` [s] and an observation of ``observe`` [s]:
+        status, features, labels and peaks [n, ...] as in a results file."""
         work, workers, lanes = self._group(
             study, state, {key: np.asarray(values, dtype=float)}, settle, observe
         )
         compiled_parts(lanes, work.variant)
-        kept: dict[str, Array] = {}
+        variables: dict[str, Array] = {}
 
         def deliver(points: Array, columns: dict[str, Array]) -> None:
             for name, column in columns.items():
-                if name not in kept:
-                    kept[name] = np.zeros((len(values), *column.shape[1:]), column.dtype)
-                kept[name][points] = column
+                if name not in variables:
+                    variables[name] = np.zeros((len(values), *column.shape[1:]), column.dtype)
+                variables[name][points] = column
 
         with ThreadPoolExecutor(workers) as threads:
             Engine(work, threads, workers, lanes, deliver).run()
-        return kept
+        return variables
 
     def ready(self, study: Study, state: Array, key: str = "", values: Array | None = None) -> None:
-        """Make the machine code of :meth:`go_on`, or of :meth:`around` where there is a
-        ``key``; others may compute meanwhile."""
+        """Compile the code of :meth:`go_on`, or with ``key`` and ``values`` that of
+        :meth:`around`. Other threads may run motions at the same time."""
         if values is not None:
             work, _, lanes = self._group(study, state, {key: np.atleast_1d(values)}, 0.0, 1.0)
         else:
@@ -292,31 +296,30 @@ class Motions:
             work, lanes = self._alone(study, simulation, state), choose_lanes(1)
         compiled_parts(lanes, work.variant)
 
-    def _alone(self, study: Study, simulation: Simulation, state: Array) -> _From:
-        return _work(study, simulation, Record(peaks=0), self.checked(study, state))
+    def _alone(self, study: Study, simulation: Simulation, state: Array) -> _FromState:
+        return _work(study, simulation, Record(peaks=0), self.validated_state(study, state))
 
     def _group(
         self, study: Study, state: Array, axes: Mapping[str, Array], settle: float, observe: float
-    ) -> tuple[_From, int, int]:
-        """The points along an axis, with the count of workers and that of lanes which
-        serve them best."""
+    ) -> tuple[_FromState, int, int]:
+        """The points along an axis, with the best numbers of workers and of lanes."""
         simulation = replace(
             study.simulation,
             transient=settle,
             observe=observe,
             max_steps=min(study.simulation.max_steps, MOST_STEPS),
         )
-        work = _work(study, simulation, Record(), self.checked(study, state), axes)
+        work = _work(study, simulation, Record(), self.validated_state(study, state), axes)
         count = math.prod(len(values) for values in axes.values())
         workers = min(processors(), max(1, count // 8))
         return work, workers, choose_lanes(-(-count // workers))
 
-    def checked(self, study: Study, state: Array) -> Array:
-        """A state to go on from, with the phase last; InputError where it is none of
-        this string."""
+    def validated_state(self, study: Study, state: Array) -> Array:
+        """``state`` as an array, with the phase last; InputError where it is not a
+        finite state of this string."""
         state = np.asarray(state, dtype=float)
         names = self.states(study)
-        # which no NaN is
+        # the comparison is false for NaN
         if state.shape != (len(names),) or not np.all(np.abs(state) < LARGEST_STATE):
             raise InputError(
                 f"state: found {state.size} numbers; allowed: {len(names)} finite ones. Choose a "
@@ -330,9 +333,9 @@ _ONE_START: dict[str, Any] = {"ensemble": 0, "slice": {}}
 
 
 @dataclass(frozen=True, kw_only=True)
-class _From(Work):
-    """Points that all begin in one ``state``, with the phase last, but for what does
-    not move."""
+class _FromState(Work):
+    """Points that all start from one ``state``, with the phase last, except for states
+    that are held constant."""
 
     state: Array
 
@@ -350,11 +353,11 @@ def _work(
     record: Record,
     state: Array,
     axes: Mapping[str, Array] | None = None,
-) -> _From:
+) -> _FromState:
     operation = {name: np.array([float(getattr(study.operation, name))]) for name in OPERATION}
     plan = Plan({**operation, **(axes or {})}, "same", None)
-    simulation = _settled(plan, study, simulation)
-    return _From(
+    simulation = _with_chosen_method(plan, study, simulation)
+    return _FromState(
         plan,
         study.parameters,
         study.initial,
@@ -366,14 +369,14 @@ def _work(
     )
 
 
-def _settled(plan: Plan, study: Study, simulation: Simulation) -> Simulation:
-    """``simulation`` with the method left open no more: implicit where friction is
+def _with_chosen_method(plan: Plan, study: Study, simulation: Simulation) -> Simulation:
+    """``simulation`` with the method resolved: of auto, implicit where friction is
     steep at one of the points."""
     chosen = Chosen(plan, study.parameters, study.initial, study.model, simulation.method)
-    return _by(simulation, bool(chosen.points(np.arange(plan.points)).any()))
+    return _with_method(simulation, bool(chosen.points(np.arange(plan.points)).any()))
 
 
-def _by(simulation: Simulation, implicit: bool) -> Simulation:
+def _with_method(simulation: Simulation, implicit: bool) -> Simulation:
     return replace(simulation, method=METHODS[1] if implicit else METHODS[0])
 
 
@@ -392,19 +395,19 @@ def _motion(
     seconds: float,
     sample: float,
 ) -> Motion:
-    """A run, sampled in its last ``seconds``; of one that ended before these, all of
-    it, more coarsely."""
+    """A run, sampled in its last ``seconds``. A run that ends before these is sampled
+    from its start, more coarsely."""
     total, schedule = simulation.transient + simulation.observe, Schedule(operation, {})
     begin, sample = max(0.0, total - seconds), float(sample)
     sample = max(sample, (total - begin) / MOST_SAMPLES)
     for _ in range(2):
         samples = math.floor((total - begin) / sample * (1 + 1e-12)) + 1
-        taken, status, accepted, rejected, final = run_at(
+        states, status, accepted, rejected, final = run_at(
             study, operation, simulation, initial, samples, sample, begin
         )
-        if len(taken) > 1 or begin == 0.0:
+        if len(states) > 1 or begin == 0.0:
             break
         begin, sample = 0.0, max(sample, total / MOST_SAMPLES)
-    time = begin + np.arange(len(taken)) * sample
-    variables = traced(study, schedule, initial, time, taken)
+    time = begin + np.arange(len(states)) * sample
+    variables = sampled_variables(study, schedule, initial, time, states)
     return Motion(time, variables, initial, final, status, accepted + rejected, total, {})

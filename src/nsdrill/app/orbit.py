@@ -21,7 +21,7 @@ from nsdrill.study.keys import keys_of
 from nsdrill.study.study import Study
 from nsdrill.study.write import told_changes
 
-FEWEST_SAMPLES = 400  # of one period
+FEWEST_SAMPLES = 400  # per period
 _ITS_STUDY = (
     "Give the study that the branches were made from, with its --set: nsdrill show --study prints "
     "it."
@@ -30,10 +30,10 @@ _ITS_STUDY = (
 
 @dataclass(frozen=True)
 class OrbitPoint:
-    """A point of a file of branches: its ``number``, the ``state`` at the drive angle 0
-    with that angle last, its ``period`` [s], the ``values`` of the operating point and
-    of the number that is continued by their keys, and the count of ``unstable``
-    directions."""
+    """A point of a file of branches: its ``number``, the ``state`` [states + 1] at the
+    drive angle 0 with that angle last, its ``period`` [s], the ``values`` (SI) of the
+    operating point and of the continued number by key, and the number of ``unstable``
+    multipliers."""
 
     number: int
     state: np.ndarray
@@ -43,7 +43,8 @@ class OrbitPoint:
 
 
 def orbit_point(path: str | os.PathLike[str], number: int) -> tuple[OrbitPoint, dict[str, Any]]:
-    """The point of this number, and the root attributes of the file."""
+    """The point of this ``number``, and the root attributes of the file; InputError
+    where there is no such point."""
     data = open_branches(path)
     points = int(data.sizes["point"])
     if not 0 <= number < points:
@@ -69,9 +70,9 @@ def trace_of(
     sample: float | None = None,
 ) -> tuple[Trajectory, OrbitPoint]:
     """The trace of the motion at the point of this ``number``, over one period or
-    ``duration`` [s], sampled every ``sample`` [s], and the point. ``changed`` gives the
-    ``study`` with other values, texts ``key=value``. FileError where the branches are
-    not those of the study's string."""
+    ``duration`` [s], sampled every ``sample`` [s], and the point. ``changed`` returns
+    the ``study`` with other values, texts ``key=value``. FileError where the branches
+    are not those of the study's string."""
     point, attrs = orbit_point(path, number)
     here = changed(settings_for(study, point))
     check_study(path, here, point, attrs)
@@ -91,20 +92,20 @@ def settings_for(study: Study, point: OrbitPoint) -> list[str]:
 def check_study(
     path: str | os.PathLike[str], study: Study, point: OrbitPoint, attrs: dict[str, Any]
 ) -> None:
-    """FileError where the branches are of another string than the ``study``, beyond the
-    numbers of the ``point``."""
+    """FileError where the branches and the ``study`` have different strings, apart from
+    the numbers of the ``point``."""
     if str(attrs.get("model")) != study.model:
         raise FileError(
             f"{path}: branches of the model {attrs.get('model')}, the study has {study.model}. "
             f"{_ITS_STUDY}"
         )
-    own = {keys_of(study.model).axes[key].key for key in point.values}
-    there = resolved_study(attrs)
-    keys = [key for key, _, _ in string_differences(there, study.resolved, own)]
+    free = {keys_of(study.model).axes[key].key for key in point.values}
+    resolved = resolved_study(attrs)
+    keys = [key for key, _, _ in string_differences(resolved, study.resolved, free)]
     if keys:
-        told = told_changes(there, study.resolved, keys)
+        changes = told_changes(resolved, study.resolved, keys)
         raise FileError(
-            f"{path}: made from another string than that of the study ({told}). {_ITS_STUDY}"
+            f"{path}: made from another string than that of the study ({changes}). {_ITS_STUDY}"
         )
 
 
@@ -117,7 +118,7 @@ def simulate_orbit(
     sample: float | None = None,
 ) -> Trajectory:
     """The trace of the motion at ``point``, over one period or ``duration`` [s].
-    ``study`` has the point's numbers."""
+    ``study`` must have the numbers of the point."""
     states = described(study.model).states(study.parameters)
     if len(states) != len(point.state):
         raise FileError(

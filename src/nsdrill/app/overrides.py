@@ -1,5 +1,5 @@
-"""The study of a file as it was run, and what ``--set`` changed in it; of a file that
-does not say that, found by reading the text of its study again."""
+"""The study of a file as it was run, and the changes by ``--set`` in it, which for
+files that do not record them follow from the text of the study."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ Data = TypeVar("Data", Results, Trace)
 def overrides_of(attrs: Mapping[str, Any]) -> list[str]:
     """The overrides ``key=value`` of a file with the root attributes ``attrs``.
 
-    Where they are not recorded (early replays lost them), they are the keys in which
-    the study that was run differs from its text; none where that text is no study of
+    Where they are not recorded, as in early replays, they are the keys in which the
+    study that was run differs from its text; empty where that text is not a study of
     this version.
     """
     if found := overrides(attrs):
@@ -31,26 +31,26 @@ def overrides_of(attrs: Mapping[str, Any]) -> list[str]:
     from nsdrill.study.write import changes
 
     try:
-        there = json.loads(attrs["study_resolved"])
+        resolved = json.loads(attrs["study_resolved"])
         return [
             f"{key}={value}"
-            for key, _, value in changes(parse_study(attrs["study"]).resolved, there)
+            for key, _, value in changes(parse_study(attrs["study"]).resolved, resolved)
             if value is not None
-        ]  # None: a key that the version of the file did not have
+        ]  # None: a key that the version of the file lacks
     except (NsdrillError, KeyError, TypeError, ValueError, AttributeError):
         return []
 
 
 def with_overrides(data: Data) -> Data:
-    """``data``, whose root attributes now say the overrides."""
+    """``data`` with the overrides set in its root attributes."""
     data.attrs[OVERRIDES] = json_text(overrides_of(data.attrs))
     return data
 
 
 def study_of(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> str:
     """The study of the file ``path`` with the root attributes ``attrs`` as a study
-    file: every key, with the overrides applied. FileError where the file has none that
-    this version can use."""
+    file: every key, with the overrides applied. FileError where the file has no
+    study that this version can use."""
     if "study_resolved" not in attrs:
         raise FileError(
             f"{path}: found no study in the file; allowed: an output of nsdrill run, "

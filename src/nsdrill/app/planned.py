@@ -1,5 +1,5 @@
-"""What a study plans: its points and chains, and what is kept of each. Imports nothing
-that compiles."""
+"""The plan of a study: its points and chains, and the record of each point. Imports no
+compiler."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from nsdrill.sweep.plan import Plan
 
 
 def plan_of(study: Study) -> Plan:
-    """The points and chains of a study; one point for a study that sweeps nothing."""
+    """The points and chains of a study; one point for a study without a sweep."""
     return Plan(study.axes, study.procedure, study.along, study.initial.starts, study.drawn)
 
 
 def _derived(model: str) -> tuple[str, ...]:
-    """The words of what is made from features, which files of any age need not have."""
+    """The options of the derived variables of a model, which are optional in files."""
     return tuple(dict.fromkeys(one.only for one in described(model).derived if one.only))
 
 
 def kept_of(study: Study) -> Kept:
-    """What is kept of each point of a study."""
+    """The contents of the record of each point of a study."""
     record, model = study.record, described(study.model)
     parts = parts_of(study.model, study.parameters, study.initial, study.axes)
     return Kept(
@@ -48,7 +48,7 @@ def kept_of(study: Study) -> Kept:
 
 
 def _options(study: Study, parameters: Any) -> tuple[str, ...]:
-    """What brings features of its own to the points of a part with these
+    """The options that add features to the points of a part of the study with these
     ``parameters``."""
     unread = getattr(parameters, "unread", ())
     varied = {
@@ -60,8 +60,8 @@ def _options(study: Study, parameters: Any) -> tuple[str, ...]:
 
 
 def chosen_of(study: Study) -> Chosen:
-    """Which points of a study are integrated implicitly. InputError where the study
-    asks for what its model cannot."""
+    """The choice of the method, implicit or explicit, for each point of a study.
+    InputError where its model does not support the method of the study."""
     check_method(study)
     return Chosen(
         plan_of(study), study.parameters, study.initial, study.model, study.simulation.method
@@ -69,11 +69,11 @@ def chosen_of(study: Study) -> Chosen:
 
 
 def check_method(study: Study) -> None:
-    """InputError where a study asks for friction to be integrated implicitly and its
-    model cannot."""
-    every = parts_of(study.model, study.parameters, study.initial, study.axes)
-    reasons = (described(study.model).explicit_only(parameters) for parameters, _ in every)
-    reason = next((one for one in reasons if one is not None), None)
+    """InputError where a study requires the implicit integration of friction and its
+    model does not support it."""
+    parts = parts_of(study.model, study.parameters, study.initial, study.axes)
+    reasons = (described(study.model).explicit_only(parameters) for parameters, _ in parts)
+    reason = next((reason for reason in reasons if reason is not None), None)
     if study.simulation.method == "implicit" and reason is not None:
         source = study.source or "the study"
         raise InputError(

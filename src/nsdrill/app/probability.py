@@ -1,4 +1,4 @@
-"""How probable each answer is, from results with samples of uncertain numbers: as a
+"""The probability of each outcome, from results with samples of uncertain numbers: as a
 Dataset, and row by row."""
 
 from __future__ import annotations
@@ -11,29 +11,29 @@ from nsdrill.analysis.probability import EVERY, SAFE, Chances, chances
 from nsdrill.data import Results
 from nsdrill.models.leaves import as_told
 from nsdrill.models.registry import model_in
-from nsdrill.store.layout import coordinate_attributes, told_coordinate
+from nsdrill.store.layout import coordinate_attributes, stored_coordinate
 
 
 def dataset(results: Results, severity: int | None = None) -> Any:
     """The Dataset of :func:`nsdrill.api.probability`."""
     import xarray
 
-    found = _chances(results, severity)
-    low, high = found.interval
+    estimates = _chances(results, severity)
+    low, high = estimates.interval
     dims = ("history", "outcome", *results.axes)
-    told = {
-        "probability": (found.share, "part of the samples"),
+    variables = {
+        "probability": (estimates.share, "part of the samples"),
         "low": (low, "lower end of the 95 % interval of the probability"),
         "high": (high, "upper end of the 95 % interval of the probability"),
     }
     data = {
         name: (dims, values, {"long_name": words, "units": "1"})
-        for name, (values, words) in told.items()
+        for name, (values, words) in variables.items()
     }
-    unsure = found.open / found.total
+    unknown = estimates.open / estimates.total
     data["unknown"] = (
         ("history", *results.axes),
-        unsure,
+        unknown,
         {
             "long_name": "part of the samples of which a failed run leaves open whether they are "
             "safe",
@@ -44,7 +44,7 @@ def dataset(results: Results, severity: int | None = None) -> Any:
     axes = {
         name: (
             (name,),
-            told_coordinate(name, results.coords[name]),
+            stored_coordinate(name, results.coords[name]),
             coordinate_attributes(name, further.get(name)),
         )
         for name in results.axes
@@ -54,38 +54,38 @@ def dataset(results: Results, severity: int | None = None) -> Any:
         "outcome": "safe: ended well without a critical response; or the response that is there",
     }
     coords = {
-        "history": ("history", list(found.histories), {"long_name": words["history"]}),
-        "outcome": ("outcome", list(found.outcomes), {"long_name": words["outcome"]}),
+        "history": ("history", list(estimates.histories), {"long_name": words["history"]}),
+        "outcome": ("outcome", list(estimates.outcomes), {"long_name": words["outcome"]}),
         **axes,
     }
-    attrs = {"title": str(results.attrs.get("title") or ""), "samples": found.total}
-    made = xarray.Dataset(data, coords, attrs)
-    return made.squeeze([name for name in ("history", *results.axes) if made.sizes[name] == 1])
+    attrs = {"title": str(results.attrs.get("title") or ""), "samples": estimates.total}
+    result = xarray.Dataset(data, coords, attrs)
+    return result.squeeze([name for name in ("history", *results.axes) if result.sizes[name] == 1])
 
 
 def rows(results: Results) -> list[dict[str, Any]]:
     """One row for each operating point, and for each procedure and for all of them
     where there are several: the axes in SI, and of each outcome the ``probability`` and
     the ends ``low`` and ``high`` of its 95 % interval."""
-    found = _chances(results, None)
-    share, (low, high) = found.share, found.interval
-    made = []
-    for number, history in enumerate(found.histories):
+    estimates = _chances(results, None)
+    share, (low, high) = estimates.share, estimates.interval
+    table = []
+    for number, history in enumerate(estimates.histories):
         for place in np.ndindex(*share.shape[2:]):
-            at = {
+            values = {
                 axis: as_told(axis, float(results.coords[axis][i]))
                 for axis, i in zip(results.axes, place, strict=True)
             }
-            row: dict[str, Any] = {**at, "history": history}
-            for which, outcome in enumerate(found.outcomes):
+            row: dict[str, Any] = {**values, "history": history}
+            for which, outcome in enumerate(estimates.outcomes):
                 cell = (number, which, *place)
                 row[outcome] = {
                     "probability": float(share[cell]),
                     "low": float(low[cell]),
                     "high": float(high[cell]),
                 }
-            made.append(row)
-    return made
+            table.append(row)
+    return table
 
 
 def _chances(results: Results, severity: int | None) -> Chances:

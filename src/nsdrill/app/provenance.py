@@ -1,5 +1,5 @@
-"""Where a file comes from: the root attributes that let anyone run it again, and what
-of them decides its bits."""
+"""The provenance of a file: the root attributes from which it can be made again, and
+those that decide its bits."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from nsdrill.models.registry import described, sources_of
 from nsdrill.study.study import Study
 from nsdrill.variables import MODEL
 
-# Root attributes of which each can change a bit of a result, and what people call them.
+# Root attributes that can change the bits of a result, with their names in messages.
 _DECISIVE = {
     "nsdrill_version": "nsdrill",
     "python": "Python",
@@ -51,17 +51,17 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
         "h5py_version": version("h5py"),
         "python_version": platform.python_version(),
         "processor": processor(),
-        **_of_the_model(study),
+        **_model_attributes(study),
     }
 
 
-def _of_the_model(study: Study) -> dict[str, Any]:
-    told = described(study.model).attributes
-    return {} if told is None else told(study.parameters, study.initial, study.varied)
+def _model_attributes(study: Study) -> dict[str, Any]:
+    attributes = described(study.model).attributes
+    return {} if attributes is None else attributes(study.parameters, study.initial, study.varied)
 
 
 def versions(model: str = MODEL) -> dict[str, str]:
-    """The root attributes that say what computes a model here: versions and digests."""
+    """The versions and digests of this process for a model, as root attributes."""
     return {
         "nsdrill_version": __version__,
         "python": platform.python_version(),
@@ -73,10 +73,9 @@ def versions(model: str = MODEL) -> dict[str, str]:
 
 
 def model_digest(model: str = MODEL) -> str:
-    """Digest of all that may change a bit of a result: the compiled sources and what
-    compiles them, those of a model of another package, the constants that are computed
-    from them, Python, whose code they are compiled from, and the mathematics
-    library."""
+    """Digest of everything that may change the bits of a result: the compiled sources
+    and the code that compiles them, the sources of a model of another package, the
+    constants of the methods, the version of Python, and the mathematics library."""
     pairs = [stepper.tableau for stepper in STEPPERS.values()]
     constants = [(pair, pair.positions, pair.position_error) for pair in pairs]
     parts: tuple[Any, ...] = (
@@ -91,10 +90,10 @@ def model_digest(model: str = MODEL) -> str:
 
 
 def unlike(there: Mapping[str, Any], *more: str) -> list[str]:
-    """In words, of all that may change a bit, what differs between this process and the
-    one that made a file with the root attributes ``there``; ``more`` names further
-    attributes to compare. What is not ``there`` is passed over, but for the digest,
-    which covers all."""
+    """The differences, in words, between this process and the one that made a file with
+    the root attributes ``there``, in all that may change the bits of a result; ``more``
+    names further attributes to compare. Missing attributes are not compared, except for
+    the model digest, which covers them."""
     found = {"python": there.get("python_version"), "model_digest": "unknown", **there}
     here = {**versions(str(there.get("model") or MODEL)), "processor": processor()}
     names = {**{name: name.removesuffix("_version") for name in more}, **_DECISIVE}
@@ -109,16 +108,16 @@ def unlike(there: Mapping[str, Any], *more: str) -> list[str]:
 
 
 def _decisive(name: str, value: Any) -> str:
-    """What of an attribute can matter, as text: of the version of Python the first two
-    numbers."""
+    """The part of an attribute that can change the bits, as text: of the version of
+    Python the first two numbers."""
     return ".".join(str(value).split(".")[:2]) if name == "python" else str(value)
 
 
 @lru_cache(maxsize=1)
 def _libm_digest() -> str:
-    """Digest of what the functions of the C library give that results are made with.
-    Their last bits are left open by the standards, and depend on the library and on
-    whether the processor has fused multiply-adds."""
+    """Digest of values of the functions of the C library that results depend on. Their
+    last bits are not defined by standards, and depend on the library and on whether the
+    processor has fused multiply-adds."""
     places = [0.001 * i for i in range(1, 5001)]
     values = array(
         "d",
@@ -140,7 +139,8 @@ def _libm_digest() -> str:
 
 
 def processor() -> str:
-    """The processor's name, as far as the system tells."""
+    """The name of the processor, or of its architecture where the system does not give
+    one."""
     try:
         with open("/proc/cpuinfo", encoding="utf-8", errors="replace") as file:
             for line in file:

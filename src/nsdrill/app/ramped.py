@@ -1,5 +1,5 @@
-"""One run along a schedule: segment after segment, each from where the one before has
-ended."""
+"""One run along a schedule: segment after segment, each from the final state of the
+previous one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nsdrill.study.study import Study
 from nsdrill.variables import OK, STEP_LIMIT
 
 
-def follow(
+def run_schedule(
     study: Study,
     schedule: Schedule,
     duration: float,
@@ -28,8 +28,9 @@ def follow(
     """Integrate along ``schedule`` for ``duration`` [s] from ``initial`` (states and
     phase).
 
-    Gives the samples taken, shape (samples, states); the status; accepted and rejected
-    steps; and the final state. InputError where the model follows no ramps.
+    ``samples`` are at multiples of ``interval`` [s]. Returns the samples taken
+    [samples, states]; the status; the numbers of accepted and rejected steps; and the
+    final state. InputError where the model does not support ramps.
     """
     model = model_named(study.model)
     if model.ramps is None:
@@ -47,14 +48,14 @@ def follow(
     store = trace_store(samples, interval, states)
     state, status, accepted, rejected = initial, OK, 0, 0
     for i in range(len(table)):
-        left = study.simulation.max_steps - accepted - rejected
-        if left <= 0:
+        steps_left = study.simulation.max_steps - accepted - rejected
+        if steps_left <= 0:
             status = STEP_LIMIT
             break
         store[BEGAN] = cuts[i]
         length = float(cuts[i + 1] - cuts[i])
-        one = replace(study.simulation, transient=0.0, observe=length, max_steps=left)
-        batch = Batch(lanes, 1, rows, store, 0, one)
+        simulation = replace(study.simulation, transient=0.0, observe=length, max_steps=steps_left)
+        batch = Batch(lanes, 1, rows, store, 0, simulation)
         batch.add(np.array([i]), model.runs(table[i : i + 1], fixed, state[np.newaxis]))
         done = batch.run_alone(parts)
         state, status = done.final[0], int(done.status[0])
@@ -66,8 +67,9 @@ def follow(
     return taken, status, accepted, rejected, state
 
 
-def scheduled(study: Study, given: dict[str, float | None]) -> Schedule:
-    """The schedule of a study, with the values ``given`` in place of its own."""
-    fixed = {name: value for name, value in given.items() if value is not None}
+def schedule_of(study: Study, values: dict[str, float | None]) -> Schedule:
+    """The schedule of a study, with ``values`` (SI, by name; None: not set) in place of
+    those of its operation and ramps."""
+    fixed = {name: value for name, value in values.items() if value is not None}
     ramps = {name: ramp for name, ramp in study.ramps.items() if name not in fixed}
     return Schedule(replace(study.operation, **fixed), ramps)

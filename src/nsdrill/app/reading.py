@@ -1,4 +1,4 @@
-"""Read whatever kind of file of ours is given."""
+"""Reading files of nsdrill of any kind."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from nsdrill.store import kind_of, part_path, read_partial, read_results, read_t
 
 def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -> Results | Trace:
     """The results, trace or unfinished run in ``path``; of a sweep only the variables
-    ``names``, if given. Its root attributes say the overrides, whatever its age.
+    ``names``, if given. The overrides are in its root attributes for all versions.
     FileError if it cannot be read."""
     part = part_path(path)
     if not os.path.lexists(path) and part.exists():
@@ -39,18 +39,21 @@ def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -
 
 
 def is_branches(path: str | os.PathLike[str]) -> bool:
-    """Whether ``path`` is a file of branches; FileError if it is none of ours."""
+    """Whether ``path`` is a file of branches; FileError if it is not a file of
+    nsdrill."""
     return os.path.lexists(path) and kind_of(path) == "branches"
 
 
 def outline(path: str | os.PathLike[str]) -> Results | Trace:
-    """As :func:`read_any`, but a sweep has zeros for its variables, which take no
-    memory: to see what there is."""
+    """As :func:`read_any`, but the variables of a sweep are zeros, which take no
+    memory; for the names and the shape."""
     data = read_any(path, ())
-    return data if isinstance(data, Trace) else outlined(data, (v.name for v in variables_in(path)))
+    return (
+        data if isinstance(data, Trace) else outline_of(data, (v.name for v in variables_in(path)))
+    )
 
 
-def outlined(results: Results, names: Iterable[str]) -> Results:
-    """``results`` with zeros, which take no memory, for the variables ``names``."""
+def outline_of(results: Results, names: Iterable[str]) -> Results:
+    """``results`` with the variables ``names`` as zeros, which take no memory."""
     zeros = np.broadcast_to(np.int8(0), results.shape)
     return replace(results, variables={name: zeros for name in names})

@@ -1,9 +1,8 @@
-"""A sweep refined where the responses differ: the engine is driven level by level, and
-what was not run is inferred.
+"""A sweep that is refined where the responses differ, level by level; the responses of
+points that are not run are inferred.
 
-Everything known is in the log, where points that are not needed stay pending; after a
-kill the levels are retraced from it. The inferred points come into being when the
-results are written.
+The log holds all runs; points that are not needed stay pending in it. After a kill the
+levels are retraced from the log. Inferred points are made when the results are written.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.stages import RunStages, left
+from nsdrill.app.stages import RunStages, remaining
 from nsdrill.data import Array
 from nsdrill.models.kept import Kept
 from nsdrill.store import Sink, Source, columns, pending_records
@@ -26,35 +25,36 @@ from nsdrill.variables import INFERRED, OK, PENDING
 UNKNOWN = -1  # the outcome of a point that has not run
 
 
-class Grid:
-    """The units of a refined sweep: points, or whole chains where a state is
-    carried."""
+class RefinementGrid:
+    """The grid of the units of a refined sweep: points, or whole chains where a state
+    is carried. ``points`` are the numbers of the points of each unit [units, points of
+    a unit]."""
 
     def __init__(self, plan: Plan, refined: tuple[str, ...], depth: int) -> None:
         carried = plan.along if plan.chain_length > 1 else None
         lengths = [1 if name == carried else len(values) for name, values in plan.axes.items()]
         self.plan, self.depth = plan, depth
-        several = [plan.samples] if plan.samples else []  # each refined by itself
+        several = [plan.samples] if plan.samples else []  # each is refined on its own
         self.shape = (*lengths, *several)
         self.axes = (*(name in refined for name in plan.axes), *(False for _ in several))
         self.points = plan.points_of(np.arange(plan.chains)[:, None], np.arange(plan.chain_length))
-        """Numbers of the points of each unit: [units, points of a unit]."""
         self.points = self.points.reshape(plan.chains, plan.chain_length)
 
     def trace(
         self, outcomes: Array, *, everything: bool = False
     ) -> tuple[Refinement, Array, Array]:
-        """How far the refinement is with these outcomes (int [points]: the response,
-        :data:`UNKNOWN`, or less where the run failed); which units are known; and, if
-        it is complete, the outcome that each point is given [points]."""
+        """The state of the refinement with these ``outcomes`` (int [points]: the
+        response, :data:`UNKNOWN`, or less where the run failed): the refinement, which
+        units are known (bool [units]), and the outcome of each point [points], with
+        inferred ones if the refinement is complete. ``everything`` keeps all known
+        outcomes, also where they are not needed."""
         rows = outcomes[self.points]
         known = np.all(rows != UNKNOWN, axis=1)
         classes = np.zeros(len(rows), dtype=np.int64)
         distinct = rows[known] if self.plan.chain_length > 1 else rows[known, 0]
         _, members, inverse = np.unique(distinct, axis=0, return_index=True, return_inverse=True)
         members, classes[known] = np.flatnonzero(known)[members], inverse.ravel()
-        # A failed run says nothing about its neighbours: it is like no other, not even
-        # like another failed one.
+        # The response near a failed run is unknown: each failed run is its own class.
         failed = known & np.any(rows < UNKNOWN, axis=1)
         classes[failed] = -1 - np.flatnonzero(failed)
         step = refine(
@@ -64,42 +64,47 @@ class Grid:
             self.depth,
             everything=everything,
         )
-        given = outcomes.copy()
+        inferred_outcomes = outcomes.copy()
         if step.filled is not None:
             filled = step.filled.ravel()
             inferred = np.flatnonzero(~step.needed.ravel() & ~(known & everything))
-            given[self.points[inferred]] = rows[members[filled[inferred]]]
-        return step, known, given
+            inferred_outcomes[self.points[inferred]] = rows[members[filled[inferred]]]
+        return step, known, inferred_outcomes
 
 
-class Refining:
-    """The refinement of ``study`` over ``log``, as far as it is."""
+class RefinedSweep:
+    """The refinement of ``study`` with the runs in ``log``. ``inferred`` are the
+    outcomes of all points [points], with inferred ones once it is complete."""
 
     def __init__(self, study: Study, plan: Plan, log: Sink) -> None:
-        self.grid, self.log, self.study = Grid(plan, study.refined, study.refine), log, study
-        self.outcomes = outcomes_in(log)
-        self.look()
+        self.grid, self.log, self.study = (
+            RefinementGrid(plan, study.refined, study.refine),
+            log,
+            study,
+        )
+        self.outcomes = response_codes_in(log)
+        self.retrace()
 
-    def look(self) -> None:
-        """Retrace the levels from what is known."""
-        self.step, self.known, self.given = self.grid.trace(self.outcomes)
+    def retrace(self) -> None:
+        """Retrace the levels from the known outcomes."""
+        self.step, self.known, self.inferred = self.grid.trace(self.outcomes)
 
     @property
     def complete(self) -> bool:
         return self.step.filled is not None
 
     def run(self, stages: RunStages, work: Work) -> None:
-        """Run what is needed, level by level."""
+        """Run the needed points, level by level."""
         plan, progress = work.plan, stages.progress
 
-        def store(points: Array, found: dict[str, Array]) -> None:
-            stages.store(points, found)
-            self.outcomes[points] = outcome(found["status"], found["response"])
+        def store(points: Array, values: dict[str, Array]) -> None:
+            stages.store(points, values)
+            self.outcomes[points] = response_codes(values["status"], values["response"])
 
         progress.before = int(np.count_nonzero(self.log.done()))
         while not self.complete:
             needed = self.step.needed.ravel()
-            starts, pending = left(plan, self.log, np.flatnonzero(needed & ~self.known))
+            starts, pending = remaining(plan, self.log, np.flatnonzero(needed & ~self.known))
             progress.total, level = int(needed.sum()) * plan.chain_length, self.step.level
             stages.run(
                 work,
@@ -108,27 +113,30 @@ class Refining:
                 pending,
                 f"level {level} of {self.grid.depth}" if level else "coarse grid",
             )
-            self.look()
+            self.retrace()
 
-    def results(self) -> Inferred:
-        """The log with all its points, once it is complete."""
+    def results(self) -> InferredSource:
+        """All points, inferred ones included; the refinement must be complete."""
         assert self.complete
         needed = np.zeros(self.grid.plan.points, dtype=bool)
         needed[self.grid.points[self.step.needed.ravel()]] = True
-        return Inferred(
-            self.log, needed, self.given, summary(self.study, int(needed.sum()), len(needed))
+        return InferredSource(
+            self.log, needed, self.inferred, summary(self.study, int(needed.sum()), len(needed))
         )
 
 
-class Inferred:
-    """A log in which the points that were not needed have what their neighbours say: to
-    be read, never written."""
+class InferredSource:
+    """A source of points with those of ``log`` where ``needed`` (bool [points]), and
+    with the responses ``inferred`` [points] elsewhere; ``attrs`` are added to the root
+    attributes."""
 
-    def __init__(self, log: Source, needed: Array, given: Array, attrs: Mapping[str, Any]) -> None:
-        self._log, self._needed, self._given = log, needed, given
+    def __init__(
+        self, log: Source, needed: Array, inferred: Array, attrs: Mapping[str, Any]
+    ) -> None:
+        self._log, self._needed, self._inferred = log, needed, inferred
         self.attrs = dict(attrs)
-        if (standing := getattr(log, "standing", None)) is not None:
-            self.standing = standing
+        if (recovery_text := getattr(log, "recovery_text", None)) is not None:
+            self.recovery_text = recovery_text
 
     @property
     def header(self) -> dict[str, Any]:
@@ -149,41 +157,46 @@ class Inferred:
         inferred = np.flatnonzero(~self._needed[start:stop])
         blank = pending_records(len(inferred), self.kept)
         blank["status"] = INFERRED
-        blank["response"] = self._given[start:stop][inferred]
+        blank["response"] = self._inferred[start:stop][inferred]
         records[inferred] = blank
         return records
 
 
-def infer_again(study: Study, plan: Plan, status: Array, response: Array) -> tuple[Array, int]:
-    """New responses for the inferred points of a file after those of its runs have
-    changed (both on the grid of the file): the responses of all, and how many more
-    points would have to be run, because the corners of their cell no longer agree. If
-    there are any, what was inferred stays open."""
-    grid = Grid(plan, study.refined, study.refine)
-    step, known, given = grid.trace(outcome(status, response).ravel(), everything=True)
+def reinfer(study: Study, plan: Plan, status: Array, response: Array) -> tuple[Array, int]:
+    """Infer again after the labels of the runs of a file have changed; ``status`` and
+    ``response`` are on the grid of the file. Gives the responses of all points, and how
+    many more points would have to be run because the corners of their cell no longer
+    agree; if there are any, the inferred responses are not valid."""
+    grid = RefinementGrid(plan, study.refined, study.refine)
+    step, known, inferred_outcomes = grid.trace(
+        response_codes(status, response).ravel(), everything=True
+    )
     missing = int(np.count_nonzero(step.needed.ravel() & ~known)) * plan.chain_length
     inferred = status == INFERRED
-    return np.where(inferred, given.reshape(status.shape), response).astype(response.dtype), missing
+    return np.where(inferred, inferred_outcomes.reshape(status.shape), response).astype(
+        response.dtype
+    ), missing
 
 
-def outcome(status: Array, response: Array) -> Array:
-    """Response of points, :data:`UNKNOWN` where they have not run, something less where
-    they failed: int16."""
+def response_codes(status: Array, response: Array) -> Array:
+    """The outcome of points: the response, :data:`UNKNOWN` where they have not run,
+    less where they failed: int16."""
     status = np.asarray(status, dtype=np.int16)
     failed = np.where((status == PENDING) | (status == INFERRED), UNKNOWN, UNKNOWN - status)
     return np.where(status == OK, np.asarray(response, dtype=np.int16), failed).astype(np.int16)
 
 
-def outcomes_in(log: Sink) -> Array:
+def response_codes_in(log: Sink) -> Array:
     """The outcome of every point of a log."""
     if not log.done().any():
         return np.full(log.n_points, UNKNOWN, np.int16)
-    return outcome(**columns(log, ["status", "response"]))
+    return response_codes(**columns(log, ["status", "response"]))
 
 
 def summary(study: Study, run: int, points: int) -> dict[str, Any]:
-    """Root attributes: how much was run, and to what spacing [SI] the borders between
-    responses are known: of an axis with equal ratios the widest."""
+    """The root attributes of a refined sweep: the numbers of ``run`` and of inferred
+    points, and the spacing [SI] to which the borders between responses are known (the
+    widest, of an axis with equal ratios)."""
     spacing = {}
     for name in study.refined:
         steps = np.diff(study.axes[name])

@@ -1,9 +1,10 @@
-"""The runs of a fit, round after round, kept beside its output until that is written.
+"""The runs of a fit, saved next to its output after every round until the output is
+written.
 
-A fit is a fixed sequence of calls of the model: which samples a round has follows from
-the seed and from the rounds before it. So what is kept are the samples and answers of
-every call, and a fit that goes on makes the same calls again and takes the first
-answers from the file. Its bits are those of a fit that was not interrupted.
+A fit is a fixed sequence of calls of the model: the samples of a round follow from the
+seed and from the earlier rounds. So the samples and values of every call are saved. A
+resumed fit makes the same calls and takes the first values from the file; its bits are
+those of an uninterrupted fit.
 """
 
 from __future__ import annotations
@@ -29,9 +30,9 @@ WHAT = "fit"
 
 @dataclass
 class Rounds:
-    """The calls of the model so far, samples [n, unknowns] and answers [n, values], of
-    which the first ``known`` were there before. Without ``part`` nothing is kept in a
-    file."""
+    """The calls of the model so far, samples [n, unknowns] and values [n, values], of
+    which the first ``known`` were read from a file. Without ``part`` no file is
+    written."""
 
     part: Path | None = None
     digest: str = ""
@@ -39,7 +40,7 @@ class Rounds:
     points: int = 1
     calls: list[tuple[Array, Array]] = field(default_factory=list)
     known: int = 0
-    _made: int = 0
+    _next_call: int = 0
 
     @classmethod
     def beside(
@@ -52,30 +53,31 @@ class Rounds:
         overwrite: bool = False,
         resume: bool = False,
     ) -> Rounds:
-        """Those of the fit that writes ``path``; with ``resume`` with the calls that
-        were kept. FileError where ``path`` may not be written, or where what is kept is
-        of another fit."""
-        part, there = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
-        found = cls(part, _digest(study, measured, batch), study.model, measured.points)
-        if there:
+        """The calls of the fit that writes ``path``; with ``resume`` those that were
+        saved. FileError where ``path`` may not be written, or where the saved calls
+        belong to another fit."""
+        part, part_exists = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
+        rounds = cls(part, _digest(study, measured, batch), study.model, measured.points)
+        if part_exists:
             inputs = "another study, from other data or with another --batch"
-            count, arrays = unfinished.kept(part, WHAT, found.digest, inputs)
-            found.calls = [(arrays[f"samples_{i}"], arrays[f"answers_{i}"]) for i in range(count)]
-            found.known = count
+            count, arrays = unfinished.read_part(part, WHAT, rounds.digest, inputs)
+            rounds.calls = [(arrays[f"samples_{i}"], arrays[f"answers_{i}"]) for i in range(count)]
+            rounds.known = count
         elif overwrite:
             unfinished.discard(part)
-        return found
+        return rounds
 
     @property
     def runs(self) -> int:
-        """How many runs are kept."""
+        """The number of saved runs."""
         return self.points * sum(len(samples) for samples, _ in self.calls)
 
-    def of(self, simulate: Simulate) -> Simulate:
-        """The model with its answers kept."""
+    def recording(self, simulate: Simulate) -> Simulate:
+        """The model ``simulate`` with its calls recorded, or answered by recorded
+        ones."""
 
-        def remembered(z: Array) -> Array:
-            place, self._made = self._made, self._made + 1
+        def recorded(z: Array) -> Array:
+            place, self._next_call = self._next_call, self._next_call + 1
             if place < len(self.calls):
                 samples, answers = self.calls[place]
                 if not np.array_equal(samples, z):
@@ -90,19 +92,19 @@ class Rounds:
             self._save()
             return answers
 
-        return remembered
+        return recorded
 
     @contextmanager
     def guarding(self) -> Iterator[None]:
-        """Work that an interrupt ends with a KeyboardInterrupt that says what is kept."""
-        with interrupt.telling(self.standing):
+        """A context in which the text of a KeyboardInterrupt says what is saved."""
+        with interrupt.telling(self.recovery_text):
             try:
                 yield
             except KeyboardInterrupt:
-                raise KeyboardInterrupt(self.standing()) from None
+                raise KeyboardInterrupt(self.recovery_text()) from None
 
-    def standing(self) -> str:
-        """What an interrupt leaves, in a sentence or two."""
+    def recovery_text(self) -> str:
+        """What is saved and how to resume, in a sentence or two."""
         if self.part is None or not self.part.exists():
             return interrupt.NOTHING
         return (
@@ -111,7 +113,7 @@ class Rounds:
         )
 
     def discard(self) -> None:
-        """The output is written: what was kept is of no use any more."""
+        """Remove the saved calls, once the output is written."""
         if self.part is not None:
             unfinished.discard(self.part)
 
@@ -120,12 +122,12 @@ class Rounds:
             return
         arrays = {f"samples_{i}": samples for i, (samples, _) in enumerate(self.calls)}
         arrays |= {f"answers_{i}": answers for i, (_, answers) in enumerate(self.calls)}
-        unfinished.keep(self.part, WHAT, self.digest, len(self.calls), arrays, self.model)
+        unfinished.write_part(self.part, WHAT, self.digest, len(self.calls), arrays, self.model)
 
 
 def _digest(study: Study, measured: Measured, batch: int) -> str:
-    """Of all that decides the samples and answers; not of the number of rounds, which
-    may grow."""
+    """Digest of all inputs that decide the samples and values, but not of the number of
+    rounds, which may grow."""
     digest = hashlib.sha256(f"{study.sha256} {batch}".encode())
     for table in (measured.at, measured.values, measured.errors):
         for name, values in table.items():

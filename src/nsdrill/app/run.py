@@ -1,5 +1,5 @@
-"""Run a study: from points to a results file that holds them all, or to a log that can
-be taken up again."""
+"""Run a study into a results file, or into a log from which the run can be
+resumed."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.app.attractors import mark
+from nsdrill.app.attractors import write_attractors
 from nsdrill.app.planned import chosen_of, kept_of, plan_of
 from nsdrill.app.provenance import provenance, unlike
-from nsdrill.app.refinement import Refining
+from nsdrill.app.refinement import RefinedSweep
 from nsdrill.app.size import check_memory
 from nsdrill.app.stages import RunStages, Watch, sweep
 from nsdrill.app.trust import any_failed, forget_failed, verified, verify
@@ -50,11 +50,11 @@ from nsdrill.variables import PENDING, STEP_LIMIT, has_failed
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What became of a run: points in all and failed, seconds of computing, steps
-    tried, points that were there before; ``refinement`` has the root attributes that
-    say how much was run of a refined sweep, ``advice`` what to do about points that
-    reached the limit of their steps."""
+class RunResult:
+    """The result of a run: the numbers of all ``points``, of ``failed`` ones and of
+    those ``already`` run before, the wall time in ``seconds`` and the ``steps`` tried.
+    ``refinement`` has the root attributes of a refined sweep, ``advice`` the remedy for
+    points that reached their limit of steps."""
 
     path: Path | None
     points: int
@@ -67,11 +67,11 @@ class Outcome:
 
 
 class Interrupted(KeyboardInterrupt):
-    """The run was interrupted; all finished points are safe in ``part``, as the text
-    says."""
+    """An interrupted run. All finished points are safe in ``part``; the text says
+    so."""
 
     def __init__(self, log: RunLog) -> None:
-        super().__init__(f"Interrupted: {log.standing()}")
+        super().__init__(f"Interrupted: {log.recovery_text()}")
         self.part, self.done, self.total = log.path, int(np.count_nonzero(log.done())), log.n_points
 
 
@@ -82,13 +82,14 @@ def run_in_memory(
     watch: Watch = lambda progress: None,
     executor: Executor | None = None,
 ) -> Results:
-    """Run ``study`` and keep the results in memory. ``workers`` defaults to the
-    processors at hand; ``executor`` replaces the threads of this machine."""
+    """Run ``study`` and return the results in memory. ``workers`` defaults to the
+    number of available processors; ``executor`` replaces the threads of this
+    process."""
     check_sweep(study)
     workers = checked_workers(workers)
     check_memory(plan_of(study), kept_of(study), in_file=False)
     log = MemoryLog(_header(study), plan_of(study).points, kept_of(study))
-    _compute(study, log, workers, watch, executor)
+    _run_missing(study, log, workers, watch, executor)
     return collect(_results(study, plan_of(study), log))
 
 
@@ -103,13 +104,13 @@ def run_study(
     watch: Watch = lambda progress: None,
     executor: Executor | None = None,
     lanes: int | None = None,
-) -> Outcome:
-    """Run ``study`` into the results file ``path``, as the command does; raises
+) -> RunResult:
+    """Run ``study`` into the results file ``path``, as ``nsdrill run`` does.
     :class:`Interrupted` on an interrupt.
 
-    ``retry_failed`` goes on like ``resume``, but runs failed points once more;
+    ``retry_failed`` resumes like ``resume`` and runs failed points again;
     ``simulation.max_steps`` may then be larger than before. ``executor`` replaces the
-    threads of this machine.
+    threads of this process.
     """
     check_sweep(study)
     path = Path(path)
@@ -122,7 +123,7 @@ def run_study(
     try:
         if state == "new":
             log = RunLog.create(part, _header(study), plan.points, kept_of(study))
-            if not overwrite and os.path.lexists(path):  # of a run that ended since we looked
+            if not overwrite and os.path.lexists(path):  # of a run that ended since claim()
                 log.discard()
                 raise FileError(
                     f"{path}: another process has just made this file. Choose another name, or "
@@ -141,35 +142,37 @@ def run_study(
                     log.discard()
                 raise
             if retry_failed:
-                log = _again(study, plan, log)
+                log = _with_failed_pending(study, plan, log)
         already = int(np.count_nonzero(log.done()))
         if state == "finished" and _complete(study, plan, log):
             attrs = getattr(_results(study, plan, log), "attrs", {})
             log.discard()
-            return Outcome(path, plan.points, _failed(log), 0.0, 0, already, attrs)
-        begun = time.perf_counter()
+            return RunResult(path, plan.points, _count_failed(log), 0.0, 0, already, attrs)
+        started_at = time.perf_counter()
         try:
-            standing = log.standing
-            with interrupt.telling(lambda: f"Interrupted: {standing()}"):
-                progress = _compute(study, log, workers, watch, executor, lanes)
-                seconds = time.perf_counter() - begun
+            recovery_text = log.recovery_text
+            with interrupt.telling(lambda: f"Interrupted: {recovery_text()}"):
+                progress = _run_missing(study, log, workers, watch, executor, lanes)
+                seconds = time.perf_counter() - started_at
                 results = _results(study, plan, log)
                 write_results(path, results)
         except KeyboardInterrupt:
             log.sync()
             raise Interrupted(log) from None
-        failed, what = _failed(log), _advice(study, plan, log)
+        failed, remedy = _count_failed(log), _advice(study, plan, log)
         log.discard()
     finally:
         if log is not None:
             log.close()
     attrs = getattr(results, "attrs", {})
-    return Outcome(path, plan.points, failed, seconds, progress.lane_steps, already, attrs, what)
+    return RunResult(
+        path, plan.points, failed, seconds, progress.lane_steps, already, attrs, remedy
+    )
 
 
 def _advice(study: Study, plan: Plan, log: Sink) -> str:
-    """What to do about points that reached the limit of their steps, where there are
-    any."""
+    """The remedy for points that reached their limit of steps; empty where there are
+    none."""
     points = np.flatnonzero(log.status() == STEP_LIMIT)
     if not len(points):
         return ""
@@ -182,7 +185,7 @@ def _advice(study: Study, plan: Plan, log: Sink) -> str:
 
 
 def work_of(study: Study) -> Work:
-    """All that decides the numbers of a study."""
+    """All inputs of the numbers of a study."""
     return Work(
         plan_of(study),
         study.parameters,
@@ -195,8 +198,8 @@ def work_of(study: Study) -> Work:
 
 
 def check_sweep(study: Study) -> None:
-    """InputError where the study is not one of a sweep, whose points each have one
-    constant operating point."""
+    """InputError unless the study is a sweep, in which every point has a constant
+    operating point."""
     source = study.source or "the study"
     if model_named(study.model).switches(study.parameters) is not None:
         raise InputError(
@@ -225,12 +228,12 @@ def _listed(names: tuple[str, ...]) -> str:
 
 
 def processors() -> int:
-    """How many processors this process may use."""
+    """The number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def checked_workers(workers: int | None) -> int:
-    """How many to run side by side, all processors by default; InputError for none."""
+    """The number of workers, by default that of the processors; InputError below 1."""
     if workers is not None and workers < 1:
         raise InputError(f"--workers: found {workers}; allowed: 1 or more.")
     return workers or processors()
@@ -241,19 +244,19 @@ def _header(study: Study) -> dict[str, Any]:
     coords: dict[str, Any] = {"procedure": list(plan.procedures), **plan.dimensions}
     if study.samples:
         coords["sample"] = list(range(study.samples))
-        coords |= {one.name: study.drawn[one.short] for one in study.unknowns}
+        coords |= {unknown.name: study.drawn[unknown.short] for unknown in study.unknowns}
     if study.initial.starts:
         coords["start"] = list(range(study.initial.starts))
     attrs = {**provenance(study, "run"), "method": " and ".join(chosen_of(study).words())}
     return {"coords": coords, "attrs": attrs}
 
 
-def _failed(log: Sink) -> int:
+def _count_failed(log: Sink) -> int:
     status = log.status()
     return int(np.count_nonzero(has_failed(status)))
 
 
-def _compute(
+def _run_missing(
     study: Study,
     log: Sink,
     workers: int,
@@ -261,83 +264,89 @@ def _compute(
     executor: Executor | None,
     lanes: int | None = None,
 ) -> Progress:
-    """Run all that is missing: the points, those of the refinement, the checks."""
+    """Run what is missing in ``log``: points, those of the refinement, and checks."""
     work = work_of(study)
     chains = -(-work.plan.chains // workers) if lanes is None else 0
     lanes = lanes or choose_lanes(chains)
-    own: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
-    with own as threads:
+    pool: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
+    with pool as threads:
         stages = RunStages(
             log, executor or threads, workers, lanes, watch, executor is not None, chains
         )
         if study.refined:
-            Refining(study, work.plan, log).run(stages, work)
+            RefinedSweep(study, work.plan, log).run(stages, work)
         else:
             sweep(stages, work)
         if study.simulation.verify:
             verify(stages, work)
     log.sync()
     if work.plan.starts:
-        mark(study, work.plan, log)
+        write_attractors(study, work.plan, log)
     return stages.progress
 
 
 def _complete(study: Study, plan: Plan, log: Sink) -> bool:
     """Whether nothing is left to run."""
-    there = Refining(study, plan, log).complete if study.refined else bool(log.done().all())
-    return there and (not study.simulation.verify or verified(log))
+    is_run = RefinedSweep(study, plan, log).complete if study.refined else bool(log.done().all())
+    return is_run and (not study.simulation.verify or verified(log))
 
 
 def _results(study: Study, plan: Plan, log: Sink) -> Source:
-    """What goes into the file, from a complete log."""
-    return Refining(study, plan, log).results() if study.refined else log
+    """The points of the results file, from a complete log."""
+    return RefinedSweep(study, plan, log).results() if study.refined else log
 
 
-def _again(study: Study, plan: Plan, log: RunLog) -> RunLog:
-    """The log with its failed points pending, and with those that follow them in a
-    chain, which may become others. All in one step, as no chain may be left with a
-    beginning and an end that do not belong together."""
+def _with_failed_pending(study: Study, plan: Plan, log: RunLog) -> RunLog:
+    """The log with its failed points pending, and with them the later points of their
+    chains, whose starts may change. The log is replaced in one step, so that the parts
+    of a chain always belong together."""
     status = log.status()
-    again = has_failed(status)
+    rerun = has_failed(status)
     if plan.chain_length > 1:
         for chain in range(plan.chains):
             points = plan.points_of(chain, np.arange(plan.chain_length))
-            again[points] = np.logical_or.accumulate(again[points])
-    checked = study.simulation.verify and any_failed(log)
-    if not again.any() and not checked and not np.any(status == PENDING):
+            rerun[points] = np.logical_or.accumulate(rerun[points])
+    has_failed_checks = study.simulation.verify and any_failed(log)
+    if not rerun.any() and not has_failed_checks and not np.any(status == PENDING):
         return log
-    old, new = log.header["attrs"], provenance(study, "run --retry-failed")
-    before = resolved_study(old)["simulation"]["max_steps"]
+    old_attrs, new_attrs = log.header["attrs"], provenance(study, "run --retry-failed")
+    old_limit = resolved_study(old_attrs)["simulation"]["max_steps"]
     change = (
         ""
-        if before == study.simulation.max_steps
-        else (f" simulation.max_steps={study.simulation.max_steps} (was {before})")
+        if old_limit == study.simulation.max_steps
+        else (f" simulation.max_steps={study.simulation.max_steps} (was {old_limit})")
     )
-    told = {name: new[name] for name in new if name.startswith("study")}
+    study_attrs = {name: new_attrs[name] for name in new_attrs if name.startswith("study")}
     return rewrite_log(
         log,
-        {**old, **told, "history": f"{old['history']}\n{new['history']}{change}"},
-        again,
-        *([forget_failed] if checked else []),
+        {
+            **old_attrs,
+            **study_attrs,
+            "history": f"{old_attrs['history']}\n{new_attrs['history']}{change}",
+        },
+        rerun,
+        *([forget_failed] if has_failed_checks else []),
     )
 
 
 def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> None:
-    """FileError where the log was made from another study or by another version of the
-    model."""
+    """FileError where the log was made from another study, or by other versions that
+    may change its numbers."""
     attrs = log.header["attrs"]
-    there = resolved_study(attrs)
-    if attrs.get("study_sha256") != study.sha256 and not (retry_failed and _looser(study, there)):
-        listed = told_changes(there, study.resolved)
-        may = ""
+    resolved = resolved_study(attrs)
+    if attrs.get("study_sha256") != study.sha256 and not (
+        retry_failed and _is_looser(study, resolved)
+    ):
+        listed = told_changes(resolved, study.resolved)
+        hint = ""
         if retry_failed:
-            may = "With --retry-failed only simulation.max_steps may differ, and only be larger. "
-        elif [key for key, _, _ in differences(there, study.resolved) if key != "title"] == [
+            hint = "With --retry-failed only simulation.max_steps may differ, and only be larger. "
+        elif [key for key, _, _ in differences(resolved, study.resolved) if key != "title"] == [
             "simulation.max_steps"
         ]:
-            may = "A larger limit can be given to the points that failed: --retry-failed. "
+            hint = "A larger limit can be given to the points that failed: --retry-failed. "
         raise FileError(
-            f"{where}: made from another study ({listed or 'the digests differ'}). {may}Resume it "
+            f"{where}: made from another study ({listed or 'the digests differ'}). {hint}Resume it "
             f"with the study it "
             "was made from, or start anew by --overwrite."
         )
@@ -347,10 +356,10 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
             f"({'; '.join(differing)}). Finish it with "
             "those, or start anew by --overwrite."
         )
-    for one in study.unknowns:
-        if not np.array_equal(log.header["coords"].get(one.name), study.drawn[one.short]):
+    for unknown in study.unknowns:
+        if not np.array_equal(log.header["coords"].get(unknown.name), study.drawn[unknown.short]):
             raise FileError(
-                f"{where}: its samples of {one.key} are not those that this version of SciPy "
+                f"{where}: its samples of {unknown.key} are not those that this version of SciPy "
                 f"draws. Finish it with the "
                 "versions that it was made with, or start anew by --overwrite."
             )
@@ -362,14 +371,15 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
         )
 
 
-def _looser(study: Study, there: dict[str, Any]) -> bool:
-    """Whether ``study`` is the study that is ``there`` but for a larger limit of steps.
-    A run that ended well under the one ends with the same bits under the other."""
-    before = there.get("simulation", {}).get("max_steps")
-    if before is None or study.simulation.max_steps < before:
+def _is_looser(study: Study, resolved: dict[str, Any]) -> bool:
+    """Whether ``study`` differs from the ``resolved`` study of a log only by a larger
+    limit of steps. A run that ended well with the smaller limit has the same bits with
+    the larger one."""
+    old_limit = resolved.get("simulation", {}).get("max_steps")
+    if old_limit is None or study.simulation.max_steps < old_limit:
         return False
     changed = {
-        **there,
-        "simulation": {**there["simulation"], "max_steps": study.simulation.max_steps},
+        **resolved,
+        "simulation": {**resolved["simulation"], "max_steps": study.simulation.max_steps},
     }
     return digest(changed) == study.sha256

@@ -1,4 +1,4 @@
-"""Results and traces in memory to files."""
+"""Saving results and traces to files."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from nsdrill.app.datasets import completed, recorded_in
+from nsdrill.app.datasets import variables_of, with_missing_features
 from nsdrill.app.table import write_trace_csv
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.store import HeldResults, claim_file, to_csv, write_results, write_trace
+from nsdrill.store import ResultsSource, claim_file, to_csv, write_results, write_trace
 from nsdrill.variables import COUNTED
 
 ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
@@ -19,8 +19,8 @@ ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
 
 def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
     """Write ``data`` to ``path``, in one step: HDF5 (``.h5``, ``.hdf5``), which is
-    netCDF-4 (``.nc``) as well, or a table (``.csv``). FileError where the file is there
-    already, unless ``overwrite``; InputError where something is missing."""
+    netCDF-4 (``.nc``) as well, or a table (``.csv``). FileError where the file exists,
+    unless ``overwrite``; InputError where ``data`` is incomplete."""
     suffix = Path(path).suffix.lower()
     if suffix not in ENDINGS:
         raise InputError(
@@ -34,17 +34,17 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
         else:
             write_trace(path, data, overwrite=overwrite)
         return
-    data = completed(data)
+    data = with_missing_features(data)
     _check_whole(data)
     if suffix == ".csv":
         to_csv(data, path, overwrite=overwrite)
     else:
-        write_results(path, HeldResults(data))
+        write_results(path, ResultsSource(data))
 
 
 def _check_whole(results: Results) -> None:
-    """InputError where a results file of these could not be read again."""
-    if lacking := [v.name for v in recorded_in(results) if v.name not in results.variables]:
+    """InputError where a results file with these results would not be valid."""
+    if lacking := [v.name for v in variables_of(results) if v.name not in results.variables]:
         few = (
             f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
         )

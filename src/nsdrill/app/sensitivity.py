@@ -1,4 +1,4 @@
-"""Which uncertain number matters most, from a results file."""
+"""The sensitivity to each uncertain number, from a results file."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from nsdrill.variables import TRUST
 def sensitivity(
     source: Results | str | os.PathLike[str], severity: int | None = None
 ) -> dict[str, Any]:
-    """The note of :func:`nsdrill.analysis.sensitivity.sensitivity` of the results, or
-    the results file, ``source``."""
+    """The result of :func:`nsdrill.analysis.sensitivity.sensitivity` for the results,
+    or the results file, ``source``."""
     return analysis(read_for_sensitivity(source, severity), severity)
 
 
 def read_for_sensitivity(
     source: Results | str | os.PathLike[str], severity: int | None = None
 ) -> Results:
-    """What the sensitivity of the results, or the results file, ``source`` is made
-    from; of a file no more."""
+    """The results, or the results file, ``source``; of a file only the variables on
+    which the sensitivity depends are read."""
     if not isinstance(source, Results):
         outline = read_results(source, ())
         check_samples(outline, os.fspath(source))

@@ -1,4 +1,4 @@
-"""What a sweep takes of disk and memory, told and checked before any of it is taken."""
+"""The disk space and memory of a sweep, estimated before it runs."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from nsdrill.models.kept import Kept
 from nsdrill.store import record_dtype
 from nsdrill.sweep.plan import Plan
 
-BASE = 3e8  # bytes that a run takes, however small: the interpreter, the libraries, the batches
+BASE = 3e8  # bytes that every run takes: the interpreter, the libraries, the batches
 PER_POINT = 40  # bytes for each point: axes, order and status; measured on sweeps of 10^8 points
 
 
 def disk(plan: Plan, kept: Kept) -> int:
-    """Bytes that the points take, at most; the results file takes up to as many again
+    """The bytes of all points, at most; the results file takes up to as many again
     while it is written."""
     return plan.points * record_dtype(kept).itemsize
 
 
 def memory(plan: Plan) -> float:
-    """Bytes of memory that a run into a file takes, about."""
+    """The approximate bytes of memory of a run into a file."""
     return BASE + PER_POINT * plan.points
 
 
@@ -42,7 +42,7 @@ def check_memory(plan: Plan, kept: Kept, *, in_file: bool) -> None:
 
 
 def memory_free() -> float:
-    """Bytes of memory that a process may still have, as far as the system tells."""
+    """The bytes of memory that are available to a process; infinite where unknown."""
     free = math.inf
     try:
         for line in Path("/proc/meminfo").read_text().splitlines():

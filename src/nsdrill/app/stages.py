@@ -1,5 +1,5 @@
-"""Several runs of the engine over one log, counted as one: the sweep, its refinement,
-the checks of its points."""
+"""Several runs of the engine over one log, with a common count of progress: the sweep,
+its refinement, and the checks of its points."""
 
 from __future__ import annotations
 
@@ -24,13 +24,15 @@ from nsdrill.variables import OK
 Watch = Callable[[Progress], None]
 Deliver = Callable[[Array, dict[str, Array]], None]
 SYNC_SECONDS = 1.0
-_BLOCK = 1 << 18  # points looked at at once
+_BLOCK = 1 << 18  # points examined at a time
 
 
 @dataclass
 class RunStages:
-    """What the engine runs on, and how far all of it is. Whoever makes a pass sets
-    ``progress.total`` and, where points were there before, ``progress.before``."""
+    """The log, the executor and the progress that several runs of the engine share. The
+    caller of a stage sets ``progress.total`` and, where points were run before,
+    ``progress.before``. ``chains`` is the number of chains of the study per worker,
+    from which work with small rows takes more lanes."""
 
     log: Sink
     executor: Executor
@@ -38,8 +40,6 @@ class RunStages:
     lanes: int
     watch: Watch = lambda progress: None
     remote: bool = False
-    # of the study, a worker: whether work that gains from more lanes than these has
-    # them
     chains: int = 0
     progress: Progress = field(default_factory=lambda: Progress(total=0))
     synced: float = field(default_factory=time.monotonic)
@@ -47,22 +47,24 @@ class RunStages:
     def run(
         self, work: Work, deliver: Deliver, starts: Starts | None, pending: Array, note: str = ""
     ) -> None:
-        """Run these points of ``work`` with the engine; ``note`` says to the watcher
-        what they are for."""
-        base, own = replace(self.progress), self.progress
-        own.note = note
+        """Run the points ``pending`` of ``work``, or the chains from ``starts``, with
+        the engine. ``deliver`` takes the columns of finished points; ``note`` names the
+        stage in the progress."""
+        base, progress = replace(self.progress), self.progress
+        progress.note = note
 
         def add(now: Progress) -> None:
-            own.done, own.failed = base.done + now.done, base.failed + now.failed
-            own.lane_steps, own.lanes_in_use = base.lane_steps + now.lane_steps, now.lanes_in_use
+            progress.done, progress.failed = base.done + now.done, base.failed + now.failed
+            progress.lane_steps = base.lane_steps + now.lane_steps
+            progress.lanes_in_use = now.lanes_in_use
 
         def watch(now: Progress) -> None:
             add(now)
-            self.watch(own)
+            self.watch(progress)
 
         def engine(one: Work, **more: Any) -> Engine:
             nonlocal base
-            base = replace(own)
+            base = replace(progress)
             lanes = widened(self.lanes, self.chains, one.variant.rows)
             if not one.compiled:
                 compiled_parts(lanes, one.variant)
@@ -76,24 +78,24 @@ class RunStages:
                     starts = Starts(
                         np.arange(part.plan.chains), np.zeros(part.plan.chains, np.int64)
                     )
-                for one, begun, reach, handed in _carried(part, starts):
+                for one, chain_starts, reach, handed in _carried(part, starts):
                     chains = engine(one, reach=reach)
-                    add(chains.run(begun, points))
+                    add(chains.run(chain_starts, points))
                     handed += chains.handed
             else:
-                for one, some in part.by_method(points):
-                    add(engine(one).run(starts, some))
+                for one, subset in part.by_method(points):
+                    add(engine(one).run(starts, subset))
 
     def write(self, points: Array, records: Array) -> None:
-        """Put records into the log, and make them safe now and then."""
+        """Write records to the log, and sync it every :data:`SYNC_SECONDS`."""
         self.log.write(points, records)
         if time.monotonic() - self.synced > SYNC_SECONDS:
             self.log.sync()
             self.synced = time.monotonic()
 
     def store(self, points: Array, columns: dict[str, Array]) -> None:
-        """Put the results of finished points into the log; what they do not have stays
-        as in a pending one."""
+        """Write the columns of finished points to the log; fields that they lack stay
+        as in a pending record."""
         records = pending_records(len(points), self.log.kept)
         for name in records.dtype.names or ():
             if name in columns:
@@ -104,8 +106,10 @@ class RunStages:
 def _carried(
     work: Work, starts: Starts
 ) -> Iterator[tuple[Work, Starts, Callable[[Array], int], list[tuple[int, int, Array | None]]]]:
-    """The work of one method after the other, the chains that it goes on with, how far,
-    and a list for those which it hands to the other method; until no chain is left."""
+    """The parts of chained ``work`` by method, alternately explicit and implicit, until
+    no chain is left. Each part has the work with its method, the chains to continue, a
+    function that gives how many of the next points of a chain have this method, and a
+    list that takes the chains that continue with the other method."""
     if work.simulation.method == "explicit":
         yield work, starts, len, []
         return
@@ -114,8 +118,8 @@ def _carried(
     for method in methods:
         if not len(starts):
             return
-        mine = chosen.points(starts.next_points(work.plan)) == (method == METHODS[1])
-        if not mine.any():
+        selected = chosen.points(starts.next_points(work.plan)) == (method == METHODS[1])
+        if not selected.any():
             continue
 
         def reach(points: Array, implicit: bool = method == METHODS[1]) -> int:
@@ -123,21 +127,21 @@ def _carried(
             return int(np.argmax(other)) if other.any() else len(points)
 
         handed: list[tuple[int, int, Array | None]] = []
-        yield work.by(method), starts.those(mine), reach, handed
-        starts = starts.those(~mine).with_more([one for one in handed if one[1] < length])
+        yield work.by(method), starts.those(selected), reach, handed
+        starts = starts.those(~selected).with_more([one for one in handed if one[1] < length])
 
 
 def sweep(stages: RunStages, work: Work) -> None:
-    """Run all that is pending."""
-    starts, pending = left(work.plan, stages.log)
+    """Run all pending points."""
+    starts, pending = remaining(work.plan, stages.log)
     runs = len(pending) + starts.runs(work.plan)
     stages.progress.total, stages.progress.before = work.plan.points, work.plan.points - runs
     stages.run(work, stages.store, starts, pending)
 
 
-def left(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Starts, Array]:
-    """What is still to run (of these chains): where each chain goes on, and which
-    points are pending."""
+def remaining(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Starts, Array]:
+    """What is still to run, of ``chains`` if given: where each chain continues, and
+    which points without a chain are pending."""
     pending = ~log.done()
     if plan.chain_length == 1:
         points = np.flatnonzero(pending) if chains is None else chains[pending[chains]]
@@ -155,21 +159,21 @@ def left(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Starts, Ar
 
 
 def _first_pending(plan: Plan, pending: Array, chains: Array) -> Array:
-    """The first place of each of these chains whose point is ``pending``, or the length
-    of a chain: [chains]."""
+    """The first place of each of the ``chains`` whose point is ``pending``, or the
+    length of a chain: int [chains]."""
     if pending.all():
         return np.zeros(len(chains), np.int64)
     places = np.full(len(chains), plan.chain_length)
     length = min(plan.chain_length, _BLOCK)
     rows = max(1, _BLOCK // length)
     for first in range(0, len(chains), rows):
-        open_ = np.arange(first, min(first + rows, len(chains)))
+        searched = np.arange(first, min(first + rows, len(chains)))
         for begin in range(0, plan.chain_length, length):
             span = np.arange(begin, min(begin + length, plan.chain_length))
-            there = pending[plan.points_of(chains[open_][:, None], span)]
-            found = there.any(axis=1)
-            places[open_[found]] = begin + np.argmax(there[found], axis=1)
-            open_ = open_[~found]
-            if not len(open_):
+            is_pending = pending[plan.points_of(chains[searched][:, None], span)]
+            has_pending = is_pending.any(axis=1)
+            places[searched[has_pending]] = begin + np.argmax(is_pending[has_pending], axis=1)
+            searched = searched[~has_pending]
+            if not len(searched):
                 break
     return places

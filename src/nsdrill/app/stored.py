@@ -26,18 +26,18 @@ def stored_study(
     drawn: Mapping[Unknown, Array] | None = None,
 ) -> Study:
     """The study in the root attributes ``attrs`` of the results file ``path``, or
-    :data:`IN_MEMORY`, with the samples that the file has ``drawn``; FileError where
-    there is none, or it is not that of the file's ``coords``."""
+    :data:`IN_MEMORY`, with the samples ``drawn`` of the file. FileError where there is
+    no study, or where its points are not those of ``coords``."""
     if "study_resolved" not in attrs:
         raise FileError(
             f"{path}: found no study in the file; allowed: a results file of nsdrill run."
         )
-    own = (*COUNTED[1:], "state")
-    # A file may say that its study has any number of points.
+    not_axes = (*COUNTED[1:], "state")
+    # The study in a file may claim any number of points.
     bound = (
         {}
         if path == IN_MEMORY
-        else {"most": max(len(values) for name, values in coords.items() if name not in own)}
+        else {"most": max(len(values) for name, values in coords.items() if name not in not_axes)}
     )
     study = study_from_resolved(
         json.loads(attrs["study_resolved"]),
@@ -47,10 +47,10 @@ def stored_study(
         **bound,
     )
     samples = {unknown.short: values for unknown, values in (drawn or {}).items()}
-    if set(samples) == set(study.drawn):  # another version of SciPy may draw others
+    if set(samples) == set(study.drawn):  # another version of SciPy may draw other samples
         study = replace(study, drawn={key: samples[key] for key in study.drawn})
     plan = plan_of(study)
-    if other := _others(plan, coords):
+    if other := _coordinate_differences(plan, coords):
         raise FileError(
             f"{path}: found {'; '.join(other)}; allowed: all points of the run, as its study "
             f"numbers "
@@ -61,22 +61,22 @@ def stored_study(
     return study
 
 
-def _others(plan: Plan, coords: Mapping[str, Array]) -> list[str]:
-    """Where the ``coords`` are not those of the ``plan`` of their study."""
-    told = []
+def _coordinate_differences(plan: Plan, coords: Mapping[str, Array]) -> list[str]:
+    """The differences, in words, between ``coords`` and the ``plan`` of their study."""
+    differences = []
     if tuple(coords["procedure"]) != plan.procedures:
-        told.append(
+        differences.append(
             f"procedure {' and '.join(coords['procedure'])}, of "
             f"{' and '.join(plan.procedures)} in its study"
         )
     if (starts := len(coords.get("start", ()))) != plan.starts:
-        told.append(f"{starts or 'no'} starts, of {plan.starts or 'none'} in its study")
+        differences.append(f"{starts or 'no'} starts, of {plan.starts or 'none'} in its study")
     if (samples := len(coords.get("sample", ()))) != plan.samples:
-        told.append(f"{samples or 'no'} samples, of {plan.samples or 'none'} in its study")
+        differences.append(f"{samples or 'no'} samples, of {plan.samples or 'none'} in its study")
     for name, values in plan.dimensions.items():
-        there = coords.get(name, np.empty(0))
-        if len(there) != len(values):
-            told.append(f"{len(there)} values of {name}, of {len(values)} in its study")
-        elif not np.array_equal(values, there):
-            told.append(f"other values of {name} than in its study")
-    return told
+        in_file = coords.get(name, np.empty(0))
+        if len(in_file) != len(values):
+            differences.append(f"{len(in_file)} values of {name}, of {len(values)} in its study")
+        elif not np.array_equal(values, in_file):
+            differences.append(f"other values of {name} than in its study")
+    return differences

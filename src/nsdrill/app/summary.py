@@ -1,6 +1,6 @@
-"""What is in a results file, in words and numbers; and new labels on it.
+"""The summary of results and traces, and new labels for results.
 
-What needs the compiler is imported late: to say what is in a file takes none of it.
+Modules that need the compiler are imported late, as a summary does not need it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.analysis.probability import effective_number, independent
-from nsdrill.app.datasets import of_whole
+from nsdrill.app.datasets import missing_variable_errors
 from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
@@ -27,22 +27,23 @@ from nsdrill.store import flag_words, read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study
 from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
 
-# the rooms of variables from which labels are made
+# the rooms of the variables that decide labels
 MEASURED = ("feature", "label", "section", "trust")
 
 
 def needed() -> tuple[str, ...]:
-    """The variables that :func:`summarize` uses: not peaks, returns and states."""
+    """The variables that :func:`summarize` uses, without peaks, returns and states."""
     return tuple(name for name, variable in BY_NAME.items() if variable.dims == POINT)
 
 
 def summarize(data: Results | Trace) -> dict[str, Any]:
-    """Plain data for ``show``: what the file is, its axes, counts of responses, ranges,
-    failed points. Of a sweep it uses the variables :func:`needed`."""
-    found: dict[str, Any] = in_words(
+    """The summary that ``show`` prints, as plain data: kind of file, axes, counts of
+    responses, ranges, failed points. For a sweep it uses the variables
+    :func:`needed`."""
+    summary: dict[str, Any] = in_words(
         _summarize_trace(data) if isinstance(data, Trace) else _summarize_results(data)
     )
-    return found
+    return summary
 
 
 def _summarize_results(results: Results) -> dict[str, Any]:
@@ -58,7 +59,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         "drive": drive_kind(results.attrs),
         "frozen": list(frozen_modes(results.attrs)),
         "method": str(results.attrs.get("method", "explicit")),
-        # Only a run log has points that are still to come.
+        # Only a run log has pending points.
         "finished": not bool(np.any(status == PENDING)),
         "thresholds": json.loads(results.attrs.get("classification", "[]")),
         "axes": {
@@ -134,9 +135,9 @@ def _summarize_results(results: Results) -> dict[str, Any]:
 
 
 def _uncertain(results: Results) -> dict[str, Any]:
-    """What is told of samples: how many, of which unknowns (of each the median
-    ``value``, and ``from`` where ``to`` where nine in ten samples lie), and how
-    probable each answer is."""
+    """The summary of samples: their number, the unknowns (each with the median
+    ``value`` and the 5 % and 95 % quantiles ``from`` and ``to``), and the probability
+    of each outcome."""
     from nsdrill.app.probability import rows
 
     unknowns: dict[str, Any] = {}
@@ -161,19 +162,19 @@ def _uncertain(results: Results) -> dict[str, Any]:
 
 
 def refinement_of(results: Results) -> dict[str, Any]:
-    """What the root attributes say of a refined sweep."""
-    kept = {
+    """The root attributes of a refined sweep."""
+    refinement = {
         name: results.attrs[name]
         for name in ("refine", "points_run", "points_inferred", "border_spacing")
     }
-    if isinstance(kept["border_spacing"], str):  # as a file holds it
-        kept["border_spacing"] = json.loads(kept["border_spacing"])
-    return kept
+    if isinstance(refinement["border_spacing"], str):  # as stored in a file
+        refinement["border_spacing"] = json.loads(refinement["border_spacing"])
+    return refinement
 
 
 def trust_of(results: Results) -> dict[str, Any]:
-    """What the checks found: points by verdict, checks that did not end well, and which
-    responses changed to what."""
+    """The results of the checks: points by verdict, failed checks, and the changes of
+    the response."""
     from nsdrill.observe.trust import (
         AGREES,
         CHECK_FAILED,
@@ -222,8 +223,8 @@ def _axis(results: Results, name: str) -> dict[str, Any]:
 
 
 def _counts(name: str, values: np.ndarray) -> dict[str, int]:
-    found, counts = np.unique(values, return_counts=True)
-    return {flag_words(BY_NAME[name], int(v)): int(c) for v, c in zip(found, counts, strict=True)}
+    codes, counts = np.unique(values, return_counts=True)
+    return {flag_words(BY_NAME[name], int(v)): int(c) for v, c in zip(codes, counts, strict=True)}
 
 
 def intervals(results: Results) -> list[dict[str, Any]]:
@@ -306,7 +307,7 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
     }
 
 
-def _sizes(study: Study, results: Results) -> np.ndarray:
+def _state_scales(study: Study, results: Results) -> np.ndarray:
     """The natural scales of the states at every point, shape (*grid, states)."""
     from nsdrill.models.registry import model_named
 
@@ -315,30 +316,30 @@ def _sizes(study: Study, results: Results) -> np.ndarray:
     values = dict(zip(study.axes, (axis.ravel() for axis in axes), strict=False))
     values |= {key: samples[axes[-1].ravel()] for key, samples in study.drawn.items()}
     model, names = model_named(study.model), results.coords["state"].tolist()[:-1]
-    # a string without a state has no size of it
-    found = np.full((axes[0].size, len(names)), np.nan)
-    for apart, there in in_parts(study.model, values):
+    # NaN for states that the string of a point lacks
+    by_point = np.full((axes[0].size, len(names)), np.nan)
+    for apart, selected in in_parts(study.model, values):
         at = values_at(
             study.parameters,
             study.initial,
-            {key: value[there] for key, value in values.items()} | apart,
+            {key: value[selected] for key, value in values.items()} | apart,
         )
         variant = model.variant(at.parameters)
         places = [names.index(name) for name in model.states(variant)]
-        found[np.ix_(np.arange(len(found))[there], places)] = model.state_scales(
+        by_point[np.ix_(np.arange(len(by_point))[selected], places)] = model.state_scales(
             model.pack(at, study.thresholds), variant
         )
-    size = found.reshape(1, *axes[0].shape, -1)
+    scales = by_point.reshape(1, *axes[0].shape, -1)
     if "start" in results.coords:
-        size = size[..., np.newaxis, :]
-    return np.broadcast_to(size, (*results.shape, size.shape[-1]))
+        scales = scales[..., np.newaxis, :]
+    return np.broadcast_to(scales, (*results.shape, scales.shape[-1]))
 
 
 def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, tuple[int, int]]:
-    """Give the results file ``path`` new labels with changed thresholds
-    (``classify.key=value``); nothing runs again.
+    """Label the results file ``path`` again with changed thresholds
+    (``classify.key=value``), without a run.
 
-    Gives, for each label, how many points changed and how many there are.
+    Returns, for each label, the number of changed points and of all points.
     """
     results = read_results(
         path, [*(v.name for v in variables_in(path) if v.room in MEASURED), "status"]
@@ -353,25 +354,26 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
 
 
 def relabelled(results: Results, overrides: list[str]) -> Results:
-    """A copy of ``results`` with new labels, as :func:`reclassify` gives them to a
+    """A copy of ``results`` with new labels, as :func:`reclassify` writes them to a
     file."""
     labels, line, attrs = new_labels(results, overrides, IN_MEMORY)
     history = str(results.attrs.get("history", ""))
     attrs = {**results.attrs, **attrs, "history": f"{history}\n{line}" if history else line}
-    kept = {
+    variables = {
         name: labels.get(name, values).astype(values.dtype)
         for name, values in results.variables.items()
     }
-    return Results(results.coords, kept, attrs, results.more, results.drawn)
+    return Results(results.coords, variables, attrs, results.more, results.drawn)
 
 
 def new_labels(
     results: Results, overrides: list[str], path: str | os.PathLike[str]
 ) -> tuple[dict[str, np.ndarray], str, dict[str, str]]:
-    """The labels of ``results``, which came from ``path``, with changed thresholds; the
-    line for their history, and the root attributes that say the thresholds."""
+    """The labels of ``results``, read from ``path``, with changed thresholds; the line
+    for their history, and the root attributes with the thresholds. InputError where a
+    refined sweep would need further runs."""
     from nsdrill.app.attractors import labels_of
-    from nsdrill.app.refinement import infer_again
+    from nsdrill.app.refinement import reinfer
     from nsdrill.app.stored import stored_study
     from nsdrill.models.registry import model_named
     from nsdrill.observe.trust import trust_labels
@@ -379,10 +381,10 @@ def new_labels(
 
     study = stored_study(path, results.attrs, results.coords, results.drawn)
     thresholds = change_thresholds(study.thresholds, overrides)
-    size = _sizes(study, results)
+    scales = _state_scales(study, results)
     model = model_named(study.model)
-    with of_whole(os.fspath(path)):
-        labels = model.classify(results.variables, results["status"], thresholds, size)
+    with missing_variable_errors(os.fspath(path)):
+        labels = model.classify(results.variables, results["status"], thresholds, scales)
     if "start" in results.coords:
         plan = plan_of(study)
         labels["attractor"] = labels_of(
@@ -391,7 +393,7 @@ def new_labels(
     if "trusted" in results.variables:
         labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)
     if study.refined:
-        labels["response"], missing = infer_again(
+        labels["response"], missing = reinfer(
             study, plan_of(study), results["status"], labels["response"]
         )
         if missing:
@@ -403,8 +405,8 @@ def new_labels(
                 "thresholds: nsdrill run with the same --set."
             )
     labels = {name: values for name, values in labels.items() if name in results.variables}
-    now = datetime.now(UTC).isoformat(timespec="seconds")
-    line = f"{now} nsdrill {__version__} classify {' '.join(overrides)}".rstrip()
+    timestamp = datetime.now(UTC).isoformat(timespec="seconds")
+    line = f"{timestamp} nsdrill {__version__} classify {' '.join(overrides)}".rstrip()
     return (
         labels,
         line,

@@ -15,7 +15,7 @@ from nsdrill.data import Results, Trace
 from nsdrill.files import replacing
 from nsdrill.quantity import find
 from nsdrill.store import to_csv
-from nsdrill.store.trace import held_in
+from nsdrill.store.trace import trace_variables
 from nsdrill.units import rounded_from_si
 
 _HEADING = re.compile(r"(?P<name>\w+?)(?P<number>_\d+)?(?: \[(?P<units>.+)\])?")
@@ -31,8 +31,8 @@ def write_csv(
     units: str = "si",
     overwrite: bool = True,
 ) -> None:
-    """As :func:`nsdrill.store.to_csv`; in field units where ``units`` is "field", with
-    these in the headings."""
+    """As :func:`nsdrill.store.to_csv`; with ``units`` "field" in field units, which are
+    in the headings."""
     if units == "si":
         to_csv(results, path, peaks=peaks, section=section, states=states, overwrite=overwrite)
         return
@@ -56,15 +56,17 @@ def write_trace_csv(
 
 
 def print_trace_csv(trace: Trace, file: TextIO, *, units: str = "si") -> None:
-    """Write the table of :func:`write_trace_csv` to an open ``file``; the numbers have
-    as many digits as give back the same bits."""
-    held = held_in(trace)
-    columns = [trace.time, *(trace.variables[one.name] for one in held)]
+    """Write the table of :func:`write_trace_csv` to an open ``file``. Numbers have
+    enough digits to restore the same bits."""
+    variables = trace_variables(trace)
+    columns = [trace.time, *(trace.variables[variable.name] for variable in variables)]
     rows = (
         [repr(value) for value in row]
         for row in zip(*(column.tolist() for column in columns), strict=True)
     )
-    table = chain([["time [s]", *(f"{one.name} [{one.units}]" for one in held)]], rows)
+    table = chain(
+        [["time [s]", *(f"{variable.name} [{variable.units}]" for variable in variables)]], rows
+    )
     csv.writer(file).writerows(_in_field_units(table) if units == "field" else table)
 
 
@@ -79,9 +81,9 @@ def print_csv(
 ) -> None:
     """Write the table of :func:`write_csv` to an open ``file``."""
     with tempfile.TemporaryDirectory(prefix="nsdrill-") as folder:
-        made = Path(folder) / "table.csv"
-        to_csv(results, made, peaks=peaks, section=section, states=states)
-        with open(made, newline="", encoding="utf-8") as table:
+        si_table = Path(folder) / "table.csv"
+        to_csv(results, si_table, peaks=peaks, section=section, states=states)
+        with open(si_table, newline="", encoding="utf-8") as table:
             if units == "field":
                 csv.writer(file).writerows(_in_field_units(csv.reader(table)))
                 return
@@ -104,10 +106,12 @@ def _in_field_units(rows: Iterator[list[str]]) -> Iterator[list[str]]:
 
 
 def _field_unit(head: str) -> str | None:
-    """The field unit of the column with this heading, ``axial_peaks_0 [m]`` say; None
-    where it stays as it is, as all without a unit do."""
+    """The field unit of the column with this heading, such as ``axial_peaks_0 [m]``;
+    None where the column is the same in field units, as all without a unit are."""
     match = _HEADING.fullmatch(head)
     if match is None or match["units"] is None:
         return None
-    one = find(match["name"].removeprefix("initial_state_").removeprefix("final_state_"))
-    return one.unit("field") if one is not None and one.unit("field") != one.units else None
+    found = find(match["name"].removeprefix("initial_state_").removeprefix("final_state_"))
+    if found is None or found.unit("field") == found.units:
+        return None
+    return found.unit("field")

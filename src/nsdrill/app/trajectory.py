@@ -13,7 +13,7 @@ import numpy as np
 
 from nsdrill.app.planned import check_method, chosen_of
 from nsdrill.app.provenance import provenance, unlike
-from nsdrill.app.ramped import follow, scheduled
+from nsdrill.app.ramped import run_schedule, schedule_of
 from nsdrill.app.run import plan_of
 from nsdrill.app.stored import stored_study
 from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
@@ -48,9 +48,11 @@ MOST_SAMPLES = 50_000_000
 
 @dataclass(frozen=True)
 class Trajectory:
-    """A trace, how its run ended (a status of the results file) and, for a replay,
-    whether the end has the stored bits, what here is not as it was when the results
-    were made, in words, and what to do about a limit of steps."""
+    """A trace and the status of its run, with the codes of a results file. ``advice``
+    is the remedy where the run reached its limit of steps.
+
+    Of a replay, ``same_bits`` says whether the final state has the stored bits, and
+    ``differing`` which versions differ from those that made the results, in words."""
 
     trace: Trace
     status: int
@@ -71,24 +73,27 @@ def simulate(
     sample: float = DEFAULT_SAMPLE,
     state: np.ndarray | None = None,
 ) -> Trajectory:
-    """Simulate one operating point of a study: depth [m], weight on bit [N], speed
-    [rad/s], by default those of its ``operation``, from the start number ``start``
-    where the study has several, for ``duration`` [s] (default: transient and observed
-    time, or until the last knot where the study has ramps), sampled every ``sample``
-    [s]. A value given here takes the place of a ramp of the study. Uncertain numbers
-    have the values of their own sections, or with ``at_sample`` those of the sample of
-    this number. ``state`` [states + 1], the drive angle last, takes the place of the
-    start."""
+    """Simulate one operating point of a study, or its ramps.
+
+    ``depth`` [m], ``wob`` [N] and ``rotary_speed`` [rad/s] are by default those of its
+    ``operation``; an argument replaces a ramp of the study. ``start`` is the number of
+    the start where the study has several; ``state`` [states + 1], the drive angle last,
+    replaces the start. The run takes ``duration`` [s], by default the transient and the
+    observation, or until the last knot of the ramps, and is sampled every ``sample``
+    [s]. Uncertain numbers have the values in their own sections of the study, or with
+    ``at_sample`` those of the sample with this number. InputError for values outside
+    the model."""
     if at_sample is not None:
         at_sample = _sample("the study", at_sample, study.samples)
         study = _of_sample(study, at_sample)
-    if any(map(words_of, study.swept)):  # what other words read
+    if any(map(words_of, study.swept)):  # keys that the chosen words do not read take defaults
         parameters, start_of_all, _ = chosen_at(study.parameters, study.initial, {})
         study = replace(study, parameters=parameters, initial=start_of_all)
-    given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
+    overrides = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     try:
-        schedule = scheduled(
-            study, {name: None if value is None else float(value) for name, value in given.items()}
+        schedule = schedule_of(
+            study,
+            {name: None if value is None else float(value) for name, value in overrides.items()},
         )
         operation = schedule.start
         for one in described(study.model).orders:
@@ -111,8 +116,8 @@ def simulate(
                 f"--duration: found {_seconds(duration)}; allowed: more than 0 s and at most "
                 f"{LONGEST:g} s."
             )
-        # The marks cut steps: without a transient of its own the run is one observed
-        # window.
+        # Steps end at the marks of the run: without a transient there is one
+        # observation.
         simulation = replace(simulation, transient=0.0, observe=float(duration))
     number = _start("the study", start, study.initial.starts)
     initial = model_named(study.model).starts(_points(study, operation), number)[0]
@@ -138,36 +143,41 @@ def replay(
     start: int | None = None,
     sample: float = DEFAULT_SAMPLE,
 ) -> Trajectory:
-    """Run the point of the results file, or of the whole results, ``source`` nearest to
-    these values again, from its stored initial state.
+    """Run the point nearest to these values again, from its stored initial state.
+    ``source`` is a results file or complete results.
 
-    ``at`` holds values of axes by their keys, in SI, those of the operation among them
-    if they are not given apart. An axis with a single value may be left out, and so may
-    the procedure where there is one only; the number of the ``start`` is needed where
-    every operating point has several, and only there. InputError for values beyond the
-    sweep.
+    ``at`` maps keys of axes to values in SI; those of the operation may be in ``at`` or
+    in their own arguments. An axis with a single value may be left out, and so may the
+    procedure of a sweep with one procedure. The number of the ``start`` is required
+    where every operating point has several starts, and only there. The trace is sampled
+    every ``sample`` [s]. InputError for values beyond the sweep.
     """
-    there = source if isinstance(source, Results) else read_results(source, ())
+    outline = source if isinstance(source, Results) else read_results(source, ())
     path = IN_MEMORY if isinstance(source, Results) else source
-    study = stored_study(path, there.attrs, there.coords, there.drawn)
+    study = stored_study(path, outline.attrs, outline.coords, outline.drawn)
     plan, units = plan_of(study), units_of(study)
     wanted: dict[str, float] = {}
-    apart = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
-    given = {**(at or {}), **{name: value for name, value in apart.items() if value is not None}}
-    sample_number = _sample(path, given.pop(SAMPLE, None), plan.samples)
-    if unknown := [key for key in given if key not in plan.axes or key in plan.drawn]:
+    operation = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
+    requested = {
+        **(at or {}),
+        **{name: value for name, value in operation.items() if value is not None},
+    }
+    sample_number = _sample(path, requested.pop(SAMPLE, None), plan.samples)
+    if unknown := [key for key in requested if key not in plan.axes or key in plan.drawn]:
         allowed = ", ".join(key for key in plan.axes if key not in plan.drawn)
         samples = f", and {SAMPLE}, as its uncertain numbers go together" if plan.samples else ""
         raise InputError(
             f"{path}: --at: found {', '.join(unknown)}; allowed: the axes {allowed}{samples}."
         )
     for name, values in plan.axes.items():
-        if name not in given and len(values) > 1:
+        if name not in requested and len(values) > 1:
             raise InputError(
                 f"{path}: the sweep has {len(values)} values of {name}. Say which one with "
                 f"{option_of(name)}."
             )
-        wanted[name] = _on_axis(path, name, given.get(name, float(values[0])), values, units[name])
+        wanted[name] = _on_axis(
+            path, name, requested.get(name, float(values[0])), values, units[name]
+        )
     if procedure is None:
         if len(plan.procedures) > 1:
             raise InputError(
@@ -175,9 +185,9 @@ def replay(
                 f"one with --procedure."
             )
         procedure = plan.procedures[0]
-    begun = _start(path, start, plan.starts)
+    start_number = _start(path, start, plan.starts)
     try:
-        number, found = plan.find(wanted, procedure, begun, sample_number)
+        number, values_there = plan.find(wanted, procedure, start_number, sample_number)
     except ValueError as error:
         raise InputError(f"{path}: {error}.") from error
     place = tuple(int(i) for i in np.unravel_index(number, plan.grid))
@@ -192,25 +202,25 @@ def replay(
             f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume."
         )
     if point["status"] == INFERRED:
-        status = (there if isinstance(source, Results) else read_results(source, ["status"]))[
+        status = (outline if isinstance(source, Results) else read_results(source, ["status"]))[
             "status"
         ]
         raise InputError(f"{path}: {_not_run(status, plan, number, units)}")
     implicit = bool(chosen_of(study).points(np.array([number]))[0])
-    here = values_at(study.parameters, study.initial, found)
-    one = {key: np.array([value]) for key, value in found.items()}
-    study = replace(study, parameters=here.parameters, initial=here.initial, axes=one, drawn={})
+    here = values_at(study.parameters, study.initial, values_there)
+    axes = {key: np.array([value]) for key, value in values_there.items()}
+    study = replace(study, parameters=here.parameters, initial=here.initial, axes=axes, drawn={})
     point = point | {
-        name: own_state(study, there.coords["state"], point[name]) for name in names[1:]
+        name: select_states(study, outline.coords["state"], point[name]) for name in names[1:]
     }
     schedule = Schedule(Operation(*here.operation), {})
     extra: dict[str, Any] = {"procedure": procedure, "replay_of": printable(str(path))}
     if further := {
-        key: as_told(key, value) for key, value in found.items() if key not in OPERATION
+        key: as_told(key, value) for key, value in values_there.items() if key not in OPERATION
     }:
         extra["at"] = json_text(further)
     if plan.starts:
-        extra["start"] = begun
+        extra["start"] = start_number
     if plan.samples:
         extra[SAMPLE] = sample_number
     initial = np.asarray(point["initial_state"], dtype=float)
@@ -219,13 +229,13 @@ def replay(
         np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True)
     )
     return replace(
-        result, same_bits=same, differing=tuple(unlike(there.attrs, "numpy_version", "processor"))
+        result, same_bits=same, differing=tuple(unlike(outline.attrs, "numpy_version", "processor"))
     )
 
 
 def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int:
-    """The number of the start that is asked for, 0 where there is one only; InputError
-    where there is none such."""
+    """The number of the start, 0 where there is one start; InputError where ``start``
+    is not a number of one of the ``starts``."""
     if start is None:
         if starts:
             raise InputError(
@@ -245,8 +255,8 @@ def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int
 
 def _of_sample(study: Study, number: int) -> Study:
     """The study with the values of one sample of its uncertain numbers."""
-    found = {key: float(values[number]) for key, values in study.drawn.items()}
-    here = values_at(study.parameters, study.initial, {**vars(study.operation), **found})
+    sample = {key: float(values[number]) for key, values in study.drawn.items()}
+    here = values_at(study.parameters, study.initial, {**vars(study.operation), **sample})
     operation = Operation(*here.operation)
     return replace(
         study,
@@ -259,8 +269,8 @@ def _of_sample(study: Study, number: int) -> Study:
 
 
 def _sample(where: str | os.PathLike[str], sample: float | None, samples: int) -> int:
-    """The number of the sample that is asked for, 0 where no number is uncertain;
-    InputError where there is none such."""
+    """The number of the sample, 0 where no number is uncertain; InputError where
+    ``sample`` is not a number of one of the ``samples``."""
     if sample is None:
         if samples:
             raise InputError(
@@ -280,8 +290,8 @@ def _sample(where: str | os.PathLike[str], sample: float | None, samples: int) -
 
 
 def _not_run(status: Array, plan: Plan, number: int, units: Mapping[str, str]) -> str:
-    """That a point was inferred, and which point of the same procedure was run next to
-    it, counted in steps."""
+    """The message for an inferred point, with the nearest point of the same procedure
+    that was run; distances are in steps of the axes."""
     here = np.array(np.unravel_index(number, plan.shape))
     if plan.samples:
         status, here = status[..., here[-1]], here[:-1]
@@ -314,15 +324,15 @@ def units_of(study: Study) -> dict[str, str]:
     }
 
 
-def own_state(study: Study, names: Array, state: Array) -> Array:
-    """The states of one point with the ``study`` of this point, of those by the
-    ``names`` that a file has of all."""
-    own = described(study.model).states(study.parameters)
-    return np.asarray(state, dtype=float)[[names.tolist().index(name) for name in own]]
+def select_states(study: Study, names: Array, state: Array) -> Array:
+    """The states that the string of ``study``, that of one point, has, from ``state``
+    with the states ``names`` of a file."""
+    needed = described(study.model).states(study.parameters)
+    return np.asarray(state, dtype=float)[[names.tolist().index(name) for name in needed]]
 
 
 def option_of(key: str, value: str = "") -> str:
-    """How the command line says at which value of an axis."""
+    """The command-line option for a value of the axis ``key``."""
     return (
         f"--{key.replace('_', '-')} {value}".rstrip()
         if key in OPERATION
@@ -331,21 +341,21 @@ def option_of(key: str, value: str = "") -> str:
 
 
 def _seconds(value: float) -> str:
-    """A time as it was asked for, else in seconds."""
+    """A time in the unit of the request, else in seconds."""
     return readable(value, "s") if isinstance(value, Asked) else f"{value:g} s"
 
 
 def _on_axis(
     path: str | os.PathLike[str], name: str, value: float, values: np.ndarray, units: str
 ) -> float:
-    """``value``, if the nearest of ``values`` may be meant by it: beyond the ends by
-    half a step at most, and by one percent where there is a single value. A word has to
-    be there."""
+    """``value``; InputError where it is farther beyond the ends of ``values`` than half
+    a step, or than one percent of a single value, or where it is a word that they
+    lack."""
     if words_of(name):
         if value not in values:
-            there = ", ".join(str(as_told(name, one)) for one in values)
+            listed = ", ".join(str(as_told(name, one)) for one in values)
             raise InputError(
-                f"{path}: {option_of(name)}: found {as_told(name, value)}; allowed: {there}, as "
+                f"{path}: {option_of(name)}: found {as_told(name, value)}; allowed: {listed}, as "
                 f"the sweep."
             )
         return float(value)
@@ -374,8 +384,7 @@ def _trace(
     extra: dict[str, Any],
     implicit: bool | None = None,
 ) -> Trajectory:
-    """The run with its trace; ``implicit`` or not as is given, else as the study's
-    method says."""
+    """The run with its trace. ``implicit`` is the method; None: that of the study."""
     total = simulation.transient + simulation.observe
     if not sample > 0:
         raise InputError(f"--sample: found {_seconds(sample)}; allowed: more than 0 s.")
@@ -397,12 +406,12 @@ def _trace(
     simulation = replace(simulation, method=method)
     study = replace(study, simulation=replace(study.simulation, method=method))
     run = (
-        follow(study, schedule, total, initial, samples, sample)
+        run_schedule(study, schedule, total, initial, samples, sample)
         if schedule.ramps
         else run_at(study, schedule.operation, simulation, initial, samples, sample)
     )
-    taken, status, accepted, rejected, final = run
-    time = np.arange(len(taken)) * sample
+    states, status, accepted, rejected, final = run
+    time = np.arange(len(states)) * sample
     if schedule.ramps:
         knots = {name: [ramp.times, ramp.values] for name, ramp in schedule.ramps.items()}
         extra = {**extra, "ramps": json_text(knots)}
@@ -423,23 +432,27 @@ def _trace(
         "final_state": final,
         **extra,
     }
-    what = advice(method, study.model, _points_of(study, schedule)) if status == STEP_LIMIT else ""
+    remedy = (
+        advice(method, study.model, _points_of(study, schedule)) if status == STEP_LIMIT else ""
+    )
     return Trajectory(
-        Trace(time, traced(study, schedule, initial, time, taken), attrs), status, advice=what
+        Trace(time, sampled_variables(study, schedule, initial, time, states), attrs),
+        status,
+        advice=remedy,
     )
 
 
-def traced(
-    study: Study, schedule: Schedule, initial: Array, time: Array, taken: Array
+def sampled_variables(
+    study: Study, schedule: Schedule, initial: Array, time: Array, states: Array
 ) -> dict[str, Array]:
-    """The variables of a trace from the states ``taken`` [samples, states] at ``time``
+    """The variables of a trace from the ``states`` [samples, states] at ``time``
     [s] of a run from ``initial``."""
     model = model_named(study.model)
     names = model.states(model.variant(study.parameters))
-    state = {name: taken[:, i].copy() for i, name in enumerate(names)}
+    state = {name: states[:, i].copy() for i, name in enumerate(names)}
     state["drive_angle"] = initial[-1] + schedule.drive_angle(time)
     history = schedule.at(time)
-    told = {
+    scheduled = {
         SCHEDULED[name]: values
         for name, values in vars(history).items()
         if SCHEDULED[name] not in state
@@ -447,12 +460,12 @@ def traced(
     point = history if schedule.ramps else schedule.start
     known = {variable.name for variable in described(study.model).trace}
     shown = {name: values for name, values in state.items() if name in known}
-    return {**shown, **model.outputs(study.parameters, point, state), **told}
+    return {**shown, **model.outputs(study.parameters, point, state), **scheduled}
 
 
 def _implicit(study: Study, schedule: Schedule) -> bool:
-    """Whether a run is integrated implicitly: as the study asks, or as friction is
-    steep at a knot of its ramps."""
+    """Whether a run is integrated implicitly: by the method of the study, or with the
+    method auto where friction is steep at a knot of its ramps."""
     check_method(study)
     return bool(
         implicit_points(study.simulation.method, study.model, _points_of(study, schedule)).any()
@@ -460,7 +473,7 @@ def _implicit(study: Study, schedule: Schedule) -> bool:
 
 
 def _points_of(study: Study, schedule: Schedule) -> Values:
-    """What a run has at the knots of its ramps."""
+    """The values of a run at the knots of its ramps."""
     times = np.unique([0.0, *(time for ramp in schedule.ramps.values() for time in ramp.times)])
     point = schedule.at(times)
     return Values(study.parameters, study.initial, (point.depth, point.wob, point.rotary_speed))
@@ -481,14 +494,14 @@ def run_at(
     interval: float,
     begin: float = 0.0,
 ) -> tuple[np.ndarray, int, int, int, np.ndarray]:
-    """As :func:`nsdrill.app.ramped.follow`, at one operating point and with the marks
-    of ``simulation``; sampled from ``begin`` [s] on, which changes nothing in the
+    """As :func:`nsdrill.app.ramped.run_schedule`, at one operating point and with the
+    marks of ``simulation``. Samples begin at ``begin`` [s], which does not affect the
     run."""
     model = model_named(study.model)
     fixed = model.variant(study.parameters)
     if simulation.method == "implicit":
         fixed = model.apart(fixed)
-    # in the layout of sweeps, whose compiled step serves here too
+    # in the layout of sweeps, so that their compiled step is used
     points, rows, lanes = (
         _points(study, operation),
         model.rows(fixed, model.observed),
@@ -527,7 +540,7 @@ def run_at(
 
 
 def _lasting(simulation: Simulation, duration: float) -> Simulation:
-    """One observed window of this length [s]."""
+    """One observation of this ``duration`` [s], without a transient."""
     return replace(simulation, transient=0.0, observe=duration)
 
 

@@ -1,8 +1,8 @@
 """Checks of a sweep: every point that ended well is run again with a smaller tolerance,
 and continued for longer.
 
-What they find is written into the record of the point as it comes, so a killed run goes
-on with the checks that are missing.
+Their results are written to the record of the point when they end, so a resumed run
+makes only the missing checks.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ from nsdrill.variables import CHECKS, OK, PENDING, has_failed
 
 TIGHTER = 100.0
 LEAST_RTOL = 1e-13
-# the limit of steps of a check, in that of the run: a smaller tolerance takes 2.5 times
-# as many
+# limit of steps of a check over that of the run; a smaller tolerance takes 2.5 times as
+# many steps
 MORE_STEPS = 10
-_BATCH = 1 << 17  # points of which the states are held in memory
+_BATCH = 1 << 17  # points whose states are in memory at a time
 
 
 @dataclass(frozen=True)
 class Check:
-    """One check: how it is integrated, and the state of the record from which it
+    """One check: its name, its integration, and the state of the record from which it
     starts."""
 
     name: str
@@ -41,9 +41,9 @@ class Check:
 
 
 def checks(simulation: Simulation) -> tuple[Check, Check]:
-    """``tight``: the run again, to a hundredth of its tolerance. ``long``: the run goes
-    on from where it ended, for transient and observed time once more, so that it is
-    observed after more than twice the transient."""
+    """The two checks. ``tight`` repeats the run with a hundredth of its tolerance.
+    ``long`` continues the run from its final state for another transient and
+    observation, so that it is observed after more than twice the transient."""
     steps = MORE_STEPS * simulation.max_steps
     tight = replace(simulation, rtol=max(simulation.rtol / TIGHTER, LEAST_RTOL), max_steps=steps)
     return (
@@ -53,7 +53,7 @@ def checks(simulation: Simulation) -> tuple[Check, Check]:
 
 
 def verify(stages: RunStages, work: Work) -> None:
-    """Run the checks that are missing in the log."""
+    """Run the missing checks of the log."""
     log, progress = stages.log, stages.progress
     todo = {check: missing(log, check.name) for check in checks(work.simulation)}
     progress.total += sum(map(len, todo.values()))
@@ -91,19 +91,18 @@ def missing(log: Source, check: str) -> Array:
 
 
 def verified(log: Source) -> bool:
-    """Whether no check is missing."""
+    """Whether all checks have run."""
     return not any(len(missing(log, check)) for check in CHECKS)
 
 
 def any_failed(log: Source) -> bool:
-    """Whether a check did not end well."""
+    """Whether a check failed."""
     found = columns(log, [f"{check}_status" for check in CHECKS])
     return any(bool(np.any(_failed(found, check))) for check in CHECKS)
 
 
 def forget_failed(records: Array) -> None:
-    """Make checks that did not end well pending in these records, to run them once
-    more."""
+    """Make failed checks pending in these records, in place, so that they run again."""
     for check in CHECKS:
         failed = _failed(records, check)
         for name in records.dtype.names or ():

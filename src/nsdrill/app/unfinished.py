@@ -1,5 +1,5 @@
-"""What is kept of unfinished work beside its output, in one file that is there whole or
-not at all."""
+"""The state of unfinished work, in one file next to its output, which is replaced in
+one step."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from nsdrill.store import check_target, part_path
 def claim_part(
     path: str | os.PathLike[str], what: str, *, overwrite: bool, resume: bool
 ) -> tuple[Path, bool]:
-    """The file beside the output ``path`` in which unfinished work is kept, ``what``
-    says which ("fit"), and whether it is there to go on with. FileError where ``path``
-    may not be written, by the rules of ``nsdrill run``."""
+    """The part file next to the output ``path``, which holds unfinished work of the
+    kind ``what`` ("fit"), and whether it exists and is to be resumed. FileError where
+    ``path`` may not be written, by the rules of ``nsdrill run``."""
     if overwrite and resume:
         raise FileError(
             "--overwrite and --resume exclude each other: start anew, or go on with what is there?"
@@ -51,19 +51,18 @@ def claim_part(
     return part, resume and unfinished
 
 
-def keep(
-    part: Path, what: str, digest: str, told: Any, arrays: Mapping[str, Array], model: str
+def write_part(
+    part: Path, what: str, digest: str, data: Any, arrays: Mapping[str, Array], model: str
 ) -> None:
-    """Replace ``part``, in one step, by one with ``arrays`` and plain data ``told``.
-    ``digest`` says of what input, and ``model`` of which model.
+    """Replace ``part``, in one step, by a file with ``arrays`` and plain ``data``, from
+    inputs with this ``digest`` and with this ``model``.
 
-    The file is not the last one of its process: an interrupt is still heeded after
-    it."""
-    made = {"model": model, **versions(model), "processor": processor()}
-    head = json_text({"magic": _magic(what), "digest": digest, "told": told, **made})
+    The process goes on after this file, so an interrupt still takes effect."""
+    origin = {"model": model, **versions(model), "processor": processor()}
+    head = json_text({"magic": _magic(what), "digest": digest, "told": data, **origin})
     buffer = io.BytesIO()
-    held: dict[str, Any] = {"head": np.frombuffer(head.encode(), np.uint8), **arrays}
-    np.savez(buffer, **held)
+    members: dict[str, Any] = {"head": np.frombuffer(head.encode(), np.uint8), **arrays}
+    np.savez(buffer, **members)
     try:
         with Temporary(Path(os.path.realpath(part))) as temporary:
             temporary.file.write(buffer.getbuffer())
@@ -76,20 +75,20 @@ def keep(
         ) from error
 
 
-def kept(part: Path, what: str, digest: str, inputs: str) -> tuple[Any, dict[str, Array]]:
-    """What :func:`keep` put into ``part``: plain data and arrays. FileError where it is
-    damaged, of another kind or of other ``inputs``, which are named in words, or where
-    other versions would make other numbers."""
+def read_part(part: Path, what: str, digest: str, inputs: str) -> tuple[Any, dict[str, Array]]:
+    """The plain data and arrays that :func:`write_part` wrote to ``part``. FileError
+    where it is damaged, of another kind or from other ``inputs``, which the message
+    names, or where other versions may give other numbers."""
     try:
-        with np.load(part, allow_pickle=False) as held:
-            head = json.loads(held["head"].tobytes().decode())
+        with np.load(part, allow_pickle=False) as file:
+            head = json.loads(file["head"].tobytes().decode())
             if head["magic"] != _magic(what):
                 raise ValueError("it is another file")
-            arrays = {name: held[name] for name in held.files if name != "head"}
-            there, told = head["digest"], head["told"]
+            arrays = {name: file[name] for name in file.files if name != "head"}
+            stored_digest, data = head["digest"], head["told"]
     except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
         raise damaged(part, what, error) from error
-    if there != digest:
+    if stored_digest != digest:
         raise FileError(
             f"{part}: made from {inputs}. Go on with what it was made from, or start "
             f"anew by --overwrite."
@@ -100,11 +99,11 @@ def kept(part: Path, what: str, digest: str, inputs: str) -> tuple[Any, dict[str
             f"({'; '.join(differing)}). Finish it with "
             "those, or start anew by --overwrite."
         )
-    return told, arrays
+    return data, arrays
 
 
 def damaged(part: Path, what: str, error: Exception) -> FileError:
-    """The error of a file that is not what :func:`keep` made."""
+    """The error for a part file that cannot be read."""
     return FileError(
         f"{part}: cannot be read as an unfinished {what}: {reason(error)}. Start "
         f"anew by --overwrite."

@@ -1,4 +1,4 @@
-"""Where one may run whatever the history, from a results file."""
+"""The safe operating window, from a results file."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ def window(
     severity: int | None = None,
     confidence: float | None = None,
 ) -> dict[str, Any]:
-    """The safe window of the results, or the results file, ``source`` as plain data in
-    SI units; by severity where that is given, the greatest one allowed (0 to 4); of
-    results with samples at a ``confidence`` (0 to 1)."""
+    """The safe operating window of the results, or the results file, ``source`` as
+    plain data in SI units. ``severity`` is the greatest one allowed (0 to 4; None: by
+    response), ``confidence`` (0 to 1) that of results with samples."""
     return window_of(read_for_window(source, severity), severity, confidence)
 
 
@@ -32,20 +32,20 @@ def window_of(
     results: Results, severity: int | None = None, confidence: float | None = None
 ) -> dict[str, Any]:
     """As :func:`nsdrill.analysis.window.find_window`, with the critical speeds
-    ``passed_over``, which lie below the speed at which the sweep begins; empty where
-    there is none, and where the file does not tell."""
-    note = find_window(results, severity, confidence)
-    note["passed_over"] = []
+    ``passed_over``, those below the first speed of the sweep; empty where there are
+    none, or where the file has no study of this version."""
+    summary = find_window(results, severity, confidence)
+    summary["passed_over"] = []
     with suppress(NsdrillError):  # no study in it, or one of another version
-        note["passed_over"] = passed_over(study_from_resolved(resolved_study(results.attrs)))
-    return note
+        summary["passed_over"] = passed_over(study_from_resolved(resolved_study(results.attrs)))
+    return summary
 
 
 def read_for_window(
     source: Results | str | os.PathLike[str], severity: int | None = None
 ) -> Results:
-    """What the window of the results, or the results file, ``source`` is made from; of
-    a file no more."""
+    """The results, or the results file, ``source``; of a file only the variables on
+    which the window depends are read."""
     if severity is not None and severity not in range(5):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4.")
     path = IN_MEMORY if isinstance(source, Results) else source

@@ -1,12 +1,12 @@
-"""Words that the command line, Python and the explorer share; and messages that name
-options of the command line, in the words of a call from Python."""
+"""Texts that the command line, Python and the explorer share; and the conversion of
+messages with command-line options into the terms of Python calls."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
 
-# How a run can end early, and what one does about it.
+# How a run can end early, and the remedy.
 ENDINGS = {
     "diverged": "the motion grew without bound; the values of the study are far from any drill "
     "string",
@@ -17,7 +17,7 @@ ENDINGS = {
 
 
 def _setting(found: re.Match[str]) -> str:
-    """An override as a mapping; numbers, true and false are what they are in Python."""
+    """An override as a mapping, with numbers, true, false and null as in Python."""
     key, value = found.groups()
     bare = {"true": "True", "false": "False", "null": "None"}.get(value)
     if bare is None:
@@ -25,8 +25,8 @@ def _setting(found: re.Match[str]) -> str:
     return f"set={{'{key}': {bare}}}"
 
 
-# In this order. What is not an option, a path with two hyphens say, has no blank before
-# the hyphens.
+# Applied in this order. Text that is not an option, such as a path with two hyphens,
+# has no blank before the hyphens.
 _RULES: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"the same command (with|and) (?=--)", r"the same call \1 "),
     (r"`nsdrill show [^`]*`", "nsdrill.show"),

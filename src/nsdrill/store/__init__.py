@@ -1,8 +1,8 @@
-"""The files: run log, results, trace, exports. One writer, and nothing under the asked
-name that is not whole.
+"""The files: run log, results, trace, branches, exports. Each has one writer at a time,
+and a file appears under its name only when it is complete.
 
-Imported lazily: who only asks how large a record is does not bring HDF5's rooms with
-it.
+The modules are imported lazily, so that the size of a record can be computed without
+importing h5py.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from nsdrill.store.claims import check_target, claim, claim_file
     from nsdrill.store.dataset import from_dataset, open_results, to_dataset
     from nsdrill.store.export import flag_words, to_csv, to_netcdf
-    from nsdrill.store.held import HeldResults
     from nsdrill.store.log import RunLog, part_path
     from nsdrill.store.memory import MemoryLog
     from nsdrill.store.read import (
@@ -34,13 +33,14 @@ if TYPE_CHECKING:
     )
     from nsdrill.store.records import pending_records, record_dtype, recorded
     from nsdrill.store.results import columns, points_in_block, write_results
+    from nsdrill.store.results_source import ResultsSource
     from nsdrill.store.rewrite import rewrite_log
     from nsdrill.store.sink import Sink, Source
     from nsdrill.store.trace import read_trace, write_trace
 
 __all__ = [
-    "HeldResults",
     "MemoryLog",
+    "ResultsSource",
     "RunLog",
     "Sink",
     "Source",
@@ -81,7 +81,7 @@ __all__ = [
 __getattr__ = late(
     __name__,
     {
-        "HeldResults": "nsdrill.store.held",
+        "ResultsSource": "nsdrill.store.results_source",
         "MemoryLog": "nsdrill.store.memory",
         "RunLog": "nsdrill.store.log",
         "Sink": "nsdrill.store.sink",

@@ -1,5 +1,5 @@
-"""The file of branches: points of all branches one after the other, a contiguous ragged
-array of CF."""
+"""The file of branches: the points of all branches in one dimension, branch after
+branch, as a contiguous ragged array of the CF conventions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from nsdrill.store.attributes import get_attributes
 from nsdrill.store.layout import root_attributes
 
 KIND = "branches"
-_NEEDED = (
+_REQUIRED = (
     "motion",
     "lobes",
     "parent",
@@ -81,11 +81,11 @@ def open_branches(path: str | os.PathLike[str]) -> Any:
             )
         attrs = get_attributes(path, file)
     try:
-        with xarray.open_dataset(path, engine="h5netcdf", decode_cf=False) as found:
-            data = found.load()
-    except Exception as error:  # of a file that is ours but for what xarray alone reads of it
+        with xarray.open_dataset(path, engine="h5netcdf", decode_cf=False) as dataset:
+            data = dataset.load()
+    except Exception as error:  # of metadata that only xarray reads
         raise hdf5.damaged(path, reason(error)) from error
-    if lacking := [name for name in _NEEDED if name not in data]:
+    if lacking := [name for name in _REQUIRED if name not in data]:
         raise FileError(f"{path}: the variable {lacking[0]} is missing. {hdf5.EDITED}")
     sizes = data["row_size"].values
     if data.sizes.get("point") != int(sizes.sum()) or np.any(sizes < 0):
@@ -93,6 +93,5 @@ def open_branches(path: str | os.PathLike[str]) -> Any:
             f"{path}: its branches do not have as many points as they say. {hdf5.EDITED}"
         )
     for name in [*data.variables]:
-        for word in ("_FillValue",):
-            data[name].attrs.pop(word, None)
+        data[name].attrs.pop("_FillValue", None)
     return data.assign_attrs(attrs)

@@ -1,4 +1,4 @@
-"""Who may write under the name that was asked for: the rules of ``--overwrite`` and
+"""Whether an output file may be written: the rules of ``--overwrite`` and
 ``--resume``."""
 
 from __future__ import annotations
@@ -17,17 +17,18 @@ Claim = Literal["new", "resume", "finished"]
 
 
 def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = False) -> Claim:
-    """What may be done with the output ``path``, or a FileError that says why not and
-    what would help.
+    """How a run may write the output ``path``; FileError, with the reason and a remedy,
+    where it may not.
 
-    ``new``: nothing is in the way, create a run log. ``resume``: an unfinished run is
-    there, open its log. ``finished``: asked to resume, and the results file is there
-    already, with no unfinished run.
+    ========= ========================================================================
+    new       No file is in the way: create a run log.
+    resume    An unfinished run exists: open its log.
+    finished  ``resume`` is set, and the results file exists with no unfinished run.
+    ========= ========================================================================
 
     With ``overwrite`` the log of an unfinished run is removed here, unless a process is
-    writing it; a finished file stays until the new one replaces it, so that an
-    overwriting run that fails costs nothing. What killed processes left behind under
-    temporary names is removed.
+    writing it. A finished file stays until the new one replaces it, so that it survives
+    a run that fails. Temporary files of killed processes are removed.
     """
     if overwrite and resume:
         raise FileError(
@@ -39,8 +40,8 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
     for name in (Path(os.path.realpath(path)), part):
         sweep_away(name)
     if resume:
-        # With both there, the log is of a run that was allowed to overwrite the file,
-        # so it is the newer.
+        # Where both exist, the log belongs to a run that was allowed to overwrite the
+        # file, so it is the newer of the two.
         return "resume" if unfinished else "finished" if finished else "new"
     if finished and not overwrite:
         raise FileError(
@@ -48,7 +49,7 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
         )
     if unfinished:
         if not overwrite:
-            # refuses, with the right words, a log that a process is writing
+            # raises the FileError of a log that another process is writing
             with RunLog.open(part) as log:
                 done, total = int(log.done().sum()), log.n_points
             raise FileError(
@@ -61,7 +62,8 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
 
 
 def claim_file(path: str | os.PathLike[str], overwrite: bool = False) -> None:
-    """The same rule for an output that is made in one go: a trace, a figure, an export."""
+    """FileError unless ``path`` may be written in one step, as a trace, a figure or an
+    export is."""
     check_target(path)
     if os.path.lexists(path) and not overwrite:
         raise FileError(
@@ -70,8 +72,8 @@ def claim_file(path: str | os.PathLike[str], overwrite: bool = False) -> None:
 
 
 def check_target(path: str | os.PathLike[str]) -> None:
-    """FileError unless a file called ``path`` could be made: the folder is there and
-    may be written."""
+    """FileError unless a file called ``path`` can be created: its folder exists and is
+    writable, and the name is valid."""
     text = os.fspath(path)
     if not text or "\0" in text:
         raise FileError(f"{text!r}: no name for a file. Give one with -o.")
@@ -106,14 +108,14 @@ def check_target(path: str | os.PathLike[str]) -> None:
 
 
 def _remove_log(part: Path) -> None:
-    """Remove the log of an unfinished run, damaged or not, but no file of another
-    program and none in use."""
+    """Remove the log of an unfinished run, damaged or not. FileError for a file of
+    another program, or one in use."""
     try:
-        ours = False
-        if part.is_file():  # a pipe would be waited for
+        is_run_log = False
+        if part.is_file():  # opening a pipe would block
             with open(part, "rb") as file:
-                ours = file.read(len(MAGIC)) == MAGIC
-        if not ours:
+                is_run_log = file.read(len(MAGIC)) == MAGIC
+        if not is_run_log:
             raise FileError(
                 f"{part}: this is no run log of nsdrill, though it has the name of "
                 f"one. Move it away."

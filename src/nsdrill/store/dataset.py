@@ -1,5 +1,5 @@
-"""Results and traces as xarray Datasets: what xarray reads from their files, without a
-file."""
+"""Results and traces as xarray Datasets, the same that xarray reads from their
+files."""
 
 from __future__ import annotations
 
@@ -26,12 +26,19 @@ from nsdrill.store.layout import (
     layout_of,
     root_attributes,
     stored_attributes,
-    told_coordinate,
+    stored_coordinate,
     variable_attributes,
 )
-from nsdrill.store.read import LATER, check_coordinates, check_file, checked, kept_of, read_results
+from nsdrill.store.read import (
+    LATER_LABELS,
+    check_coordinates,
+    check_file,
+    kept_of,
+    read_results,
+    validated,
+)
 from nsdrill.store.records import recorded
-from nsdrill.store.trace import held_in
+from nsdrill.store.trace import trace_variables
 from nsdrill.units import plain_units
 from nsdrill.variables import COUNTED, FORMAT_VERSION, POINT, Axis, Unknown, Variable
 
@@ -46,11 +53,11 @@ def to_dataset(data: Results | Trace) -> Any:
 
 
 def from_dataset(data: Any, names: Iterable[str] | None = None) -> Results | Trace:
-    """The inverse of :func:`to_dataset`; its dimensions may be in any order, and
-    selections are taken, too: of axes, procedures, peaks, and of variables.
+    """The inverse of :func:`to_dataset`. The dimensions may be in any order, and the
+    Dataset may be a selection of axes, procedures, peaks and variables.
 
-    With ``names`` only these variables of results are taken, and they have to be there.
-    FileError where ``data`` is no Dataset of nsdrill.
+    With ``names`` only these variables of results are converted, and all of them are
+    required. FileError where ``data`` is not a Dataset of nsdrill.
     """
     import xarray
 
@@ -60,9 +67,11 @@ def from_dataset(data: Any, names: Iterable[str] | None = None) -> Results | Tra
             f"Dataset. {_GIVE}"
         )
     attrs = {str(name): plain_value(value) for name, value in data.attrs.items()}
-    # Arithmetic of xarray may drop the attributes.
-    found = "trace" if "time" in data.coords else "results" if "procedure" in data.coords else None
-    kind, version = attrs.get("nsdrill_kind", found), attrs.get("format_version", FORMAT_VERSION)
+    # xarray arithmetic may drop the attributes
+    inferred = (
+        "trace" if "time" in data.coords else "results" if "procedure" in data.coords else None
+    )
+    kind, version = attrs.get("nsdrill_kind", inferred), attrs.get("format_version", FORMAT_VERSION)
     if kind not in ("results", "trace") or not isinstance(version, int):
         raise FileError(
             f"{_NAME}: found no attribute nsdrill_kind that says results or trace. {_GIVE}"
@@ -82,21 +91,21 @@ def from_dataset(data: Any, names: Iterable[str] | None = None) -> Results | Tra
         ValueError,
         TypeError,
         MemoryError,
-    ) as error:  # of the file behind it
+    ) as error:  # of the file from which the Dataset is read lazily
         raise FileError(f"{_NAME}: cannot be read: {reason(error)}. {_GIVE}") from error
 
 
 def open_results(path: str | os.PathLike[str]) -> Any:
-    """The results file ``path`` as an xarray Dataset, which reads the numbers when they
-    are used. A file of version 1 is read at once, and has the dimensions of version 2.
-    FileError if it cannot be read."""
+    """The results file ``path`` as an xarray Dataset that reads its numbers lazily. A
+    file of version 1 is read at once, with the dimensions of version 2. FileError if it
+    cannot be read."""
     if check_file(path) == 1:
         return to_dataset(read_results(path))
     import xarray
 
     try:
         return xarray.open_dataset(path, engine="h5netcdf")
-    except Exception as error:  # of a file that is ours but for what xarray alone reads of it
+    except Exception as error:  # of metadata that only xarray reads
         raise hdf5.damaged(path, reason(error)) from error
 
 
@@ -112,19 +121,23 @@ def _results(results: Results) -> Any:
     )
     layout = layout_of(lengths, attrs)
     axes = {axis.name: axis for axis in results.more}
-    made: dict[str, Any] = {}
+    coordinates: dict[str, Any] = {}
     for name in coordinate_names(layout, kept):
-        values = told_coordinate(name, results.coords[name])
+        values = stored_coordinate(name, results.coords[name])
         scalar = name in layout.grid and name not in layout.order
-        made[name] = ((), values[0]) if scalar else ((name,), values)
-        made[name] += (coordinate_attributes(name, axes.get(name)),)
+        coordinates[name] = ((), values[0]) if scalar else ((name,), values)
+        coordinates[name] += (coordinate_attributes(name, axes.get(name)),)
     for unknown, samples in results.drawn.items():
-        made[unknown.name] = (("sample",), samples, coordinate_attributes(unknown.name, unknown))
-    beside = [
+        coordinates[unknown.name] = (
+            ("sample",),
+            samples,
+            coordinate_attributes(unknown.name, unknown),
+        )
+    scalar_names = [
         *(name for name in layout.grid if name not in layout.order),
-        *(one.name for one in results.drawn),
+        *(unknown.name for unknown in results.drawn),
     ]
-    scalars = " ".join(beside)
+    scalars = " ".join(scalar_names)
     variables = {
         name: (
             layout.dims(known[name]),
@@ -133,7 +146,7 @@ def _results(results: Results) -> Any:
         )
         for name, values in results.variables.items()
     }
-    data = xarray.Dataset(variables, made, attrs)
+    data = xarray.Dataset(variables, coordinates, attrs)
     for name in variables:
         _encode(data[name], scalars)
     return data
@@ -143,7 +156,8 @@ def _trace(trace: Trace) -> Any:
     import xarray
 
     variables = {
-        v.name: (v.dims, trace.variables[v.name], variable_attributes(v)) for v in held_in(trace)
+        v.name: (v.dims, trace.variables[v.name], variable_attributes(v))
+        for v in trace_variables(trace)
     }
     time = {"time": ("time", trace.time, coordinate_attributes("time"))}
     data = xarray.Dataset(variables, time, _attributes(root_attributes("trace", trace.attrs)))
@@ -153,7 +167,8 @@ def _trace(trace: Trace) -> Any:
 
 
 def _encode(variable: Any, scalars: str = "") -> None:
-    """Say how the file has ``variable``, for those who write the Dataset with xarray."""
+    """Set the encoding of ``variable`` as in a file of nsdrill, for writing with
+    xarray."""
     if variable.dtype.kind == "f":
         variable.encoding["_FillValue"] = np.nan
     if scalars:
@@ -161,14 +176,14 @@ def _encode(variable: Any, scalars: str = "") -> None:
 
 
 def _attributes(attrs: Mapping[str, Any]) -> dict[str, Any]:
-    """Root attributes as xarray gives them: numbers are those of numpy."""
-    found = {}
+    """Root attributes as xarray gives them: numbers are numpy scalars or arrays."""
+    converted = {}
     for name, value in stored_attributes(attrs).items():
         array = np.asarray(value)
-        found[name] = (
+        converted[name] = (
             value if isinstance(value, str) else array.ravel()[0] if array.size == 1 else array
         )
-    return found
+    return converted
 
 
 def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | None) -> Results:
@@ -178,18 +193,18 @@ def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | No
         for name, coordinate in data.coords.items()
         if name not in POINT
     }
-    # An unknown is a coordinate along the samples, or a scalar where one of them was
+    # An unknown is a coordinate along the samples, or a scalar where one sample is
     # selected.
     unknowns = attrs["unknowns"].split() if "unknowns" in attrs else []
     unknowns = unknowns or [
         str(name) for name, key in keys.items() if key and data.coords[name].dims == ("sample",)
     ]
-    named = (
+    axis_names = (
         attrs["axes"].split()
         if "axes" in attrs
         else [str(name) for name, key in keys.items() if key]
     )
-    axes = tuple(_axis(data, name) for name in named if name not in unknowns)
+    axes = tuple(_axis(data, name) for name in axis_names if name not in unknowns)
     grid = (
         *POINT,
         *(axis.name for axis in axes),
@@ -199,44 +214,44 @@ def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | No
             if name in (data.coords if name == "start" else data.dims)
         ),
     )
-    drawn = {
+    samples = {
         Unknown(**vars(_axis(data, name))): np.atleast_1d(
             np.asarray(data.coords[name].values, dtype=float)
         )
         for name in unknowns
         if "sample" in data.dims
     }
-    own = [
+    extra = [
         name for name in ("peak", "crossing", "state") if name in data.dims or name in data.coords
     ]
-    coords = {name: _coordinate(data, name) for name in (*grid, *own)}
+    coords = {name: _coordinate(data, name) for name in (*grid, *extra)}
     if "state" not in data.dims:  # no variable with states was selected
         coords["state"] = np.array(_states(model, data))
     check_coordinates(_NAME, coords, model, whole=False)
-    kept = kept_of(coords, axes, data.variables, model.name, drawn)
+    kept = kept_of(coords, axes, data.variables, model.name, samples)
     known = {variable.name: variable for variable in recorded(kept)}
-    there = list(known)
-    wanted = set(there) if names is None else set(names)
+    wanted = set(known) if names is None else set(names)
     if unknown := sorted(wanted - set(BY_NAME)):
         raise FileError(f"{_NAME}: no variable is called {', '.join(unknown)}.")
     variables = {
         name: _variable(data, known[name], kept, coords)
-        for name in there
-        if name in wanted and (name in data.data_vars or not (names is None or name in LATER))
+        for name in known
+        if name in wanted
+        and (name in data.data_vars or not (names is None or name in LATER_LABELS))
     }
-    return Results(coords, variables, dict(attrs), axes, drawn)
+    return Results(coords, variables, dict(attrs), axes, samples)
 
 
 def _states(model: Description, data: Any) -> tuple[str, ...]:
-    """The states that a string with the variables of ``data`` has."""
+    """The states of a string that has the variables of ``data``."""
     needed = {v.only for v in model.variables if v.name in data} & {*model.all_states}
     return next(states for states in model.state_sets if needed <= {*states})
 
 
 def _axis(data: Any, name: str) -> Axis:
-    told = dict(data.coords[name].attrs) if name in data.coords else {}
+    attributes = dict(data.coords[name].attrs) if name in data.coords else {}
     words = [
-        told.get(item) or ("1" if item == "units" and words_along(name) else None)
+        attributes.get(item) or ("1" if item == "units" and words_along(name) else None)
         for item in ("key", "units", "long_name")
     ]
     if not all(isinstance(word, str) and word for word in words):
@@ -248,7 +263,7 @@ def _axis(data: Any, name: str) -> Axis:
 def _coordinate(data: Any, name: str) -> Array:
     """The coordinate ``name`` as in memory [n]; one value where the dataset has a
     scalar."""
-    # get would make one that counts
+    # data.coords.get would create a counting coordinate where there is none
     if name not in data.coords or data.coords[name].dims not in ((), (name,)):
         raise FileError(f"{_NAME}: the coordinate {name} is missing or no list of values. {_GIVE}")
     values = np.atleast_1d(data.coords[name].values)
@@ -267,27 +282,27 @@ def _coordinate(data: Any, name: str) -> Array:
 
 def _variable(data: Any, variable: Variable, kept: Kept, coords: Mapping[str, Array]) -> Array:
     """The values of ``variable`` as in memory."""
-    found = data.data_vars.get(variable.name)
-    if found is None:
+    array = data.data_vars.get(variable.name)
+    if array is None:
         raise FileError(f"{_NAME}: the variable {variable.name} is missing. {_GIVE}")
-    order = tuple(name for name in found.dims if name in kept.grid)
+    order = tuple(name for name in array.dims if name in kept.grid)
     layout = Layout(kept.grid, order)
     lacking = [name for name in kept.grid if name not in order and len(coords[name]) > 1]
-    if lacking or set(found.dims) != set(layout.dims(variable)):
+    if lacking or set(array.dims) != set(layout.dims(variable)):
         wanted = (*(name for name in kept.grid if name in data.dims), *variable.dims[len(POINT) :])
         raise FileError(
             f"{_NAME}: {variable.name} has the dimensions "
-            f"{', '.join(map(str, found.dims)) or 'none'}; it "
+            f"{', '.join(map(str, array.dims)) or 'none'}; it "
             f"should have {', '.join(wanted) or 'none'}. {_GIVE}"
         )
     kinds, kind = ("f", "real") if variable.dtype.startswith("f") else ("iu", "whole")
-    if found.dtype.kind not in kinds:
+    if array.dtype.kind not in kinds:
         raise FileError(
-            f"{_NAME}: {variable.name} has the type {found.dtype}; it should have "
+            f"{_NAME}: {variable.name} has the type {array.dtype}; it should have "
             f"{kind} numbers. {_GIVE}"
         )
-    return checked(
-        _NAME, variable, layout.to_memory(found.transpose(*layout.dims(variable)).values)
+    return validated(
+        _NAME, variable, layout.to_memory(array.transpose(*layout.dims(variable)).values)
     )
 
 
@@ -297,16 +312,16 @@ def _from_trace(data: Any, attrs: Mapping[str, Any]) -> Trace:
         raise FileError(f"{_NAME}: the coordinate time does not ascend. {_GIVE}")
     variables = {}
     for variable in model_in(attrs).trace:
-        found = data.data_vars.get(variable.name)
-        if found is None and variable.only is not None:
+        array = data.data_vars.get(variable.name)
+        if array is None and variable.only is not None:
             continue
-        if found is None or found.shape != time.shape or found.dtype.kind != "f":
+        if array is None or array.shape != time.shape or array.dtype.kind != "f":
             raise FileError(
                 f"{_NAME}: the variable {variable.name} is missing or has no {len(time)} real "
                 f"numbers over "
                 f"time. {_GIVE}"
             )
-        variables[variable.name] = np.asarray(found.values)
+        variables[variable.name] = np.asarray(array.values)
         if np.any(np.abs(variables[variable.name]) > LARGEST):
             raise FileError(
                 f"{_NAME}: {variable.name} has values that are no finite numbers. {_GIVE}"

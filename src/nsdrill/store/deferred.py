@@ -1,8 +1,8 @@
-"""A file that swallows the errors of writing and gives them back when asked.
+"""A file that stores the first error of writing and raises it later.
 
-The HDF5 library does not survive a full disk: while it closes the file it tries again,
-complains from destructors and may crash. So it is told that all went well, and the
-truth comes out afterwards.
+The HDF5 library does not survive a full disk: while it closes the file it writes again,
+raises errors from destructors and may crash. So every write succeeds as far as the
+library is concerned, and the error is raised after the file is closed.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from typing import Any
 
 
 class DeferredErrorFile(io.FileIO):
-    """A binary file for ``h5py.File``. After the first error nothing more is written;
-    see :meth:`complain`."""
+    """A binary file for ``h5py.File``. After the first error it writes nothing more;
+    :meth:`raise_deferred` raises that error."""
 
     error: OSError | None = None
 
-    def complain(self) -> None:
-        """Raise the error that was swallowed, if there was one."""
+    def raise_deferred(self) -> None:
+        """Raise the first error of writing, if there was one."""
         if self.error is not None:
             raise self.error
 
     def write(self, data: Any) -> int:
-        """Write all of ``data``, or seem to."""
+        """Write ``data``; return its size, also where it could not be written."""
         view = memoryview(data).cast("B")
         size = len(view)
         try:
@@ -34,7 +34,7 @@ class DeferredErrorFile(io.FileIO):
         return size
 
     def truncate(self, size: int | None = None) -> int:
-        """Set the length, or seem to."""
+        """Set the length; return it, also where it could not be set."""
         try:
             if self.error is None:
                 return super().truncate(size)
@@ -43,8 +43,8 @@ class DeferredErrorFile(io.FileIO):
         return size or 0
 
     def readinto(self, buffer: Any) -> int:
-        """Fill ``buffer``, with zeros where the file ends: what belongs there may have
-        been swallowed."""
+        """Fill ``buffer``, with zeros beyond the end of the file, where an earlier
+        write may have failed."""
         view = memoryview(buffer).cast("B")
         size = len(view)
         while len(view):

@@ -14,11 +14,11 @@ from nsdrill.files import replacing
 from nsdrill.models.leaves import words_along
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.store import hdf5
-from nsdrill.store.layout import told_coordinate
+from nsdrill.store.layout import stored_coordinate
 from nsdrill.units import CF
 from nsdrill.variables import CHECKS, COORDINATES, INFERRED, OK, POINT, Variable
 
-_ROOMS = ("run", "label", "feature", "trust")
+_DEFAULT_ROOMS = ("run", "label", "feature", "trust")
 
 
 def to_csv(
@@ -30,16 +30,17 @@ def to_csv(
     states: bool = False,
     overwrite: bool = True,
 ) -> None:
-    """One row per point: its coordinates, every variable, and the flags once more in
-    words, ``unknown`` for labels that a point has not, because its run failed or was
-    not made.
+    """Write ``results`` as a table with one row per point: its coordinates, every
+    variable, and the flags also in words. The word is ``unknown`` for a label that a
+    point lacks because its run failed or has not been made.
 
-    Peaks, returns to the section and states take a column per entry,
-    ``axial_peaks_0 [m]``, ``final_state_lag [rad]``, if asked for. Numbers have as many
-    digits as give back the same bits; a missing one is ``nan``. Written row by row.
+    ``peaks``, ``section`` and ``states`` add a column per peak, return to the section
+    and state: ``axial_peaks_0 [m]``, ``final_state_lag [rad]``. Numbers have enough
+    digits to restore the same bits; a missing one is ``nan``. Rows are written one at a
+    time, so memory does not grow with the table.
     """
-    asked = {"peaks": peaks, "section": section, "states": states}
-    rooms = (*_ROOMS, *(room for room, wanted in asked.items() if wanted))
+    optional = {"peaks": peaks, "section": section, "states": states}
+    rooms = (*_DEFAULT_ROOMS, *(room for room, wanted in optional.items() if wanted))
     chosen = [
         BY_NAME[name]
         for name in results.variables
@@ -54,32 +55,35 @@ def to_csv(
         units |= {
             axis.name: "" if words_along(axis.name) else CF[axis.units] for axis in results.more
         }
-        drawn = [one for one in results.drawn if "sample" in results.grid]
+        unknowns = [unknown for unknown in results.drawn if "sample" in results.grid]
         heads = [_heading(name, units[name]) for name in results.grid]
-        heads += [_heading(one.name, CF[one.units]) for one in drawn]
+        heads += [_heading(unknown.name, CF[unknown.units]) for unknown in unknowns]
         writer.writerow([*heads, *_headings(results, chosen)])
-        told = {name: told_coordinate(name, results.coords[name]) for name in results.grid}
+        coordinates = {name: stored_coordinate(name, results.coords[name]) for name in results.grid}
         words = {v.name: _words(v) for v in chosen if v.flag_meanings is not None}
         for place in np.ndindex(*results.shape):
             row: list[object] = [
-                told[name][i].item() for name, i in zip(results.grid, place, strict=True)
+                coordinates[name][i].item() for name, i in zip(results.grid, place, strict=True)
             ]
-            row += [results.drawn[one][place[results.grid.index("sample")]].item() for one in drawn]
+            row += [
+                results.drawn[unknown][place[results.grid.index("sample")]].item()
+                for unknown in unknowns
+            ]
             for variable in chosen:
                 value: Array = results.variables[variable.name][place]
                 row.extend(np.atleast_1d(value).tolist())
                 if variable.name in words:
                     row.append(
                         words[variable.name](int(value))
-                        if _has(results, variable, place)
+                        if _has_value(results, variable, place)
                         else "unknown"
                     )
             writer.writerow(row)
 
 
-def _has(results: Results, variable: Variable, place: tuple[int, ...]) -> bool:
-    """Whether the point has a value of this variable: labels are those of runs that
-    ended well, and an inferred point has a response."""
+def _has_value(results: Results, variable: Variable, place: tuple[int, ...]) -> bool:
+    """Whether the point has a value of this variable: only a run that ended well has
+    labels, but an inferred point has a response."""
     if variable.room != "label":
         return True
     check = variable.name.removesuffix("_response")
@@ -90,9 +94,9 @@ def _has(results: Results, variable: Variable, place: tuple[int, ...]) -> bool:
 def to_netcdf(
     path: str | os.PathLike[str], path_nc: str | os.PathLike[str], *, overwrite: bool = True
 ) -> None:
-    """Copy the results file ``path`` to ``path_nc``. A results file is a netCDF-4 file
-    already: HDF5 with dimension scales and no type that netCDF lacks; so a checked copy
-    under the usual ending is all that it takes."""
+    """Copy the results file ``path`` to ``path_nc``. A results file is already a
+    netCDF-4 file, HDF5 with dimension scales and no type that netCDF lacks, so its
+    bytes are checked and copied."""
     with hdf5.opened(path):
         pass
     with replacing(path_nc, overwrite=overwrite) as temporary:
@@ -100,7 +104,8 @@ def to_netcdf(
 
 
 def flag_words(variable: Variable, value: int) -> str:
-    """A flag value in words: ``ok``, ``bit_bounce+whirl``; ``none`` for an empty mask."""
+    """A flag value in words: ``ok``, ``bit_bounce+whirl``; ``none`` for an empty
+    mask."""
     return _words(variable)(value)
 
 
@@ -109,8 +114,8 @@ def _words(variable: Variable) -> Callable[[int], str]:
     if variable.flag_masks is not None:
         masks = list(zip(variable.flag_masks, names, strict=True))
         return lambda value: "+".join(name for mask, name in masks if value & mask) or "none"
-    table = dict(zip(variable.flag_values or (), names, strict=True))
-    return lambda value: table.get(value, str(value))
+    words = dict(zip(variable.flag_values or (), names, strict=True))
+    return lambda value: words.get(value, str(value))
 
 
 def _headings(results: Results, chosen: Iterable[Variable]) -> list[str]:

@@ -1,13 +1,14 @@
-"""HDF5 as nsdrill uses it: dimensions that xarray finds, checksums on everything, and
-readers that trust no file.
+"""HDF5 files: dimension scales for xarray, checksums on all data, and readers that
+validate every file.
 
-Small variables lie in the object headers, large ones in chunks with a Fletcher-32
-checksum. After the HDF5 part follows a seal: a magic, its length and its SHA-256. HDF5
-ignores it, and drops it when another program edits the file. A file whose seal does not
-fit is refused unread, because the HDF5 library can crash on damaged files; one without
-a seal is read in a child process first. The seal is against accidents only: who changes
-a file on purpose can seal it again. So no reader follows a link to another file or
-believes a shape that the bytes of the file cannot fill.
+Small variables are stored in the object headers, large ones in chunks with a
+Fletcher-32 checksum. The HDF5 part is followed by a *seal*: a magic number, the length
+of that part and its SHA-256. HDF5 ignores the seal, and another program that edits the
+file drops it. A file whose seal does not match is rejected unread, because the HDF5
+library can crash on damaged files; a file without a seal is read in a child process
+first. The seal protects against accidents only, as an edited file can be sealed again.
+So no reader follows a link to another file or accepts a shape that the bytes of the
+file cannot fill.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from nsdrill.data import Array
 from nsdrill.errors import FileError, printable
 from nsdrill.files import reason
 from nsdrill.models.leaves import words_along
-from nsdrill.store.attributes import LARGEST, plain, text_of
+from nsdrill.store.attributes import LARGEST, plain_attribute, text_attribute
 from nsdrill.store.deferred import DeferredErrorFile
 from nsdrill.store.layout import stored_attributes, variable_attributes
 from nsdrill.store.log import part_path
@@ -39,57 +40,57 @@ from nsdrill.units import plain_units
 from nsdrill.variables import COUNTED, FORMAT_VERSION, PROCEDURES, Axis, Variable
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
-TURNED = (
+TRANSPOSED = (
     "Another program has transposed it. Give it that order again before it is written; in xarray, "
     "of a Dataset data, "
     "data.transpose(*data.attrs['dimensions'].split(), 'peak', 'crossing', 'state', "
     "missing_dims='ignore')."
 )
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_ZIP = b"PK\x03\x04"  # arrays of numpy in one file
+_ZIP = b"PK\x03\x04"  # of numpy.savez
 _SEAL = struct.Struct("<8sQ32s")
 _SEAL_MAGIC = b"nsdrill\x1a"
-# HDF5 allows 64 KiB in an object header; with more than this, chunks are as small
+# HDF5 allows 64 KiB in an object header; beyond this size, chunks take no more space
 _COMPACT_BYTES = 8192
 _PROBE_SECONDS = 20.0
-_RATIO = 2000  # of numbers to the bytes that hold them; deflate reaches 1032
+_RATIO = 2000  # of the size of numbers to that of their stored bytes; deflate reaches 1032
 _MOST_MEMBERS = 1000
 _MOST_NAMES = {"procedure": len(PROCEDURES), "state": 1000}
-_TURNED = 3  # exit code of the probe: a variable has other dimensions than the file says
+_EXIT_TRANSPOSED = 3  # exit code of the probe: dimensions in another order than the file says
 _PROBE = f"""
 import os, resource, sys
 resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
 import h5py
 size = os.stat(sys.argv[1]).st_size
 order = []
-def look(name, thing):
-    dict(thing.attrs)
-    if isinstance(thing, h5py.Dataset):
-        if thing.is_virtual or thing.external:
+def check_item(name, node):
+    dict(node.attrs)
+    if isinstance(node, h5py.Dataset):
+        if node.is_virtual or node.external:
             raise ValueError(name + " lies in another file")
-        if thing.nbytes > {_RATIO} * size:
+        if node.nbytes > {_RATIO} * size:
             raise ValueError(name + " claims more numbers than the file can hold")
-        named = [dim[0].name.strip("/") if order and len(dim) else "" for dim in thing.dims]
+        named = [dim[0].name.strip("/") if order and len(dim) else "" for dim in node.dims]
         if all(named) and [item for item in named if item in order] != [item for item in order if item in named]:
             print(name)
-            sys.exit({_TURNED})
-        for part in thing.iter_chunks() if thing.chunks else [()]:
-            thing[part]
+            sys.exit({_EXIT_TRANSPOSED})
+        for part in node.iter_chunks() if node.chunks else [()]:
+            node[part]
 with h5py.File(sys.argv[1], "r") as file:
-    look("/", file)
+    check_item("/", file)
     order += str(file.attrs.get("dimensions", "")).split()
-    file.visititems(look)
+    file.visititems(check_item)
 """
 
 
 @contextmanager
 def writing(path: Path, *, edit: bool = False) -> Iterator[Any]:
-    """The empty file ``path`` as a new HDF5 file, or with ``edit`` the one that it is;
-    OSError if it cannot be written in full.
+    """The empty file ``path`` as a new HDF5 file, or with ``edit`` the existing HDF5
+    file; OSError if it cannot be written in full.
 
     The format is that of HDF5 1.10: checksums in the metadata, small headers, and names
-    in the order of writing. There is no chunk cache, which would be 8 MiB per variable:
-    every chunk is written once and whole.
+    in the order of writing. The chunk cache, 8 MiB per variable, is off, as every chunk
+    is written once and in full.
     """
     import h5py
 
@@ -101,7 +102,7 @@ def writing(path: Path, *, edit: bool = False) -> Iterator[Any]:
             ) as file:
                 yield file
         finally:
-            raw.complain()  # also in place of what HDF5 made of it
+            raw.raise_deferred()  # replaces any error of the HDF5 library
 
 
 def add_coordinate(file: Any, name: str, values: Any, attrs: Mapping[str, Any]) -> None:
@@ -123,8 +124,8 @@ def add_coordinate(file: Any, name: str, values: Any, attrs: Mapping[str, Any]) 
 
 
 def add_samples(file: Any, name: str, values: Array, attrs: Mapping[str, Any]) -> None:
-    """Write the samples [n] of an uncertain number, a coordinate along ``sample``,
-    which is already written."""
+    """Write the samples [n] of an uncertain number, as a coordinate along the existing
+    scale ``sample``."""
     dataset = file.create_dataset(
         name, data=values, **_storage(values.shape, values.dtype, values.shape)
     )
@@ -140,9 +141,8 @@ def add_variable(
     chunk: tuple[int, ...],
     scalars: Sequence[str] = (),
 ) -> Any:
-    """An empty dataset for ``variable`` on the coordinates ``dims``, already written,
-    in chunks of shape ``chunk`` if it is large. ``scalars`` names the other coordinates
-    that it has."""
+    """An empty dataset for ``variable`` on the existing coordinates ``dims``, in chunks
+    of shape ``chunk`` if it is large. ``scalars`` names its scalar coordinates."""
     shape = tuple(len(file[name]) for name in dims)
     kind = np.dtype(f"<{variable.dtype}")
     dataset = file.create_dataset(variable.name, shape, kind, **_storage(shape, kind, chunk))
@@ -159,8 +159,8 @@ def add_variable(
 
 
 def _storage(shape: tuple[int, ...], kind: np.dtype[Any], chunk: tuple[int, ...]) -> dict[str, Any]:
-    """How a dataset is stored: in its header where tiny, else in compressed chunks,
-    with checksums either way."""
+    """Storage options of a dataset: in the object header where it is small, else in
+    compressed chunks, with checksums in both cases."""
     import h5py
 
     if np.prod(shape) * kind.itemsize <= _COMPACT_BYTES:
@@ -177,13 +177,13 @@ def _storage(shape: tuple[int, ...], kind: np.dtype[Any], chunk: tuple[int, ...]
 
 
 def storage_of(values: Array) -> dict[str, Any]:
-    """How the numbers ``values``, which are there in full, are stored."""
+    """Storage options of a dataset that is written with ``values`` in one step."""
     return _storage(values.shape, values.dtype, tuple(max(1, min(n, 4096)) for n in values.shape))
 
 
 def put_attributes(file: Any, attrs: Mapping[str, Any]) -> None:
-    """Set root attributes, as :func:`nsdrill.store.layout.stored_attributes` makes
-    them."""
+    """Set root attributes, converted by
+    :func:`nsdrill.store.layout.stored_attributes`."""
     for name, value in stored_attributes(attrs).items():
         file.attrs[name] = value
 
@@ -197,7 +197,7 @@ def seal(path: Path) -> None:
 
 
 def unseal(path: Path) -> None:
-    """Cut the seal off again, before the HDF5 file is edited."""
+    """Remove the seal, before the HDF5 file is edited."""
     with open(path, "r+b") as file:
         length, _ = _read_seal(file)
         if length is not None:
@@ -205,15 +205,15 @@ def unseal(path: Path) -> None:
 
 
 def is_sealed(path: str | os.PathLike[str]) -> bool:
-    """Whether the readable file ``path`` is as nsdrill has written it."""
+    """Whether the readable file ``path`` ends in a seal of nsdrill."""
     with open(path, "rb") as file:
         return _read_seal(file)[0] is not None
 
 
 @contextmanager
 def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
-    """The HDF5 file ``path``, checked and open for reading; everything that goes wrong
-    becomes a FileError."""
+    """The HDF5 file ``path``, checked and open for reading; every error becomes a
+    FileError."""
     import h5py
 
     check_readable(path)
@@ -228,7 +228,9 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
 
 def check_version(path: str | os.PathLike[str], file: Any) -> None:
     """FileError unless nsdrill made ``file``, in a format that this version reads."""
-    version, kind = (plain(file.attrs, name) for name in ("format_version", "nsdrill_kind"))
+    version, kind = (
+        plain_attribute(file.attrs, name) for name in ("format_version", "nsdrill_kind")
+    )
     if not isinstance(kind, str) or not isinstance(version, int):
         raise FileError(
             f"{path}: an HDF5 file, but none of nsdrill. Give the output of 'nsdrill "
@@ -242,8 +244,9 @@ def check_version(path: str | os.PathLike[str], file: Any) -> None:
 
 
 def check_plain(path: str | os.PathLike[str], file: Any) -> None:
-    """FileError unless everything in ``file`` lies in it, and no dataset claims more
-    than its bytes can hold: reading one takes memory in proportion to the file."""
+    """FileError unless all data are in ``file`` itself, and no dataset claims more
+    numbers than its bytes can hold, so that reading takes memory in proportion to the
+    size of the file."""
     import h5py
 
     if len(file) > _MOST_MEMBERS:
@@ -268,8 +271,7 @@ def check_plain(path: str | os.PathLike[str], file: Any) -> None:
 
 def _refers_to_objects(dataset: Any) -> bool:
     """Whether the attributes by which a dataset and its dimensions refer to each other
-    have the types that the HDF5 library takes for granted: it follows whatever stands
-    there."""
+    have the types that the HDF5 library assumes: it follows them unchecked."""
     from h5py import h5a, h5t
 
     kinds = {
@@ -288,8 +290,8 @@ def _refers_to_objects(dataset: Any) -> bool:
 
 
 def check_readable(path: str | os.PathLike[str]) -> None:
-    """FileError unless ``path`` is an HDF5 file that can be opened without danger.
-    Reads it once (1 to 2 GB/s)."""
+    """FileError unless ``path`` is an HDF5 file that is safe to open. Reads it once (1
+    to 2 GB/s)."""
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
             raise FileError(
@@ -319,21 +321,21 @@ def check_readable(path: str | os.PathLike[str]) -> None:
             f"{path}: what is kept of an unfinished continuation or fit. Finish it with --resume."
         )
     if not first.startswith(SIGNATURE):
-        found = "empty" if not first else "not an HDF5 file"
+        state = "empty" if not first else "not an HDF5 file"
         if first and str(path).endswith((".yaml", ".yml")):
             raise FileError(
                 f"{path}: this is not an HDF5 file but a study, it seems. Run it first: nsdrill "
                 f"run {path} -o out.h5"
             )
         raise FileError(
-            f"{path}: this file is {found}. Give the output of 'nsdrill run' or 'nsdrill simulate'."
+            f"{path}: this file is {state}. Give the output of 'nsdrill run' or 'nsdrill simulate'."
         )
     _probe(path)
 
 
 def _probe(path: str | os.PathLike[str]) -> None:
-    """Read an HDF5 file without seal in a child process, which may crash or hang in our
-    stead."""
+    """Read an HDF5 file without a seal in a child process, as the HDF5 library may
+    crash or hang; FileError where it does."""
     seconds = _PROBE_SECONDS + os.stat(path).st_size / 20e6  # a slow disk reads 20 MB/s
     command = [sys.executable, "-c", _PROBE, os.path.abspath(path)]
     try:
@@ -344,27 +346,27 @@ def _probe(path: str | os.PathLike[str]) -> None:
         raise damaged(path, "reading it does not end") from error
     if child.returncode < 0:
         raise damaged(path, f"the HDF5 library crashes on it (signal {-child.returncode})")
-    if child.returncode == _TURNED:
+    if child.returncode == _EXIT_TRANSPOSED:
         raise FileError(
             f"{path}: {printable(child.stdout.strip())} has its dimensions in another order than "
             f"the attribute "
-            f"dimensions says. {TURNED}"
+            f"dimensions says. {TRANSPOSED}"
         )
     if child.returncode:
-        said = child.stderr.strip().splitlines() or ["no reason given"]
-        raise damaged(path, said[-1])
+        lines = child.stderr.strip().splitlines() or ["no reason given"]
+        raise damaged(path, lines[-1])
 
 
 def damaged(path: str | os.PathLike[str], why: str) -> FileError:
-    """The error for a file that was one of ours once."""
+    """The error for a file of nsdrill that is damaged, for the reason ``why``."""
     return FileError(
         f"{path}: the file is damaged or incomplete: {why}. Take it from a backup or make it again."
     )
 
 
 def _read_seal(file: Any) -> tuple[int | None, bytes]:
-    """Length of the HDF5 part and its digest, or (None, b"") where no seal is at the
-    end of the open ``file``."""
+    """Length of the HDF5 part and its digest; (None, b"") where the open ``file`` does
+    not end in a seal."""
     size = file.seek(0, os.SEEK_END)
     if size < _SEAL.size:
         return None, b""
@@ -387,8 +389,8 @@ def _digest(file: Any, length: int) -> bytes:
 def check_shape(
     path: str | os.PathLike[str], file: Any, name: str, shape: tuple[int, ...], kinds: str
 ) -> Any:
-    """The dataset ``name`` if it has this ``shape`` and a type of one of ``kinds``;
-    FileError otherwise."""
+    """The dataset ``name``; FileError unless it has this ``shape`` and a type of one of
+    the ``kinds`` (letters of ``dtype.kind``)."""
     import h5py
 
     dataset = file.get(name)
@@ -400,7 +402,7 @@ def check_shape(
             f"shape {shape} and "
             f"{'real' if kinds == 'f' else 'whole'} numbers. "
             + (
-                TURNED
+                TRANSPOSED
                 if dataset.shape != shape and sorted(dataset.shape) == sorted(shape)
                 else EDITED
             )
@@ -409,8 +411,8 @@ def check_shape(
 
 
 def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array:
-    """The coordinate ``name``: float or int array or array of str [n]; 0-D where it
-    does not vary. Words of a choice are their places among all of it."""
+    """The coordinate ``name``: array of float, int or str [n]; 0-D where it does not
+    vary. The words of a choice become their places in the list of all its words."""
     import h5py
 
     scale, choices = file.get(name), words_along(name)
@@ -431,41 +433,44 @@ def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array
                 f"{path}: the coordinate {name} has values that are no finite numbers. {EDITED}"
             )
         return values
-    # text may be larger than the file: many values can be one
+    # text can be larger than the file, as many values can share one string
     if scale.size > (len(choices) or _MOST_NAMES[name]):
         raise FileError(
             f"{path}: the coordinate {name} has {scale.size} values. Make the file again."
         )
-    found = np.array(scale.asstr()[()], dtype=str)
-    return places_of_words(path, name, found) if choices else found
+    words = np.array(scale.asstr()[()], dtype=str)
+    return places_of_words(path, name, words) if choices else words
 
 
-def places_of_words(path: str | os.PathLike[str], name: str, found: Array) -> Array:
-    """The places of these words of a choice among all of it; FileError for others."""
+def places_of_words(path: str | os.PathLike[str], name: str, words: Array) -> Array:
+    """The places of ``words`` in the list of all words of the choice ``name``;
+    FileError for other words."""
     choices = words_along(name)
-    if strange := sorted(set(np.atleast_1d(found).tolist()) - {*choices}):
+    if unknown := sorted(set(np.atleast_1d(words).tolist()) - {*choices}):
         raise FileError(
-            f"{path}: {name} is {printable(str(strange[0]))[:40]!r}; it should be of "
+            f"{path}: {name} is {printable(str(unknown[0]))[:40]!r}; it should be of "
             f"{', '.join(choices)}."
         )
-    return np.vectorize(choices.index, otypes=[float])(found)
+    return np.vectorize(choices.index, otypes=[float])(words)
 
 
 def read_axes(path: str | os.PathLike[str], file: Any, attribute: str = "axes") -> tuple[Axis, ...]:
-    """The swept axes beside those of the operation, in the order of the dimensions:
-    coordinates that name their key. With the ``attribute`` unknowns the uncertain
+    """The swept axes other than those of the operation, in the order of the dimensions,
+    as the root ``attribute`` "axes" names them; with "unknowns" the uncertain
     numbers."""
     axes = []
-    for name in text_of(path, file, attribute).split():
+    for name in text_attribute(path, file, attribute).split():
         scale = file.get(name)
-        told = (
+        attributes = (
             {}
             if scale is None
-            else {item: text_of(path, scale, item) for item in ("key", "units", "long_name")}
+            else {item: text_attribute(path, scale, item) for item in ("key", "units", "long_name")}
         )
-        if not told or not told["key"]:
+        if not attributes or not attributes["key"]:
             raise FileError(
                 f"{path}: the axis {name} is missing or does not say what it is. {EDITED}"
             )
-        axes.append(Axis(told["key"], plain_units(told["units"]), told["long_name"]))
+        axes.append(
+            Axis(attributes["key"], plain_units(attributes["units"]), attributes["long_name"])
+        )
     return tuple(axes)

@@ -1,9 +1,9 @@
-"""What a file of format version 2 looks like, whoever makes it: its dimensions, their
-order, and all attributes.
+"""The layout of a file of format version 2: its dimensions, their order, and all
+attributes.
 
-In memory results have every dimension of the grid: the procedure, all axes in a fixed
-order, the starts. A file has those that vary, in the order in which the study names the
-axes; the others are scalar coordinates.
+In memory, results have every dimension of the grid: the procedure, all axes in a fixed
+order, the starts. A file has the dimensions that vary, in the order in which the study
+names the axes; the others are scalar coordinates.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
 
 @dataclass(frozen=True)
 class Layout:
-    """How arrays over the dimensions ``grid``, as in memory, lie in a file: over the
-    dimensions ``order``, which are some of them. Dimensions of a variable's own follow
+    """How arrays over the dimensions ``grid``, as in memory, are stored in a file: over
+    the dimensions ``order``, a subset of them. Further dimensions of a variable follow
     in both."""
 
     grid: tuple[str, ...]
@@ -53,25 +53,27 @@ class Layout:
         return tuple(index[self.grid.index(name)] for name in self.order)
 
     def to_file(self, values: Array) -> Array:
-        """``values`` [grid, own] as in the file [order, own]. Dimensions that the file
+        """``values`` [grid, ...] as in the file [order, ...]. Dimensions that the file
         lacks have length 1."""
-        gone = [axis for axis, name in enumerate(self.grid) if name not in self.order]
+        dropped = [axis for axis, name in enumerate(self.grid) if name not in self.order]
         kept = [self.grid.index(name) for name in self.order]
-        moved = np.transpose(values, (*gone, *kept, *range(len(self.grid), values.ndim)))
-        return moved.reshape(moved.shape[len(gone) :])
+        transposed = np.transpose(values, (*dropped, *kept, *range(len(self.grid), values.ndim)))
+        return transposed.reshape(transposed.shape[len(dropped) :])
 
     def to_memory(self, values: Array) -> Array:
-        """``values`` [order, own] of the file as in memory [grid, own], contiguous."""
+        """``values`` [order, ...] of the file as in memory [grid, ...], contiguous."""
         kept = [self.order.index(name) for name in self.grid if name in self.order]
-        gone = [axis for axis, name in enumerate(self.grid) if name not in self.order]
-        moved = np.transpose(values, (*kept, *range(len(self.order), values.ndim)))
-        return np.asarray(np.expand_dims(moved, gone), order="C")
+        dropped = [axis for axis, name in enumerate(self.grid) if name not in self.order]
+        transposed = np.transpose(values, (*kept, *range(len(self.order), values.ndim)))
+        return np.asarray(np.expand_dims(transposed, dropped), order="C")
 
 
 def layout_of(lengths: Mapping[str, int], attrs: Mapping[str, Any]) -> Layout:
-    """The layout of a file with the root attributes ``attrs`` of a grid with these
-    ``lengths`` of its dimensions, in their order in memory: procedure, the axes as the
-    study names them, sample, start, as far as they have several values."""
+    """The layout of a file with the root attributes ``attrs``. ``lengths`` has the
+    length of every dimension of the grid, in the order in memory.
+
+    The file has the dimensions with more than one value, in the order procedure, the
+    axes as the study names them, sample, start."""
     named = [dimension_of(key) for key in _sweep(attrs)]
     axes = [name for name in lengths if name not in ("procedure", "sample", "start")]
     ordered = [
@@ -86,13 +88,13 @@ def layout_of(lengths: Mapping[str, int], attrs: Mapping[str, Any]) -> Layout:
 def _sweep(attrs: Mapping[str, Any]) -> Mapping[str, Any]:
     """The section ``sweep`` of the resolved study in ``attrs``, in its order; empty
     where there is none."""
-    found = resolved_study(attrs).get("sweep")
-    return found if isinstance(found, dict) else {}
+    sweep = resolved_study(attrs).get("sweep")
+    return sweep if isinstance(sweep, dict) else {}
 
 
 def coordinate_names(layout: Layout, kept: Kept) -> list[str]:
-    """The coordinates in the order of the file: those that vary, the scalars, those of
-    single variables."""
+    """The coordinates in the order of the file: the dimensions of the grid, the
+    scalars, then those that only some variables have."""
     scalar = [name for name in layout.grid if name not in layout.order]
     return [
         *layout.order,
@@ -102,16 +104,16 @@ def coordinate_names(layout: Layout, kept: Kept) -> list[str]:
     ]
 
 
-def told_coordinate(name: str, values: Array) -> Array:
-    """The values of a coordinate in memory [n] as a file has them: of a choice its
+def stored_coordinate(name: str, values: Array) -> Array:
+    """The values of a coordinate in memory [n] as a file stores them: a choice as its
     words."""
     words = words_along(name)
     return np.array([words[int(value)] for value in values]) if words else values
 
 
 def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]:
-    """The attributes of the coordinate ``name``, of the swept ``axis`` if it is one
-    beside those of the operation, or of the unknown."""
+    """The attributes of the coordinate ``name``. ``axis`` is the swept axis, if it is
+    not one of the operation, or the unknown."""
     units, long_name = (CF[axis.units], axis.long_name) if axis else COORDINATES[name]
     text = name in ("procedure", "state") or bool(words_along(name))
     key = axis.key if axis else f"operation.{name}" if name in AXES else None
@@ -123,19 +125,19 @@ def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]
 
 
 def variable_attributes(variable: Variable, states: Sequence[str] = ()) -> dict[str, Any]:
-    """The attributes of ``variable``; flags as CF has them, of the type of the
-    variable. Of states the names are needed."""
+    """The attributes of ``variable``, with flags as in CF, of the type of the variable.
+    For a variable over states, ``states`` are their names."""
     units_of_states = ", ".join(IN_TRACE[name].units for name in states)
-    found: dict[str, Any] = (
+    attributes: dict[str, Any] = (
         {"units": variable.units} if variable.units else {"state_units": units_of_states}
     )
-    found["long_name"] = variable.long_name
+    attributes["long_name"] = variable.long_name
     for name in ("flag_values", "flag_masks"):
         if getattr(variable, name) is not None:
-            found[name] = np.array(getattr(variable, name), variable.dtype)
+            attributes[name] = np.array(getattr(variable, name), variable.dtype)
     if variable.flag_meanings is not None:
-        found["flag_meanings"] = variable.flag_meanings
-    return found
+        attributes["flag_meanings"] = variable.flag_meanings
+    return attributes
 
 
 def root_attributes(
@@ -145,12 +147,13 @@ def root_attributes(
     lengths: Mapping[str, int] | None = None,
     unknowns: Sequence[Axis] = (),
 ) -> dict[str, Any]:
-    """``attrs`` with what every file of nsdrill carries; of results with these
-    ``lengths`` of the dimensions in memory also the names of the dimensions of the
-    file, and of the ``axes`` beside those of the operation, and of the ``unknowns``.
+    """``attrs`` and the attributes that every file of nsdrill has. Results, with the
+    ``lengths`` of their dimensions in memory, also have the names of the dimensions of
+    the file, of the ``axes`` other than those of the operation, and of the
+    ``unknowns``.
 
-    The conventions are its own: those of CF ask for numeric coordinates, one unit for a
-    variable, a vertical depth and a time with a date."""
+    The attribute Conventions does not name CF, which requires numeric coordinates, one
+    unit per variable, a vertical depth and a time with a date."""
     return {
         "history": "",
         "model": MODEL,
@@ -159,16 +162,17 @@ def root_attributes(
         "nsdrill_kind": kind,
         "format_version": FORMAT_VERSION,
         "axes": " ".join(axis.name for axis in axes) or None,
-        "unknowns": " ".join(one.name for one in unknowns) or None,
+        "unknowns": " ".join(unknown.name for unknown in unknowns) or None,
         "dimensions": None if lengths is None else " ".join(layout_of(lengths, attrs).order),
     }
 
 
 def stored_attributes(attrs: Mapping[str, Any]) -> dict[str, Any]:
-    """Attributes as a file holds them: text, numbers and arrays of numbers as they are,
-    truth values as 0 or 1, nothing for None, else JSON text. Text that HDF5 does not
-    take, a zero say, must not cost the points."""
-    found: dict[str, Any] = {}
+    """Attributes as a file stores them: text, numbers and arrays of numbers unchanged,
+    booleans as 0 or 1, None left out, all else as JSON text. Text that HDF5 cannot
+    store, such as a null character, is escaped, so that writing the file does not
+    fail."""
+    stored: dict[str, Any] = {}
     for name, value in attrs.items():
         if value is None:
             continue
@@ -178,11 +182,13 @@ def stored_attributes(attrs: Mapping[str, Any]) -> dict[str, Any]:
             isinstance(value, np.ndarray) and value.dtype.kind not in "iuf"
         ):
             value = json_text(value)
-        found[name] = printable(value) if isinstance(value, str) and not _storable(value) else value
-    return found
+        stored[name] = (
+            printable(value) if isinstance(value, str) and not _is_storable(value) else value
+        )
+    return stored
 
 
-def _storable(text: str) -> bool:
+def _is_storable(text: str) -> bool:
     try:
         return b"\0" not in text.encode()
     except UnicodeEncodeError:

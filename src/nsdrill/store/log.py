@@ -1,10 +1,10 @@
-"""The run log ``OUT.h5.part``: where points go while a sweep runs.
+"""The run log ``OUT.h5.part``, which holds the points while a sweep runs.
 
-A header, then one slot of fixed size per point. Every slot is written with one
-``pwrite`` and carries its own checksum, so a process killed at any moment leaves whole
-slots and slots that are seen to be damaged, nothing in between; those run again. The
-results file is made from the log when all points are there, so half a results file
-never exists.
+It has a header, then one slot of fixed size per point. Every slot is written with one
+``pwrite`` and has its own checksum, so a process killed at any moment leaves only
+complete slots and slots with a wrong checksum, whose points run again. The results file
+is written from the log when all points are in it, so a partial results file never
+exists.
 
 The file is sparse: a point that has not run takes no space.
 """
@@ -25,26 +25,33 @@ from nsdrill.errors import FileError, NsdrillError
 from nsdrill.files import Temporary, check_room, lock, open_plain, reason, sync_folder, write_at
 from nsdrill.models.kept import Kept
 from nsdrill.store.log_header import first_slot, pack_header, read_header
-from nsdrill.store.records import check_write, pending_records, raw, seal, slot_dtype, sound
+from nsdrill.store.records import (
+    check_write,
+    intact,
+    pack_slots,
+    pending_records,
+    raw_bytes,
+    slot_dtype,
+)
 from nsdrill.store.sink import check_header
 from nsdrill.variables import PENDING
 
-# read and write in pieces of this size, so that memory does not grow with the sweep
+# of one read or write, so that memory does not grow with the sweep
 _BLOCK_BYTES = 4 << 20
 
 
 def part_path(path: str | os.PathLike[str]) -> Path:
-    """Name of the run log of the results file ``path``. Where ``path`` is a link, it is
-    beside the file itself, so that two names of one file have one log."""
+    """Name of the run log of the results file ``path``. Where ``path`` is a link, the
+    log is next to its target, so that two names of one file share one log."""
     return Path(f"{os.path.realpath(path) if os.path.islink(path) else os.fspath(path)}.part")
 
 
 class RunLog:
-    """An open run log. Make one with :meth:`create` or :meth:`open`.
+    """An open run log, from :meth:`create` or :meth:`open`.
 
     It is locked while it is open, so that two processes never write the same results.
-    One thread may use it at a time. The lock goes with the object at the latest, so
-    that no interrupt can leave it behind in a session of Python.
+    One thread may use it at a time. The lock ends with the object at the latest, so
+    that it does not outlive an interrupt in an interactive session.
     """
 
     def __init__(
@@ -70,13 +77,13 @@ class RunLog:
         self._writable = writable
         self._slot = slot_dtype(self.kept)
         self._block = max(1, _BLOCK_BYTES // self._slot.itemsize)
-        self._lost = False
+        self._sync_failed = False
         self._status: Array = np.zeros(self.n_points, np.int8)
         for start in range(0, self.n_points, self._block):
             stop = min(start + self._block, self.n_points)
-            if self._stored(start, stop):
+            if self._has_data(start, stop):
                 self._status[start:stop] = self.read(start, stop)["status"]
-        self._safe = int(np.count_nonzero(self._status))
+        self._synced_count = int(np.count_nonzero(self._status))
 
     @classmethod
     def create(
@@ -85,9 +92,9 @@ class RunLog:
         """A new, empty log at ``path``, which must not exist.
 
         ``header`` is plain data: ``coords`` (the four axes) and ``attrs`` (the root
-        attributes of the results), and whatever else a resumed run needs. FileError if
-        the name is taken, NsdrillError if the disk has no room for the points that are
-        to come.
+        attributes of the results), and anything else that a resumed run needs.
+        FileError if the name is taken, NsdrillError if the disk has no room for all
+        points.
         """
         path, temporary = Path(path), None
         try:
@@ -99,8 +106,8 @@ class RunLog:
         except FileExistsError as error:
             assert temporary is not None
             temporary.remove()
-            # refuses, with the right words, one that a process is writing, or none of
-            # ours
+            # raises the FileError of a log that another process is writing, or of a
+            # file that is not a run log
             cls.open(path).close()
             raise FileError(
                 f"{path}: an unfinished run is already there. Go on with it by --resume, or start "
@@ -123,11 +130,11 @@ class RunLog:
     def begin(
         cls, path: Path, header: dict[str, Any], n_points: int, kept: Kept
     ) -> tuple[Temporary, RunLog]:
-        """A log with no points that has a temporary name still; OSError if the disk has
+        """A log without points that still has a temporary name; OSError if the disk has
         no room for the points."""
         check_header(header, n_points, kept)
         points = n_points * slot_dtype(kept).itemsize
-        check_room(path, points)  # before anything is made
+        check_room(path, points)  # before any file is created
         temporary = None
         try:
             head, salt = pack_header(header, n_points, kept)
@@ -155,12 +162,12 @@ class RunLog:
 
     @classmethod
     def open(cls, path: str | os.PathLike[str], *, writable: bool = True) -> RunLog:
-        """An existing log, to go on with it, or just to look (``writable=False``; then
-        no lock is taken).
+        """An existing log, to resume its run, or with ``writable=False`` to read it
+        without a lock.
 
-        FileError if there is none, if it is a link, if another process is writing it,
-        or if it is no run log of this version. Damaged slots are no error: their points
-        are pending.
+        FileError if it does not exist, is a link, is being written by another process,
+        or is not a run log of a supported version. Damaged slots are not an error:
+        their points are pending.
         """
         path, file = Path(path), None
         try:
@@ -185,8 +192,8 @@ class RunLog:
                 writable=writable,
             )
             if writable:
-                # A log cut short has lost slots, no more; as long as its header is
-                # whole they run again.
+                # A truncated log has lost slots only; with a complete header they run
+                # again.
                 size = log._offset + log.n_points * log._slot.itemsize
                 os.ftruncate(file.fileno(), max(size, os.fstat(file.fileno()).st_size))
             return log
@@ -206,97 +213,100 @@ class RunLog:
             os.unlink(path)
 
     def write(self, indices: Any, records: Array) -> None:
-        """Put ``records`` [n] at the points ``indices`` [n]; they are safe after the
+        """Store ``records`` [n] of the points ``indices`` [n]; they are safe after the
         next :meth:`sync`.
 
-        NsdrillError if the disk refuses. The other points are not touched by that, and
-        the call may be repeated.
+        NsdrillError if the disk rejects the write; this leaves the other points
+        unchanged, and the call may be repeated.
         """
         places = check_write(indices, records, self.n_points, self.kept)
         order = np.argsort(places, kind="stable")
-        for run in _runs(places[order], self._block):
+        for run in _consecutive_slices(places[order], self._block):
             chosen = order[run]
-            self._status[places[chosen]] = PENDING  # until the slot is whole again
-            self._put(places[chosen], seal(places[chosen], records[chosen], self._salt))
+            self._status[places[chosen]] = PENDING  # until the slot is complete again
+            self._write_slots(
+                places[chosen], pack_slots(places[chosen], records[chosen], self._salt)
+            )
             self._status[places[chosen]] = records["status"][chosen]
 
     def clear(self, indices: Any) -> None:
-        """Make the points ``indices`` [n] pending again, to run them once more."""
+        """Make the points ``indices`` [n] pending, so that they run again."""
         places = np.unique(np.asarray(indices, np.int64))
-        for run in _runs(places, self._block):
-            self._put(places[run], np.zeros(run.stop - run.start, self._slot))
+        for run in _consecutive_slices(places, self._block):
+            self._write_slots(places[run], np.zeros(run.stop - run.start, self._slot))
             self._status[places[run]] = PENDING
 
     def sync(self) -> None:
-        """Return when everything written is on the disk; NsdrillError if it will not go
-        there."""
+        """Return when everything written is on the disk; NsdrillError if the disk
+        rejects it."""
         try:
-            if self._lost:
+            if self._sync_failed:
                 raise OSError(errno.EIO, os.strerror(errno.EIO))
             os.fsync(self._fd)
-            if not self.there:
-                raise NsdrillError(f"{self.standing()} Nothing more is run.")
+            if not self.is_in_place:
+                raise NsdrillError(f"{self.recovery_text()} Nothing more is run.")
         except OSError as error:
-            # After a failed fsync the kernel forgets what it could not write, and a
-            # second fsync may claim success.
-            self._lost = True
-            self._fail(error)
-        self._safe = int(np.count_nonzero(self._status))
+            # After a failed fsync the kernel drops the data that it could not write, so
+            # a second fsync may succeed.
+            self._sync_failed = True
+            self._raise_write_error(error)
+        self._synced_count = int(np.count_nonzero(self._status))
 
     def status(self) -> Array:
         """Status of every point: int8 [n_points]."""
         return self._status.copy()
 
     def done(self) -> Array:
-        """Which points have a result, good or failed: bool [n_points]."""
+        """Which points have a result, successful or failed: bool [n_points]."""
         return np.asarray(self._status != PENDING)
 
     def read(self, start: int, stop: int) -> Array:
         """Records [stop - start] of the points from ``start``; pending ones have status
         0 and NaN features."""
-        if not self._stored(start, stop):
+        if not self._has_data(start, stop):
             return pending_records(stop - start, self.kept)
         slots = np.zeros(stop - start, self._slot)
-        buffer = raw(slots)
+        buffer = raw_bytes(slots)
         position = self._offset + start * self._slot.itemsize
         try:
             while len(buffer):
                 piece = os.preadv(self._fd, [buffer], position)
                 if piece == 0:
-                    break  # cut short: what is missing is pending
+                    break  # a truncated log: the missing points are pending
                 buffer, position = buffer[piece:], position + piece
         except OSError as error:
             raise FileError(f"{self.path}: the run log cannot be read: {reason(error)}.") from error
-        good = sound(slots, start, self._salt)
+        good = intact(slots, start, self._salt)
         records = pending_records(stop - start, self.kept)
         records[good] = slots["record"][good]
         return records
 
-    def _stored(self, start: int, stop: int) -> bool:
-        """Whether the file has anything between these points, or a hole only: with many
-        returns to the Poincare section it takes long to read zeros."""
+    def _has_data(self, start: int, stop: int) -> bool:
+        """Whether the file has data between these points, or only a hole, whose zeros
+        would take long to read where records have many returns to the Poincare
+        section."""
         begin, end = (self._offset + point * self._slot.itemsize for point in (start, stop))
         try:
             return os.lseek(self._fd, begin, os.SEEK_DATA) < end
         except OSError as error:
-            # nothing after the hole; or a system that does not tell
+            # ENXIO: no data after ``begin``; other errors: the system has no SEEK_DATA
             return error.errno != errno.ENXIO
 
     @property
-    def there(self) -> bool:
-        """Whether the log is still what its name stands for: a folder can be deleted, a
-        disk unmounted."""
+    def is_in_place(self) -> bool:
+        """Whether the open file is still the one at ``path``, which a deleted folder or
+        an unmounted disk changes."""
         try:
             return os.path.samestat(os.fstat(self._fd), os.stat(self.path))
         except (FileNotFoundError, NotADirectoryError):
             return False
         except OSError:
-            return True  # a network that is away for a moment
+            return True  # a network file system that is briefly unreachable
 
-    def standing(self) -> str:
-        """Where the points are, in a sentence or two."""
+    def recovery_text(self) -> str:
+        """Where the points are and how to resume, in a sentence or two."""
         done = f"{np.count_nonzero(self._status)} of {self.n_points} points"
-        if self.there:
+        if self.is_in_place:
             return f"{done} are safe in {self.path}. Go on with the same command and --resume."
         if os.fstat(self._fd).st_nlink == 0:
             return f"{self.path} was deleted while the run wrote it, and its {done} are lost."
@@ -307,14 +317,14 @@ class RunLog:
         )
 
     def close(self) -> None:
-        """Let go of the file and its lock; it stays, to be resumed."""
+        """Close the file and release its lock; the log stays, to be resumed."""
         self._fd = -1
         self._file.close()
 
     def discard(self) -> None:
-        """Remove the log; for when the results file is in place."""
-        if self._fd >= 0 and self.there:
-            # before the lock goes, so that nobody can take it up in between
+        """Remove the log, once the results file is in place."""
+        if self._fd >= 0 and self.is_in_place:
+            # before the lock is released, so that no process opens it in between
             self.path.unlink(missing_ok=True)
         self.close()
 
@@ -324,35 +334,39 @@ class RunLog:
     def __exit__(self, *exc: object) -> None:
         self.close()
 
-    def _put(self, places: Array, slots: Array) -> None:
+    def _write_slots(self, places: Array, slots: Array) -> None:
         """Write ``slots`` of consecutive ``places``."""
         try:
             if not self._writable:
                 raise OSError(errno.EROFS, "the run log was opened to be read")
-            write_at(self._fd, raw(slots), self._offset + int(places[0]) * self._slot.itemsize)
+            write_at(
+                self._fd, raw_bytes(slots), self._offset + int(places[0]) * self._slot.itemsize
+            )
         except OSError as error:
-            self._fail(error)
+            self._raise_write_error(error)
 
-    def _fail(self, error: OSError) -> NoReturn:
-        if not self.there:
-            text = f"{self.path}: a result could not be written: {reason(error)}. {self.standing()}"
-            raise NsdrillError(text) from error
+    def _raise_write_error(self, error: OSError) -> NoReturn:
+        if not self.is_in_place:
+            raise NsdrillError(
+                f"{self.path}: a result could not be written: {reason(error)}. "
+                f"{self.recovery_text()}"
+            ) from error
         remedy = (
             "Make room on that disk"
             if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-            else "Mend that"
+            else "Fix the cause"
         )
         raise NsdrillError(
-            f"{self.path}: a result could not be written: {reason(error)}. {self._safe} of "
+            f"{self.path}: a result could not be written: {reason(error)}. {self._synced_count} of "
             f"{self.n_points} points are "
             f"safe there. {remedy} and give the same command with --resume; only the missing "
             f"points will run."
         ) from error
 
 
-def _runs(places: Array, longest: int) -> Iterator[slice]:
-    """Slices of ascending ``places`` that are consecutive and at most ``longest`` long:
-    each is one write."""
+def _consecutive_slices(places: Array, longest: int) -> Iterator[slice]:
+    """Slices in which the ascending ``places`` are consecutive, each at most
+    ``longest`` long: each slice is one write."""
     breaks = (np.flatnonzero(np.diff(places) != 1) + 1).tolist()
     for start, stop in zip([0, *breaks], [*breaks, len(places)], strict=True):
         for begin in range(start, stop, longest):

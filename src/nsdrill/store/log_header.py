@@ -1,12 +1,12 @@
-"""The header of the run log: what the run is, and what its slots look like.
+"""The header of the run log: the run and the type of its slots.
 
 Layout, little-endian: magic [16], format version u4, CRC-32 u4 of the body, its length
 u8, the body. Slots begin at the next multiple of 4096. The checksum of the body is also
 the salt of the slots.
 
-The body is a JSON text, a line feed, and the axes as f8, of which the text has the
-lengths only: as text an axis of 10^8 values takes a minute and gigabytes. Format 2 is
-the text alone, with the values of the axes in it; it is read.
+The body is a JSON text, a line feed, and the axes as f8; the text has only their
+lengths, as an axis of 10^8 values takes a minute and gigabytes as text. Format 2, which
+can still be read, is the text alone, with the values of the axes in it.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ import numpy as np
 
 from nsdrill.errors import FileError
 from nsdrill.models.kept import Kept
-from nsdrill.store.records import raw, record_dtype
+from nsdrill.store.records import raw_bytes, record_dtype
 
 MAGIC = b"nsdrill run log\n"
 LOG_VERSION = 3
-_READ = (2, LOG_VERSION)
+_READABLE_VERSIONS = (2, LOG_VERSION)
 _PREFIX = struct.Struct("<16sIIQ")
 _PAGE = 4096
 
@@ -36,9 +36,9 @@ _PAGE = 4096
 def pack_header(
     header: dict[str, Any], n_points: int, kept: Kept
 ) -> tuple[list[bytes | memoryview], int]:
-    """The header of a log as pieces of bytes in order, and the salt; ``header`` is
+    """The header of a log as consecutive pieces of bytes, and the salt; ``header`` is
     plain data and numpy values."""
-    axes = {name: np.asarray(header["coords"][name], "<f8") for name in _axes(kept)}
+    axes = {name: np.asarray(header["coords"][name], "<f8") for name in _binary_axes(kept)}
     coords = {**header["coords"], **{name: len(values) for name, values in axes.items()}}
     fields = {
         "header": {**header, "coords": coords},
@@ -46,10 +46,10 @@ def pack_header(
         "kept": asdict(kept),
         "fields": _fields(kept),
     }
-    text = json.dumps(fields, ensure_ascii=False, default=_plain, allow_nan=False).encode()
+    text = json.dumps(fields, ensure_ascii=False, default=_to_plain, allow_nan=False).encode()
     body: list[bytes | memoryview] = [
         text + b"\n",
-        *(raw(np.ascontiguousarray(values)) for values in axes.values()),
+        *(raw_bytes(np.ascontiguousarray(values)) for values in axes.values()),
     ]
     salt = 0
     for piece in body:
@@ -57,9 +57,9 @@ def pack_header(
     return [_PREFIX.pack(MAGIC, LOG_VERSION, salt, sum(map(len, body))), *body], salt
 
 
-def _axes(kept: Kept) -> list[str]:
-    """The coordinates that are written as numbers, not as text: there may be 10^8 of
-    them."""
+def _binary_axes(kept: Kept) -> list[str]:
+    """The coordinates that are written as numbers, not as text, as they may have 10^8
+    values."""
     return [name for name in kept.grid if name not in ("procedure", "sample", "start")]
 
 
@@ -69,8 +69,8 @@ def first_slot(header_bytes: int) -> int:
 
 
 def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
-    """Fields, offset of the first slot and salt of the open log; FileError if it is
-    none."""
+    """Fields, offset of the first slot and salt of the open log; FileError if it is not
+    a run log."""
     info = os.fstat(fd)
     if not stat.S_ISREG(info.st_mode):
         raise FileError(f"{path}: not a file, so no run log.")
@@ -81,7 +81,7 @@ def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
             f"or choose another -o."
         )
     _, version, salt, length = _PREFIX.unpack(prefix)
-    if version not in _READ:
+    if version not in _READABLE_VERSIONS:
         raise FileError(
             f"{path}: run log of format {version}; this nsdrill knows formats 2 and 3. Go on with "
             f"the version of "
@@ -95,22 +95,22 @@ def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
         )
     end = body.find(b"\n")
     fields = json.loads(body[:end] if end >= 0 else body)
-    if not _known(fields):
+    if not _is_readable(fields):
         raise FileError(
             f"{path}: the run log holds other variables than this nsdrill writes. Go on with the "
             f"version of nsdrill "
             "that began the run, or start anew by --overwrite."
         )
     coords, position = fields["header"]["coords"], end + 1
-    for name in _axes(Kept(**fields["kept"])) if end >= 0 else ():
+    for name in _binary_axes(Kept(**fields["kept"])) if end >= 0 else ():
         coords[name] = np.frombuffer(body, "<f8", coords[name], position)
         position += coords[name].nbytes
     return fields, first_slot(_PREFIX.size + length), salt
 
 
 def _read(fd: int, length: int, position: int) -> bytes:
-    """``length`` bytes, or fewer where the file ends; the system gives 2 GB at once at
-    most."""
+    """``length`` bytes, or fewer where the file ends, in several reads, as one read
+    returns at most 2 GB."""
     pieces = []
     while length > 0 and (piece := os.pread(fd, length, position)):
         pieces.append(piece)
@@ -118,8 +118,8 @@ def _read(fd: int, length: int, position: int) -> bytes:
     return b"".join(pieces)
 
 
-def _known(fields: dict[str, Any]) -> bool:
-    """Whether records of this log are such as this version writes."""
+def _is_readable(fields: dict[str, Any]) -> bool:
+    """Whether the records of this log have the type that this version writes."""
     try:
         return bool(fields["fields"] == _fields(Kept(**fields["kept"])))
     except (KeyError, TypeError, ValueError):
@@ -127,13 +127,13 @@ def _known(fields: dict[str, Any]) -> bool:
 
 
 def _fields(kept: Kept) -> list[list[str]]:
-    """Names and types of a record, as text: two versions with the same list can read
-    each other's logs."""
+    """Names and types of the fields of a record, as text: two versions with the same
+    list can read each other's logs."""
     kind = record_dtype(kept)
     return [[name, str(kind[name])] for name in kind.names or ()]
 
 
-def _plain(value: Any) -> Any:
+def _to_plain(value: Any) -> Any:
     """numpy values in a header as plain ones."""
     if isinstance(value, np.ndarray):
         return value.tolist()

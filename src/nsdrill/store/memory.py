@@ -1,5 +1,5 @@
-"""A run log in memory, for a Python user who runs a sweep without a file. Same protocol
-as the file, same tests."""
+"""A run log in memory, for sweeps that run without a file. It has the protocol of the
+log in a file."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from nsdrill.variables import PENDING
 
 
 class MemoryLog:
-    """Points kept in one array [n_points]; memory that no point has touched yet costs
-    nothing."""
+    """Points in one array [n_points]; pages that no point has written take no
+    memory."""
 
     def __init__(self, header: dict[str, Any], n_points: int, kept: Kept) -> None:
         check_header(header, n_points, kept)
@@ -27,17 +27,17 @@ class MemoryLog:
         self._status: Array = np.zeros(n_points, np.int8)
 
     def write(self, indices: Any, records: Array) -> None:
-        """Put ``records`` [n] at the points ``indices`` [n]."""
+        """Store ``records`` [n] of the points ``indices`` [n]."""
         places = check_write(indices, records, self.n_points, self.kept)
         self._records[places] = records
         self._status[places] = records["status"]
 
     def clear(self, indices: Any) -> None:
-        """Make the points ``indices`` [n] pending again."""
+        """Make the points ``indices`` [n] pending."""
         self._status[np.asarray(indices, np.int64)] = PENDING
 
     def sync(self) -> None:
-        """Nothing to do: memory does not outlive the process anyway."""
+        """Do nothing: memory does not outlive the process."""
 
     def status(self) -> Array:
         """Status of every point: int8 [n_points]."""
@@ -55,10 +55,10 @@ class MemoryLog:
         return records
 
     def close(self) -> None:
-        """Nothing to let go of; the records can still be read."""
+        """Do nothing; the records can still be read."""
 
     def discard(self) -> None:
-        """Forget every point."""
+        """Make every point pending."""
         self._status[:] = PENDING
 
     def __enter__(self) -> Self:

@@ -1,5 +1,5 @@
-"""Reading results back: all of them, one point, or what an unfinished run has so far;
-and giving them new labels."""
+"""Reading results: all of them, one point, or the points so far of an unfinished run;
+and replacing their labels."""
 
 from __future__ import annotations
 
@@ -20,12 +20,24 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import hdf5
-from nsdrill.store.attributes import check_attributes, get_attributes, plain, text_of
+from nsdrill.store.attributes import (
+    check_attributes,
+    get_attributes,
+    plain_attribute,
+    text_attribute,
+)
 from nsdrill.store.layout import Layout
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_header import MAGIC
 from nsdrill.store.records import pending_records, recorded
-from nsdrill.store.results import block_shape, blocks, columns, coordinates, drawn, points_in_block
+from nsdrill.store.results import (
+    block_shape,
+    blocks,
+    columns,
+    coordinates,
+    points_in_block,
+    unknown_samples,
+)
 from nsdrill.store.sink import Source, grid_shape
 from nsdrill.variables import (
     AXES,
@@ -41,7 +53,7 @@ from nsdrill.variables import (
 )
 
 PathLike = str | os.PathLike[str]
-LATER = ("bounce_severity", "whirl_severity")  # labels that the first files did not have yet
+LATER_LABELS = ("bounce_severity", "whirl_severity")  # labels that the first files lack
 
 
 def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
@@ -53,35 +65,35 @@ def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
     with hdf5.opened(path) as file:
         points = _Points.of(path, file)
         variables = {
-            variable.name: checked(
+            variable.name: validated(
                 path, variable, points.layout.to_memory(points.dataset(variable)[()])
             )
             for variable in points.present
             if wanted is None or variable.name in wanted
         }
         return Results(
-            points.coords, variables, get_attributes(path, file), points.kept.axes, points.drawn
+            points.coords, variables, get_attributes(path, file), points.kept.axes, points.samples
         )
 
 
 def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
-    """What the run log ``path`` holds so far, or only its variables ``names``; also
-    while the run goes on. Pending points have status 0 and NaN."""
+    """The points so far in the run log ``path``, or only their variables ``names``;
+    also while the run is in progress. Pending points have status 0 and NaN."""
     with RunLog.open(path, writable=False) as log:
-        found = collect(log, names)
-    _check_axes(path, found.coords)
-    return replace(found, attrs=check_attributes(path, found.attrs))
+        results = collect(log, names)
+    _check_axes(path, results.coords)
+    return replace(results, attrs=check_attributes(path, results.attrs))
 
 
 def collect(log: Source, names: Iterable[str] | None = None) -> Results:
-    """Everything in a log, or only the variables ``names``, in memory; the same arrays
-    as in its results file."""
+    """The results in a log, or only their variables ``names``, in memory, with the same
+    arrays as in its results file."""
     shape = grid_shape(log.header, log.kept)
     wanted = None if names is None else set(names)
     flat = columns(log, [v.name for v in recorded(log.kept) if wanted is None or v.name in wanted])
     variables = {name: values.reshape(*shape, *values.shape[1:]) for name, values in flat.items()}
     attrs = {**log.header["attrs"], "format_version": FORMAT_VERSION}
-    return Results(coordinates(log), variables, attrs, log.kept.axes, drawn(log))
+    return Results(coordinates(log), variables, attrs, log.kept.axes, unknown_samples(log))
 
 
 def variables_in(path: PathLike) -> tuple[Variable, ...]:
@@ -121,20 +133,20 @@ def read_point(path: PathLike, *index: int) -> dict[str, Any]:
         }
         for variable in points.present:
             values = points.dataset(variable)[points.layout.place(index)]
-            point[variable.name] = checked(path, variable, np.asarray(values))[()]
+            point[variable.name] = validated(path, variable, np.asarray(values))[()]
         return point
 
 
 def log_from_results(path: PathLike, part: PathLike) -> RunLog:
-    """Make the run log ``part`` again from the finished file ``path``, to run its
-    failed points once more."""
+    """Recreate the run log ``part`` from the finished file ``path``, to run its failed
+    points again."""
     with hdf5.opened(path) as file:
         points = _Points.of(path, file)
         kept, layout, shape = points.kept, points.layout, points.shape
-        # what the version that made the file did not know stays NaN
+        # variables that the version of the file did not write stay NaN
         datasets = {v.name: points.dataset(v) for v in points.present}
         coords = {name: points.coords[name] for name in kept.grid}
-        coords |= {one.name: values for one, values in points.drawn.items()}
+        coords |= {one.name: values for one, values in points.samples.items()}
         header = {"coords": coords, "attrs": get_attributes(path, file)}
         log = None
         try:
@@ -144,7 +156,7 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
                 for name, dataset in datasets.items():
                     values = layout.to_memory(dataset[layout.place(place)])
                     records[name] = values.reshape(stop - start, *values.shape[len(shape) :])
-                # What was inferred did not run, and a log holds runs only.
+                # A log holds runs only, so inferred points become pending.
                 ran = np.flatnonzero(
                     (records["status"] != PENDING) & (records["status"] != INFERRED)
                 )
@@ -163,22 +175,24 @@ def rewrite_labels(
     history: str,
     attrs: Mapping[str, Any] | None = None,
 ) -> None:
-    """Give the results file ``path`` new ``labels``, arrays on the grid, and add the
-    line ``history`` to its history.
+    """Replace the ``labels``, arrays on the grid, of the results file ``path``, and add
+    the line ``history`` to its history.
 
-    ``attrs`` replaces root attributes. A copy is edited and takes the name at the end,
-    so a kill damages nothing.
+    ``attrs`` replaces root attributes. A copy is edited and renamed at the end, so a
+    kill damages nothing. ValueError for unknown labels or other shapes.
     """
     with hdf5.opened(path) as file:
         points = _Points.of(path, file)
-        there = {variable.name: variable for variable in points.present if variable.room == "label"}
-        unknown = sorted(set(labels) - set(there))
-        for name in there:
-            points.dataset(there[name])
-        known = get_attributes(path, file)
-        old = str(known.get("history", ""))
+        stored = {
+            variable.name: variable for variable in points.present if variable.room == "label"
+        }
+        unknown = sorted(set(labels) - set(stored))
+        for variable in stored.values():
+            points.dataset(variable)
+        old_attrs = get_attributes(path, file)
+        old_history = str(old_attrs.get("history", ""))
     if unknown:
-        raise ValueError(f"not labels: {', '.join(unknown)}; labels are {', '.join(there)}")
+        raise ValueError(f"not labels: {', '.join(unknown)}; labels are {', '.join(stored)}")
     for name, values in labels.items():
         if np.shape(values) != points.shape:
             raise ValueError(f"{name} has shape {np.shape(values)}, the grid {points.shape}")
@@ -189,43 +203,44 @@ def rewrite_labels(
         with hdf5.writing(temporary, edit=True) as file:
             for name, values in labels.items():
                 file[name][...] = points.layout.to_file(np.asarray(values, file[name].dtype))
-            # HDF5 does not use the place of replaced text again, so what stays the same
-            # is left alone.
+            # HDF5 does not reuse the space of replaced text, so unchanged attributes
+            # are not written.
             changed = {
                 name: value
                 for name, value in (attrs or {}).items()
-                if not _same(known.get(name), value)
+                if not _same(old_attrs.get(name), value)
             }
             hdf5.put_attributes(
-                file, {**changed, "history": f"{old}\n{history}" if old else history}
+                file,
+                {**changed, "history": f"{old_history}\n{history}" if old_history else history},
             )
         hdf5.seal(temporary)
 
 
 def check_file(path: PathLike) -> int:
     """The format version of the results file ``path``; FileError unless its coordinates
-    are as they should be."""
+    are valid."""
     with hdf5.opened(path) as file:
         _Points.of(path, file)
-        return int(plain(file.attrs, "format_version"))
+        return int(plain_attribute(file.attrs, "format_version"))
 
 
 def kind_of(path: PathLike) -> Literal["results", "trace", "partial", "branches"]:
-    """What the file ``path`` is; ``partial`` is the run log of an unfinished run.
-    FileError if it is none of ours."""
+    """The kind of the file ``path``; ``partial`` is the run log of an unfinished run.
+    FileError if it is not a file of nsdrill."""
     try:
-        if os.path.isfile(path):  # a pipe would be waited for
+        if os.path.isfile(path):  # opening a pipe would block
             with open(path, "rb") as file:
                 if file.read(len(MAGIC)) == MAGIC:
                     return "partial"
     except (OSError, ValueError):
-        pass  # said better below
+        pass  # reported by hdf5.opened below
     with hdf5.opened(path) as file:
         kind = file.attrs["nsdrill_kind"]
     for known in ("results", "trace", "branches"):
         if kind == known:
             return known
-    raise hdf5.damaged(path, f"it says that it is {kind!r}")
+    raise hdf5.damaged(path, f"its kind is {kind!r}")
 
 
 def _same(old: Any, new: Any) -> bool:
@@ -234,19 +249,20 @@ def _same(old: Any, new: Any) -> bool:
 
 @dataclass(frozen=True)
 class _Points:
-    """The points of an open results file: what it keeps of each, and where they lie in
-    it. ``coords`` are as in memory."""
+    """The points of an open results file: the record of each (``kept``) and the layout
+    of the file. ``coords`` are as in memory; ``samples`` [samples] are those of each
+    unknown."""
 
     path: PathLike
     file: Any
     coords: dict[str, Array]
     kept: Kept
     layout: Layout
-    drawn: dict[Unknown, Array]
+    samples: dict[Unknown, Array]
 
     @classmethod
     def of(cls, path: PathLike, file: Any) -> _Points:
-        """Those of ``file``; FileError where its coordinates are not as they should be."""
+        """The points of ``file``; FileError where its coordinates are invalid."""
         if file.attrs["nsdrill_kind"] != "results":
             raise FileError(
                 f"{path}: this is a {file.attrs['nsdrill_kind']} file; a results file is needed "
@@ -261,32 +277,33 @@ class _Points:
             *(name for name in ("sample", "start") if name in file),
         )
         own = (*(name for name in ("peak", "crossing") if name in file), "state")
-        found = {name: hdf5.read_coordinate(path, file, name) for name in (*grid, *own)}
-        old = plain(file.attrs, "format_version") == 1
-        lists = (*grid, *own) if old else own  # in version 1 all are dimensions
+        arrays = {name: hdf5.read_coordinate(path, file, name) for name in (*grid, *own)}
+        is_version_1 = plain_attribute(file.attrs, "format_version") == 1
+        # in version 1 every coordinate is a dimension
+        lists = (*grid, *own) if is_version_1 else own
         for name in lists:
-            if not found[name].ndim:
+            if not arrays[name].ndim:
                 raise FileError(
                     f"{path}: the coordinate {name} is no list of values. {hdf5.EDITED}"
                 )
-        coords = {name: np.atleast_1d(values) for name, values in found.items()}
+        coords = {name: np.atleast_1d(values) for name, values in arrays.items()}
         model = model_in(get_attributes(path, file))
         check_coordinates(path, coords, model)
-        drawn = {one: hdf5.read_coordinate(path, file, one.name) for one in unknowns}
-        for one, values in drawn.items():
+        samples = {unknown: hdf5.read_coordinate(path, file, unknown.name) for unknown in unknowns}
+        for unknown, values in samples.items():
             if values.shape != coords.get("sample", np.empty(())).shape:
                 raise FileError(
-                    f"{path}: {one.name} has {values.size} values, and not one of each sample. "
+                    f"{path}: {unknown.name} has {values.size} values, and not one of each sample. "
                     f"{hdf5.EDITED}"
                 )
         kept = kept_of(coords, axes, file, model.name, unknowns)
         order = kept.grid
-        if not old:
-            # The scales of a dataset would tell, too, but the library can crash on what
-            # a file says of them.
-            named = text_of(path, file, "dimensions").split()
-            order = tuple(name for name in named if name in found and found[name].ndim)
-            varying = [name for name in kept.grid if found[name].ndim]
+        if not is_version_1:
+            # The scales of a dataset have their order, too, but the library can crash
+            # on those of an invalid file.
+            named = text_attribute(path, file, "dimensions").split()
+            order = tuple(name for name in named if name in arrays and arrays[name].ndim)
+            varying = [name for name in kept.grid if arrays[name].ndim]
             if sorted(order) != sorted(varying):
                 raise FileError(
                     f"{path}: the attribute dimensions is {' '.join(named) or 'empty'}; it should "
@@ -294,7 +311,7 @@ class _Points:
                     f"{', '.join(varying) or 'nothing'}, in the order of the variables. "
                     f"{hdf5.EDITED}"
                 )
-        return cls(path, file, coords, kept, Layout(kept.grid, order), drawn)
+        return cls(path, file, coords, kept, Layout(kept.grid, order), samples)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -303,15 +320,16 @@ class _Points:
 
     @property
     def present(self) -> tuple[Variable, ...]:
-        """The variables that the file should have, whatever its age: what a file that
-        nobody has edited lacks, the version that made it did not know."""
-        whole = recorded(self.kept)
-        lacking = {v.name for v in whole if v.name not in self.file and v.name not in LATER}
-        known = not lacking or not hdf5.is_sealed(self.path)
-        return tuple(v for v in whole if v.name in self.file or (known and v.name in lacking))
+        """The variables that the file should have. Variables that a sealed file lacks
+        are unknown to the version that wrote it, and are left out."""
+        every = recorded(self.kept)
+        lacking = {v.name for v in every if v.name not in self.file and v.name not in LATER_LABELS}
+        required = not lacking or not hdf5.is_sealed(self.path)
+        return tuple(v for v in every if v.name in self.file or (required and v.name in lacking))
 
     def dataset(self, variable: Variable) -> Any:
-        """The dataset of ``variable`` if its shape and its type are right."""
+        """The dataset of ``variable``; FileError where its shape or its type is
+        wrong."""
         dims = self.layout.dims(variable)
         shape = tuple(len(self.coords[name]) for name in dims)
         kinds = "f" if variable.dtype.startswith("f") else "iu"
@@ -325,12 +343,14 @@ def kept_of(
     model: str,
     unknowns: Iterable[Unknown] = (),
 ) -> Kept:
-    """What results of the model of this name with these ``coords``, further ``axes``
-    and ``names`` of variables keep of each point, with which ``unknowns``."""
+    """What results keep of each point: those of the ``model`` of this name, with these
+    ``coords``, further ``axes``, ``names`` of variables and ``unknowns``."""
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
     states = tuple(coords["state"].tolist())
-    told = described(model)
-    optional = (v for v in (*told.features, *told.derived) if v.only and v.only not in states)
+    description = described(model)
+    optional = (
+        v for v in (*description.features, *description.derived) if v.only and v.only not in states
+    )
     options = dict.fromkeys(v.only for v in optional if v.only and v.name in names)
     return Kept(
         peaks,
@@ -351,8 +371,9 @@ def kept_of(
 def check_coordinates(
     where: PathLike, coords: Mapping[str, Array], model: Description, *, whole: bool = True
 ) -> None:
-    """FileError unless the coordinates, as in memory, are such as nsdrill writes of
-    this model, or, if not ``whole``, parts of such; ``where`` they are is said."""
+    """FileError unless the coordinates, as in memory, are those that nsdrill writes for
+    this model, or, if not ``whole``, a part of them. ``where`` is the name of the file
+    for the message."""
     procedures = coords["procedure"].tolist()
     if (
         not procedures
@@ -380,7 +401,8 @@ def check_coordinates(
 
 
 def _check_axes(where: PathLike, coords: Mapping[str, Array]) -> None:
-    """FileError unless every axis ascends within the range of its quantity."""
+    """FileError unless the values of every axis ascend within the range of its
+    quantity."""
     for name in AXES:
         values = coords[name]
         try:
@@ -392,8 +414,9 @@ def _check_axes(where: PathLike, coords: Mapping[str, Array]) -> None:
             raise FileError(f"{where}: the coordinate {error}. {hdf5.EDITED}") from error
 
 
-def checked(where: PathLike, variable: Variable, values: Array) -> Array:
-    """``values`` in the type of ``variable``; FileError where a flag has no meaning."""
+def validated(where: PathLike, variable: Variable, values: Array) -> Array:
+    """``values`` in the type of ``variable``; FileError where a flag has an undefined
+    value."""
     known = range(sum(variable.flag_masks) + 1) if variable.flag_masks else variable.flag_values
     if known and values.size and not (values.min() >= known[0] and values.max() <= known[-1]):
         raise FileError(f"{where}: {variable.name} has values that mean nothing. {hdf5.EDITED}")

@@ -1,8 +1,8 @@
-"""The record of one point: the numbers that a run leaves behind, as one fixed-size row.
+"""The record of one point: the numbers of its run, as one row of fixed size.
 
-A *record* holds every variable of one point. A *slot* is a record as it lies in the run
-log, with its own index and a checksum in front, so that a half-written or misplaced one
-is noticed and never believed.
+A *record* holds every variable of one point. A *slot* is a record as stored in the run
+log, preceded by its index and a checksum, so that an incomplete or misplaced record is
+detected.
 """
 
 from __future__ import annotations
@@ -23,10 +23,9 @@ def recorded(kept: Kept) -> tuple[Variable, ...]:
 
 
 def record_dtype(kept: Kept) -> np.dtype[Any]:
-    """Type of the record of one point, little-endian, with one field per variable that
-    is kept.
+    """Type of the record of one point, little-endian, with one field per variable.
 
-    Fields with a dimension of their own have its length: peak fields (peaks,), state
+    Fields with a further dimension have its length: peak fields (peaks,), state
     fields (states,) in the order of ``kept.states``. Units are those of the model's
     description.
     """
@@ -43,8 +42,8 @@ def record_dtype(kept: Kept) -> np.dtype[Any]:
 
 
 def pending_records(count: int, kept: Kept) -> Array:
-    """``count`` records of points that have not run: status 0, labels and counts 0,
-    every real number NaN."""
+    """``count`` records of points that have not run: status 0, labels and counts 0, all
+    real numbers NaN."""
     records = np.zeros(count, record_dtype(kept))
     for variable in recorded(kept):
         if variable.dtype.startswith("f"):
@@ -57,7 +56,7 @@ def slot_dtype(kept: Kept) -> np.dtype[Any]:
     return np.dtype([("crc", "<u4"), ("index", "<u8"), ("record", record_dtype(kept))])
 
 
-def seal(indices: Array, records: Array, salt: int) -> Array:
+def pack_slots(indices: Array, records: Array, salt: int) -> Array:
     """Slots [n] for ``records`` [n] of the points ``indices`` [n]. ``salt`` ties them
     to one log."""
     slots = np.zeros(
@@ -69,12 +68,12 @@ def seal(indices: Array, records: Array, salt: int) -> Array:
     return slots
 
 
-def sound(slots: Array, start: int, salt: int) -> Array:
-    """Which of ``slots`` [n] hold a whole record of the points ``start``,
+def intact(slots: Array, start: int, salt: int) -> Array:
+    """Which of ``slots`` [n] hold a complete record of the points ``start``,
     ``start + 1``, ... : bool [n].
 
-    Slots never written are all zero, hence pending; the checksum is computed for the
-    others alone.
+    Slots that were never written are all zero, hence pending; checksums are computed
+    for the other slots only.
     """
     good = slots["record"]["status"] != PENDING
     good &= slots["index"] == np.arange(start, start + len(slots), dtype=np.uint64)
@@ -84,8 +83,8 @@ def sound(slots: Array, start: int, salt: int) -> Array:
 
 
 def check_write(indices: Any, records: Array, n_points: int, kept: Kept) -> Array:
-    """``indices`` as an int64 array, if they and ``records`` may be written; ValueError
-    where the caller is wrong."""
+    """``indices`` as an int64 array; ValueError unless they and ``records`` are valid
+    for writing."""
     places = np.atleast_1d(np.asarray(indices))
     if places.ndim != 1 or (places.size and not np.issubdtype(places.dtype, np.integer)):
         raise ValueError("indices must be a 1-D array of integers")
@@ -105,15 +104,15 @@ def check_write(indices: Any, records: Array, n_points: int, kept: Kept) -> Arra
     return places.astype(np.int64)
 
 
-def raw(array: Array) -> memoryview:
+def raw_bytes(array: Array) -> memoryview:
     """The bytes of a contiguous ``array``, not copied."""
     return memoryview(array.view(np.uint8).reshape(-1)) if array.size else memoryview(b"")  # type: ignore[arg-type]
 
 
 def _checksums(slots: Array, salt: int) -> Array:
-    """CRC-32 of every slot but its checksum field: uint32 [n]. zlib has no vector form,
-    so one call each (1 us)."""
-    data = raw(np.ascontiguousarray(slots))
+    """CRC-32 of every slot without its checksum field: uint32 [n], by one call of zlib
+    per slot (1 us)."""
+    data = raw_bytes(np.ascontiguousarray(slots))
     size = slots.dtype.itemsize
     ends = range(size, len(slots) * size + 1, size)
     return np.fromiter(

@@ -1,4 +1,5 @@
-"""The results file: made from a run log in one pass, in order, with bounded memory."""
+"""The results file, written from a run log in one pass, in order, with bounded
+memory."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ from nsdrill.store.layout import (
     coordinate_names,
     layout_of,
     root_attributes,
-    told_coordinate,
+    stored_coordinate,
 )
 from nsdrill.store.records import record_dtype, recorded
 from nsdrill.store.sink import Source, grid_shape
@@ -31,13 +32,13 @@ _BLOCK_POINTS = 4096
 def write_results(
     path: str | os.PathLike[str], log: Source, attrs: Mapping[str, Any] | None = None
 ) -> None:
-    """Write the results file ``path`` from ``log``; pending points are marked as such.
+    """Write the results file ``path`` from ``log``; pending points keep status 0.
 
     ``attrs`` are added to the root attributes of the log's header. ``path`` is replaced
-    in one step at the end; NsdrillError if that fails, with ``path`` and ``log`` as
-    they were.
+    in one step at the end; NsdrillError if that fails, with ``path`` and ``log``
+    unchanged.
     """
-    standing = getattr(log, "standing", lambda: "The points are still in memory.")
+    recovery_text = getattr(log, "recovery_text", lambda: "The points are still in memory.")
     kept, coords = log.kept, coordinates(log)
     lengths = {name: len(coords[name]) for name in kept.grid}
     root = root_attributes(
@@ -52,21 +53,25 @@ def write_results(
         {axis.name: axis for axis in kept.axes},
     )
     scalars = [name for name in layout.grid if name not in layout.order]
-    with replacing(path, standing) as temporary:
+    with replacing(path, recovery_text) as temporary:
         with hdf5.writing(temporary) as file:
             hdf5.put_attributes(file, root)
             for name in coordinate_names(layout, kept):
-                values = told_coordinate(name, coords[name])
+                values = stored_coordinate(name, coords[name])
                 values = values[0] if name in scalars else values
                 hdf5.add_coordinate(file, name, values, coordinate_attributes(name, axes.get(name)))
-            for unknown, samples in drawn(log).items():
+            for unknown, samples in unknown_samples(log).items():
                 hdf5.add_samples(
                     file, unknown.name, samples, coordinate_attributes(unknown.name, unknown)
                 )
-            beside = [*scalars, *(unknown.name for unknown in kept.unknowns)]
+            scalar_coordinates = [*scalars, *(unknown.name for unknown in kept.unknowns)]
             datasets = [
                 hdf5.add_variable(
-                    file, v, layout.dims(v), layout.place(block) + kind[v.name].shape, beside
+                    file,
+                    v,
+                    layout.dims(v),
+                    layout.place(block) + kind[v.name].shape,
+                    scalar_coordinates,
                 )
                 for v in variables
             ]
@@ -80,7 +85,8 @@ def write_results(
 
 
 def coordinates(log: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
-    """The coordinates of these results in the order of the dimensions in memory."""
+    """The coordinates of the results in ``log``, in the order of the dimensions in
+    memory."""
     coords = {
         name: np.asarray(log.header["coords"][name])
         for name in (*POINT, *(a.name for a in log.kept.axes))
@@ -91,42 +97,43 @@ def coordinates(log: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
     return {**coords, "state": np.array(log.kept.states)}
 
 
-def drawn(log: Source) -> dict[Unknown, Array]:
-    """The samples of the uncertain numbers of these results."""
+def unknown_samples(log: Source) -> dict[Unknown, Array]:
+    """The samples [samples] of each uncertain number of the results in ``log``."""
     return {
-        one: np.asarray(log.header["coords"][one.name], dtype=float) for one in log.kept.unknowns
+        unknown: np.asarray(log.header["coords"][unknown.name], dtype=float)
+        for unknown in log.kept.unknowns
     }
 
 
 def points_in_block(kept: Kept) -> int:
-    """How many points to hold in memory at once."""
+    """The number of points to hold in memory at once."""
     return max(1, min(_BLOCK_POINTS, _BLOCK_BYTES // record_dtype(kept).itemsize))
 
 
 def columns(
     log: Source, names: Iterable[str], start: int = 0, stop: int | None = None
 ) -> dict[str, Array]:
-    """The variables ``names`` of the points from ``start``, one row a point. Of the
-    records only some are in memory at a time: with many returns to the Poincare section
-    one has 640 kB."""
+    """The variables ``names`` of the points from ``start`` to ``stop`` [points, ...].
+    Only some records are in memory at a time, as one takes 640 kB where it has many
+    returns to the Poincare section."""
     stop = log.n_points if stop is None else stop
     kind = record_dtype(log.kept)
-    found = {name: np.empty((stop - start, *kind[name].shape), kind[name].base) for name in names}
+    arrays = {name: np.empty((stop - start, *kind[name].shape), kind[name].base) for name in names}
     step = points_in_block(log.kept)
-    for first in range(start, stop if found else start, step):
+    for first in range(start, stop if arrays else start, step):
         records = log.read(first, min(first + step, stop))
-        for name, values in found.items():
+        for name, values in arrays.items():
             values[first - start : first - start + step] = records[name]
-    return found
+    return arrays
 
 
 def block_shape(shape: tuple[int, ...], points: int) -> tuple[int, ...]:
-    """Shape of blocks of about ``points`` points that are contiguous in C order: 1 ...
-    1, part of one axis, whole axes.
+    """Shape of blocks of about ``points`` points that are contiguous in C order: ones,
+    then a part of one axis, then whole axes.
 
-    Such a block is a range of point numbers and, taken as the chunk shape, one chunk of
-    the file, so each chunk is compressed once. The part divides its axis evenly, so
-    little of the last chunk is padding.
+    Such a block is a range of point numbers and, as the chunk shape, one chunk of the
+    file, so each chunk is compressed once. The part divides its axis evenly, so little
+    of the last chunk is padding.
     """
     block = [1] * len(shape)
     for axis in reversed(range(len(shape))):
@@ -141,8 +148,8 @@ def block_shape(shape: tuple[int, ...], points: int) -> tuple[int, ...]:
 def blocks(
     shape: tuple[int, ...], block: tuple[int, ...]
 ) -> Iterator[tuple[tuple[slice, ...], int, int]]:
-    """All blocks in order: the slices of the grid, and the range of point numbers that
-    they are."""
+    """All blocks in order: the slices of the grid, and the start and stop of the range
+    of their point numbers."""
     counts = [math.ceil(n / b) for n, b in zip(shape, block, strict=True)]
     start = 0
     for number in np.ndindex(*counts):

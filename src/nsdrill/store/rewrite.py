@@ -1,4 +1,4 @@
-"""A run log made anew, to run some of its points once more."""
+"""Rewriting a run log, to run some of its points again."""
 
 from __future__ import annotations
 
@@ -22,10 +22,11 @@ def rewrite_log(
     change: Callable[[Array], None] = lambda records: None,
 ) -> RunLog:
     """Replace ``log``, in one step, by one with the root attributes ``attrs`` in which
-    the points ``rerun`` (bool [n_points]) are pending, and the records of the others
-    what ``change`` makes of them. Gives the new one and closes ``log``; NsdrillError,
-    with ``log`` as it was, if the disk refuses. A kill leaves the old log or the new
-    one."""
+    the points ``rerun`` (bool [n_points]) are pending; ``change`` edits the records of
+    the other points in place.
+
+    Return the new log and close ``log``. NsdrillError, with ``log`` unchanged, if the
+    disk rejects the write. A kill leaves the old log or the new one."""
     try:
         temporary, new = RunLog.begin(
             log.path, {**log.header, "attrs": dict(attrs)}, log.n_points, log.kept
@@ -49,6 +50,6 @@ def rewrite_log(
             raise
     except OSError as error:
         raise NsdrillError(
-            f"{log.path}: could not be made anew: {reason(error)}. Nothing was changed. Make room "
+            f"{log.path}: could not be rewritten: {reason(error)}. Nothing was changed. Make room "
             f"first."
         ) from error

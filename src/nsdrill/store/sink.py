@@ -1,7 +1,7 @@
-"""What a sweep needs of the place where its points go, whether a file or memory.
+"""The protocols of run logs, in a file or in memory: reading and writing points.
 
-Points are numbered in C order over the procedures and the axes, and over the starts of
-each where there are several.
+Points are numbered in C order over the procedures and the axes, and over the samples or
+starts where there are several.
 """
 
 from __future__ import annotations
@@ -14,49 +14,49 @@ from nsdrill.models.kept import Kept
 
 
 class Source(Protocol):
-    """Something that points can be read from, in order."""
+    """A source of points, which are read in order."""
 
     @property
     def header(self) -> dict[str, Any]:
-        """``coords``: the axes as lists, SI; ``attrs``: the root attributes of the
+        """``coords``: the axes as lists [SI]; ``attrs``: the root attributes of the
         results file."""
 
     @property
     def n_points(self) -> int:
-        """Number of points, written or not."""
+        """Number of all points, pending ones included."""
 
     @property
     def kept(self) -> Kept:
-        """What is kept of each point."""
+        """The contents of the record of each point."""
 
     def read(self, start: int, stop: int) -> Array:
         """Records [stop - start]; pending points have status 0 and NaN features."""
 
 
 class Sink(Source, Protocol):
-    """Something that points can be written to, in any order."""
+    """A store of points, which are written in any order."""
 
     def write(self, indices: Any, records: Array) -> None:
-        """Put ``records`` [n] at the points ``indices`` [n]. What was there before is
-        replaced."""
+        """Store ``records`` [n] of the points ``indices`` [n], in place of earlier
+        ones."""
 
     def clear(self, indices: Any) -> None:
-        """Make the points ``indices`` [n] pending again, to run them once more."""
+        """Make the points ``indices`` [n] pending, so that they run again."""
 
     def sync(self) -> None:
-        """Return when everything written is safe against a crash."""
+        """Return when all written points would survive a crash."""
 
     def status(self) -> Array:
         """Status of every point: int8 [n_points]."""
 
     def done(self) -> Array:
-        """Which points have a result, good or failed: bool [n_points]."""
+        """Which points have a result, successful or failed: bool [n_points]."""
 
     def close(self) -> None:
-        """Let go of it; what was synced stays."""
+        """Close the store; synced points stay."""
 
     def discard(self) -> None:
-        """Let go of it and of everything in it."""
+        """Close the store and remove it with all of its points."""
 
     def __enter__(self) -> Self: ...
 
@@ -64,8 +64,8 @@ class Sink(Source, Protocol):
 
 
 def grid_shape(header: dict[str, Any], kept: Kept) -> tuple[int, ...]:
-    """(procedures, values of each axis) of a header, and the number of starts where
-    there are several."""
+    """The lengths of the dimensions of a header: procedures, values of each axis, and
+    samples or starts where there are several."""
     return tuple(len(header["coords"][name]) for name in kept.grid)
 
 

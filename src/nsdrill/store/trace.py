@@ -22,8 +22,8 @@ def write_trace(path: str | os.PathLike[str], trace: Trace, *, overwrite: bool =
     """Write ``trace`` to ``path``, in one step; NsdrillError if the disk refuses."""
     samples = len(trace.time)
     chunk = (min(_CHUNK, samples),)
-    held = held_in(trace)
-    for variable in held:
+    stored = trace_variables(trace)
+    for variable in stored:
         if np.shape(trace.variables.get(variable.name, 0.0)) != (samples,):
             raise ValueError(f"the trace needs {variable.name}, an array of {samples} samples")
     with replacing(path, overwrite=overwrite) as temporary:
@@ -32,16 +32,16 @@ def write_trace(path: str | os.PathLike[str], trace: Trace, *, overwrite: bool =
             hdf5.add_coordinate(
                 file, "time", np.asarray(trace.time, "<f8"), coordinate_attributes("time")
             )
-            for variable in held:
+            for variable in stored:
                 hdf5.add_variable(file, variable, variable.dims, chunk)[...] = trace.variables[
                     variable.name
                 ]
         hdf5.seal(temporary)
 
 
-def held_in(trace: Trace) -> tuple[Variable, ...]:
-    """The variables of a trace, in the order of files: all of its model, but for those
-    that only some strings have."""
+def trace_variables(trace: Trace) -> tuple[Variable, ...]:
+    """The variables of a trace, in the order of files: all of its model, without the
+    optional ones that ``trace`` lacks."""
     return tuple(
         v for v in model_in(trace.attrs).trace if v.only is None or v.name in trace.variables
     )
@@ -63,7 +63,7 @@ def read_trace(path: str | os.PathLike[str]) -> Trace:
         ):
             raise FileError(f"{path}: the coordinate time does not ascend. {hdf5.EDITED}")
         attrs = get_attributes(path, file)
-        # Traces of earlier versions are of one operating point, which stands in their
+        # Traces of earlier versions are of one operating point, which is in their
         # attributes.
         constant = {
             name: np.full(time.shape, attrs[axis])

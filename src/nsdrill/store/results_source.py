@@ -14,9 +14,9 @@ from nsdrill.store.read import kept_of
 from nsdrill.store.records import pending_records, recorded
 
 
-class HeldResults:
-    """The points of ``results``, for :func:`nsdrill.store.write_results`. FileError
-    where they are not whole."""
+class ResultsSource:
+    """The points of ``results`` as a :class:`nsdrill.store.Source`, for
+    :func:`nsdrill.store.write_results`. FileError where variables are missing."""
 
     def __init__(self, results: Results) -> None:
         self.kept = kept_of(
@@ -26,8 +26,8 @@ class HeldResults:
             model_in(results.attrs).name,
             results.drawn,
         )
-        whole = {variable.name for variable in recorded(self.kept)}
-        if odd := sorted(whole ^ set(results.variables)):
+        required = {variable.name for variable in recorded(self.kept)}
+        if odd := sorted(required ^ set(results.variables)):
             raise FileError(
                 f"these results are a part of a file only: {', '.join(odd)} missing, or without "
                 f"what goes "
@@ -35,7 +35,7 @@ class HeldResults:
             )
         self.header: dict[str, Any] = {
             "coords": {name: results.coords[name] for name in results.grid}
-            | {one.name: values for one, values in results.drawn.items()},
+            | {unknown.name: values for unknown, values in results.drawn.items()},
             "attrs": dict(results.attrs),
         }
         self.n_points = math.prod(results.shape)
