@@ -173,8 +173,10 @@ def test_a_trace_is_that_of_another_integrator() -> None:
     """DOP853 of the plain equations, 4 s of backward rolling at 7 rad/s that begin near
     the wall, at rtol 1e-11.
 
-    Friction at the wall is steep, and the errors of either side grow with the whirl;
-    found 4e-10 of the gap.
+    Friction at the wall is steep, and the errors of either side grow with the whirl:
+    found 1.6e-9 of the gap. The other integrator does not stop where the collar meets
+    the wall, so it needs small steps: at the absolute tolerance 1e-12 its error there
+    is 2e-8 to 3e-7, by chance.
     """
     of = study(
         operation__rotary_speed="7 rad/s",
@@ -187,7 +189,7 @@ def test_a_trace_is_that_of_another_integrator() -> None:
     start = np.zeros(24)
     start[0], start[15], start[23] = 0.08, -0.3, 7.0
     start[20] = -collar.W / (collar.k_a + collar.k_c)
-    done = solve_ivp(collar.slopes, (0, 4), start, "DOP853", trace.time, rtol=1e-12, atol=1e-12)
+    done = solve_ivp(collar.slopes, (0, 4), start, "DOP853", trace.time, rtol=1e-12, atol=1e-14)
     expected = collar.by_name(done.y)
     for name in ("x_1", "y_1", "x_3", "y_5", "z"):
         assert np.abs(trace[name] - expected[name]).max() < 1e-8 * collar.gap, name
