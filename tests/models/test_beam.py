@@ -214,7 +214,7 @@ def test_a_ramp_of_the_speed_is_that_of_another_integrator() -> None:
     start = np.zeros(24)
     start[0], start[15], start[23] = 0.078, -0.3, 5.0
     start[20] = -collar.W / (collar.k_a + collar.k_c)
-    done = solve_ivp(collar.slopes, (0, 4), start, "DOP853", trace.time, rtol=1e-12, atol=1e-12)
+    done = solve_ivp(collar.slopes, (0, 4), start, "DOP853", trace.time, rtol=1e-12, atol=1e-14)
     expected = collar.by_name(done.y)
     for name in ("x_1", "y_1", "x_3", "z"):
         assert np.abs(trace[name] - expected[name]).max() < 1e-7 * collar.gap, name
