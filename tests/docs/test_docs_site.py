@@ -33,10 +33,10 @@ QUICK = (
     "Speed up and down",
     "Weight on bit over speed",
     "Which motions coexist",
-    "Who whirls",
+    "Basins of whirl",
     "One run",
-    "A film of it",
-    "Speeds to stay away from",
+    "A film of whirl",
+    "Speeds to avoid",
 )
 
 
