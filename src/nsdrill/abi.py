@@ -187,12 +187,12 @@ class Rows:
     and ``aux_now``; the observer also reads the ends of the step; the other rows belong
     to the kernel.
 
-    **Tangent states.** The last ``tangent_states`` of the states, none or as many as
-    the others, follow the others, which are the model's own, like the tangent vector of
-    a Lyapunov exponent: they do not influence the step size and begin anew in every run
-    of a chain. So the own states have the same bits with tangent states as without. If
-    ``judged``, the errors of tangent states count like those of the others: a monodromy
-    matrix is then as accurate as the motion, also where the motion is at rest.
+    **Tangent states.** The last ``tangent_states`` of the states follow the others,
+    which are the model's own, like the tangent vector of a Lyapunov exponent. There are
+    none or as many as own states. They do not influence the step size and start again
+    in every run of a chain, so the own states have the same bits with tangent states as
+    without. If ``judged``, the errors of tangent states do count: a monodromy matrix is
+    then as accurate as the motion, also where the motion is at rest.
 
     **Phase.** An angle that advances at a constant rate and is carried from run to run
     along a chain, that of a drive. Its row holds its value at the run's time zero, less

@@ -51,8 +51,8 @@ class CacheWarning(UserWarning):
 
 
 class RunWarning(UserWarning):
-    """The result of a run from Python is limited: points failed, or the run ended
-    early, or in another state than before."""
+    """About a run from Python: points failed, or the run ended early, or in another
+    state than it did before."""
 
 
 @dataclass(frozen=True)

@@ -51,10 +51,10 @@ def choose_lanes(chains: int) -> int:
     the first-level cache. With few, the longest chain takes as long as all others
     together, and a packed step of one register is shorter.
     """
-    if chosen := os.environ.get("NSDRILL_LANES"):
-        if chosen not in ("1", "2", "4", "8", "16", "32"):
-            raise InputError(f"NSDRILL_LANES: found {chosen}; allowed: 1, 2, 4, 8, 16 or 32.")
-        return int(chosen)
+    if configured := os.environ.get("NSDRILL_LANES"):
+        if configured not in ("1", "2", "4", "8", "16", "32"):
+            raise InputError(f"NSDRILL_LANES: found {configured}; allowed: 1, 2, 4, 8, 16 or 32.")
+        return int(configured)
     if chains <= 1:
         return 1
     return (

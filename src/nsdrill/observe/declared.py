@@ -213,18 +213,18 @@ class _ObserverBuilder:
 
     def _row_texts(self, when: str) -> dict[str, str]:
         rows, names, outputs = self.rows, self.names, self.declaration.outputs
-        first_state, first_slope, kept = (
+        first_state, first_slope, stored = (
             (rows.start, rows.start_acceleration, "before")
             if when == START
             else (rows.stage, rows.acceleration, "now")
         )
-        begun, length = self._row(rows.time), self._row(rows.step)
+        time, length = self._row(rows.time), self._row(rows.step)
         return {
             **{name: self._row(first_state + k) for k, name in enumerate(names.states)},
             **{name: self._row(first_slope + k) for k, name in enumerate(names.slopes)},
             **{name: self._row(rows.parameter + k) for k, name in enumerate(names.parameters)},
-            **{name: self._own_row(kept, name) for name in (outputs.names if outputs else ())},
-            "time": f"({begun} + {length})" if when == END else begun,
+            **{name: self._own_row(stored, name) for name in (outputs.names if outputs else ())},
+            "time": f"({time} + {length})" if when == END else time,
             "phase": self._row(rows.phase),
         }
 

@@ -39,15 +39,15 @@ def index_of(features: Mapping[str, Array]) -> Array:
 
 def severities(features: Mapping[str, Array], response: Array, t: Thresholds) -> dict[str, Array]:
     """The severity bands of the responses whose features the model measures."""
-    found = {}
+    labels = {}
     if "stick_slip_index" in features:
         s = t.stick_slip
         bands = (s.oscillation_index, s.medium_index, s.stall_index, s.severe_index)
-        found["stick_slip_severity"] = np.digitize(index_of(features), bands, right=True)
+        labels["stick_slip_severity"] = np.digitize(index_of(features), bands, right=True)
     if "lift_off_fraction" in features:
         b = t.bit_bounce
         fractions = (b.light_fraction, b.moderate_fraction, b.strong_fraction, b.severe_fraction)
-        found["bounce_severity"] = grade(
+        labels["bounce_severity"] = grade(
             features["lift_off_fraction"], fractions, response & BIT_BOUNCE > 0
         )
     if "lateral_acceleration_rms" in features:
@@ -58,10 +58,10 @@ def severities(features: Mapping[str, Array], response: Array, t: Thresholds) ->
             w.strong_acceleration,
             w.severe_acceleration,
         )
-        found["whirl_severity"] = grade(
+        labels["whirl_severity"] = grade(
             features["lateral_acceleration_rms"], accelerations, response & WHIRL > 0
         )
-    return found
+    return labels
 
 
 def grade(values: Array, bounds: tuple[float, ...], present: Array) -> Array:

@@ -36,7 +36,7 @@ CLUSTER_SCATTER = 0.2
 # The least ratio of the spreads of the returns in the first and in the last third, the
 # smaller to the larger, for a period of two or more.
 LEAST_SPREAD_RATIO = 0.9
-LEAST_RETURNS = 1000  # for the 0-1 test: 200 tell neither a rattling collar nor a slow decay
+LEAST_RETURNS = 1000  # for the 0-1 test; 200 identify neither a rattling collar nor a slow decay
 FREQUENCIES = 64  # of the 0-1 test
 
 

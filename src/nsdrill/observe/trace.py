@@ -28,7 +28,7 @@ def trace_store(samples: int, interval: float, states: int) -> np.ndarray:
 
 
 def samples_of(store: np.ndarray, states: int) -> np.ndarray:
-    """The samples taken, shape (samples, states)."""
+    """The samples recorded so far, shape (samples, states)."""
     count = int(store[NEXT])
     return store[HEADER : HEADER + count * states].reshape(count, states)
 

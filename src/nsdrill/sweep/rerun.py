@@ -51,7 +51,9 @@ class Rerun(Work):
         """The runs of these points."""
         return replace(
             super().prepare(points),
-            initial=self.own(self.start_states[np.searchsorted(self.point_numbers, points)]),
+            initial=self.to_own_states(
+                self.start_states[np.searchsorted(self.point_numbers, points)]
+            ),
         )
 
     def columns(self, done: FinishedRuns) -> dict[str, Array]:

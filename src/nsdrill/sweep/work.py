@@ -191,7 +191,7 @@ class Work:
             [described(self.model).states(parameters) for parameters, _ in variants]
         )
 
-    def kept(self, state: Array) -> Array:
+    def to_all_states(self, state: Array) -> Array:
         """States with the phase last [points, own states + 1] as values of the states
         of all points (:attr:`states`), NaN for those that these points do not have."""
         names, own = self.states, described(self.model).states(self.parameters)
@@ -201,8 +201,8 @@ class Work:
         values[:, [names.index(name) for name in own]] = state
         return values
 
-    def own(self, state: Array) -> Array:
-        """The inverse of :meth:`kept`."""
+    def to_own_states(self, state: Array) -> Array:
+        """The inverse of :meth:`to_all_states`."""
         names, own = self.states, described(self.model).states(self.parameters)
         return state if names == own else state[:, [names.index(name) for name in own]]
 
@@ -269,8 +269,8 @@ class Work:
             # numbered once all starts have been run
             **({"attractor": np.zeros(len(state_scales), np.int16)} if self.plan.starts else {}),
             **_or_nan(ok, model.peaks(done.report, record)),
-            "initial_state": self.kept(self.own_state(done.initial)),
-            "final_state": self.kept(self.own_state(done.final)),
+            "initial_state": self.to_all_states(self.own_state(done.initial)),
+            "final_state": self.to_all_states(self.own_state(done.final)),
         }
 
     def _zero_one(self, returns: Array, state_scales: Array) -> Array:
