@@ -21,5 +21,5 @@ def look_often(patch: pytest.MonkeyPatch, steps: int = 20_000) -> None:
     """Let the engine look up after so few packed steps that even a small study is
     interrupted in its middle. (With fewer than a run takes, a study that is interrupted
     at every look would never end.)"""
-    patch.setattr("nsdrill.sweep.engine.SLICE", 1e-6)
-    patch.setattr("nsdrill.kernel.batch.SEGMENT", steps)
+    patch.setattr("nsdrill.sweep.engine.QUANTUM", 1e-6)
+    patch.setattr("nsdrill.kernel.batch.STEPS_PER_CALL", steps)

@@ -36,7 +36,7 @@ def third() -> Any:
 
 def told(make: Callable[[], Any] = third) -> tuple[bool, list[str]]:
     """Make the function: whether it came from the cache, and the warnings."""
-    cache._told = False
+    cache._has_warned = False
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         made = make()
@@ -49,7 +49,7 @@ def told(make: Callable[[], Any] = third) -> tuple[bool, list[str]]:
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache, not yet made."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "made" / "cache"))
-    monkeypatch.setattr(cache, "_told", False)
+    monkeypatch.setattr(cache, "_has_warned", False)
     return tmp_path / "made" / "cache" / source_digest()
 
 

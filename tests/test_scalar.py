@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from nsdrill.abi import Rows
 from nsdrill.elementary import direction as smoothed_direction
 from nsdrill.elementary import sincos
-from nsdrill.kernel.batch import Batch, Compiled, Finished, Runs
+from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.scalar import in_lanes, unobserved
@@ -39,7 +39,7 @@ TORQUES = (500.0, 2000.0, 4000.0)
 
 def run(
     lanes: int, stepper: str = "tsitouras", torques: Any = TORQUES, rtol: float = 1e-10
-) -> Finished:
+) -> FinishedRuns:
     """From rest behind a drive at 3 rad/s, 20 s for each friction torque."""
     n = len(torques)
     batch = Batch(lanes, n, ROWS, np.zeros(1), 0, Simulation(5.0, 15.0, rtol, pair=stepper))  # type: ignore[arg-type]

@@ -1,5 +1,5 @@
-"""The start of the command ``nsdrill``, and of ``python -m nsdrill``: signals are heard
-before anything is imported."""
+"""The start of the command ``nsdrill``, and of ``python -m nsdrill``: signals are
+received before anything is imported."""
 
 from typing import NoReturn
 

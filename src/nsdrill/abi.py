@@ -1,20 +1,20 @@
-"""The few things that compiled rooms share: how they are compiled and cached, and the
-layout of the lane buffer.
+"""What compiled modules share: how functions are compiled and cached, and the layout
+of the lane buffer.
 
-**Lanes.** The kernel integrates ``lanes`` trajectories side by side, one per slot of
-the processor's vector registers. Everything a trajectory owns is a column of one flat
-float64 buffer, row after row::
+**Lanes.** The kernel integrates ``lanes`` trajectories side by side, one per element of
+the processor's vector registers. All numbers of a trajectory are in a column of one
+flat float64 buffer, row after row::
 
     buffer[row * lanes + lane]
 
 A loop over the lanes of one or several rows then compiles to packed instructions. That
-holds only while all rows live in this one buffer and ``lanes`` and the row numbers are
+holds only if all rows are in this one buffer and ``lanes`` and the row numbers are
 compile-time constants; so the compiled functions are made by small factories,
 ``make_...(lanes)``, and the row numbers come from :class:`Rows`.
 
-**Cache.** The machine code is kept on disk (:mod:`nsdrill.cache`). There an edit in the
-file of a function is noticed, one in the files of the functions inlined into it is not:
-the numbers would silently be stale. So the cache directory is named after a digest of
+**Cache.** The machine code is cached on disk (:mod:`nsdrill.cache`). The cache detects
+an edit in the file of a function, but not in the files of the functions inlined into
+it: stale code would silently be used. So the cache directory is named after a digest of
 all compiled sources and of the versions of numba and llvmlite.
 """
 
@@ -40,9 +40,9 @@ from nsdrill.compiling import compiling
 # The package's folders whose sources end up in compiled code.
 COMPILED = ("abi.py", "elementary.py", "models", "kernel", "observe")
 
-# `nsz` ignores the sign of zero. Nothing that reorders sums or fuses products at the
-# compiler's pleasure (the bits would depend on the number of lanes), and nothing that
-# assumes away NaN (a run that blows up must be seen).
+# `nsz` ignores the sign of zero. No flag lets the compiler reorder sums or fuse
+# products (the bits would depend on the number of lanes) or assume that there is no NaN
+# (a run that diverges must be detected).
 FASTMATH = {"nsz"}
 
 _compiling = threading.RLock()
@@ -52,25 +52,26 @@ BUFFER = types.float64[::1]
 # writes `acceleration` and `aux_now`; one with friction apart (`Rows.apart`) reads
 # `relax`, writes `push` and `falling`, and moves the velocities among the `stage` rows.
 RIGHT_HAND_SIDE = types.FunctionType(types.void(BUFFER))
-# An observer is shown every packed step: the lane buffer and a store of its own.
+# An observer is called after every packed step, with the lane buffer and its store.
 OBSERVER = types.FunctionType(types.void(BUFFER, BUFFER))
-# A stepper tries one step in every lane, shows it to the observer, and returns whether
-# some lane wants attention.
+# A stepper tries one step in every lane, calls the observer, and returns whether some
+# lane needs attention.
 STEPPER = types.FunctionType(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER))
-# The observer is told of the marks of one lane's run (lane, mark) and leaves its
-# findings in a row of the outbox, from a column on.
+# A marker is called at each mark of a run (buffer, store, lane, mark, row of the
+# outbox, first column) and writes the observer's outcome to the row, from that column
+# on.
 MARKER = types.FunctionType(
     types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64)
 )
 
-# The marks: the window opens, is half over, is over.
+# The marks: the observation begins, is half over, ends.
 OPENS, HALVES, CLOSES = range(3)
 
 
 @lru_cache(maxsize=1)
 def source_digest() -> str:
-    """Digest of all compiled sources and of what compiles them: names the cache
-    directory."""
+    """Digest of all compiled sources and of the versions of the compilers, after which
+    the cache directory is named."""
     digest = hashlib.sha256()
     root = Path(__file__).parent
     for name in COMPILED:
@@ -82,35 +83,35 @@ def source_digest() -> str:
 
 
 def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], Any]:
-    """Compile at once for ``signature``, without the GIL, cached on disk across
-    processes where the disk allows it.
+    """Compile eagerly for ``signature``, without the GIL, cached on disk across
+    processes where that is possible.
 
-    ``variant`` are the numbers that tell the functions of one factory apart. They go
-    into the function's name: numba names the machine code after it, and of two pieces
-    loaded from the cache under one name only the first is found.
+    ``variant`` are the numbers that distinguish the functions of one factory. They
+    become part of the function's name: numba names the machine code after it, and of
+    two functions loaded from the cache under one name only the first would be found.
     """
 
     def compile_function(function: Callable[..., Any]) -> Any:
         function.__name__ = "_".join([function.__name__, *map(str, map(int, variant))])
         function.__qualname__ = function.__name__
-        # numba has a lock for compiling, none for making what is then compiled.
+        # numba locks the compilation, but not the creation of a dispatcher.
         with _compiling, compiling():
-            made = numba.njit(nogil=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(
+            dispatcher = numba.njit(nogil=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(
                 function
             )
-            if hasattr(made, "compile"):  # not where compilation is switched off
-                made._cache = cache_for(function, source_digest())
-                made.compile(signature)
-                made.disable_compile()
-        return lasting(made, function.__name__)
+            if hasattr(dispatcher, "compile"):  # not where compilation is switched off
+                dispatcher._cache = cache_for(function, source_digest())
+                dispatcher.compile(signature)
+                dispatcher.disable_compile()
+        return with_stable_uuid(dispatcher, function.__name__)
 
     return compile_function
 
 
 class Inlined(CPUDispatcher):
-    """A helper that is compiled for its compiled callers alone: making an entry for
-    Python too would cost as much as a sixth of all compiling. A call from Python goes
-    through a compiled caller, made at the first of them."""
+    """A helper that is compiled for compiled callers only: an entry for Python would
+    take up to a sixth of all compile time. A call from Python goes through a compiled
+    caller, which the first such call makes."""
 
     def __call__(self, *arguments: Any) -> Any:
         if not hasattr(self, "_caller"):
@@ -124,9 +125,9 @@ class Inlined(CPUDispatcher):
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """A helper that disappears into its caller, so that the caller's lane loop still
+    """A helper that is inlined into its caller, so that the caller's lane loop still
     vectorises."""
-    made = numba.njit(
+    dispatcher = numba.njit(
         forceinline=True,
         fastmath=FASTMATH,
         error_model="numpy",
@@ -134,18 +135,18 @@ def inlined(function: Callable[..., Any]) -> Any:
         no_cfunc_wrapper=True,
         no_cpython_wrapper=True,
     )(function)
-    if isinstance(made, CPUDispatcher):  # not where compilation is switched off
-        made.__class__ = Inlined
-    return lasting(made, f"{function.__module__}.{function.__name__}")
+    if isinstance(dispatcher, CPUDispatcher):  # not where compilation is switched off
+        dispatcher.__class__ = Inlined
+    return with_stable_uuid(dispatcher, f"{function.__module__}.{function.__name__}")
 
 
-def lasting(made: Any, name: str) -> Any:
-    """Give a function of numba an identity that lasts: numba draws one anew in every
-    process, and the cache of a function that calls it through a closure would never be
-    hit."""
-    if hasattr(made, "_set_uuid"):  # not where compilation is switched off
-        made._set_uuid(f"nsdrill.{name}.{source_digest()}")
-    return made
+def with_stable_uuid(dispatcher: Any, name: str) -> Any:
+    """``dispatcher`` with the same identifier in every process. numba draws a new one
+    in each, and a function that calls this one through a closure would never be found
+    in the cache."""
+    if hasattr(dispatcher, "_set_uuid"):  # not where compilation is switched off
+        dispatcher._set_uuid(f"nsdrill.{name}.{source_digest()}")
+    return dispatcher
 
 
 CACHE_LINE = 8  # numbers
@@ -165,30 +166,31 @@ class Rows:
     auxiliary outputs and ``parameters`` parameters, an observer with ``observed`` rows
     of its own and a stepper with ``private`` ones.
 
-    States are positions and velocities in turn, position' = velocity + frame rate,
-    velocity' = slope; the frame of a position may turn with the drive; after these
-    pairs come ``singles`` states of first order, state' = slope. The model reads
-    ``stage``, ``stage_time``, ``phase`` and ``parameter`` and writes ``slope`` and
-    ``aux_now``; the observer also reads the ends of the step; the rest is the kernel's.
+    **States.** Positions and velocities alternate: position' = velocity + frame rate,
+    velocity' = slope, where the frame of a position may rotate with the drive. After
+    these pairs come ``singles`` states of first order, state' = slope. The model reads
+    ``stage``, ``stage_time``, ``phase`` and ``parameter`` and writes ``acceleration``
+    and ``aux_now``; the observer also reads the ends of the step; the other rows belong
+    to the kernel.
 
-    The last ``tangent_states`` of the states, none or as many as the others, only
-    follow them, like the tangent vector of a Lyapunov exponent: they have no say in the
-    step size and begin anew in every run of a chain. So the others keep their bits,
-    with tangent states or without. Where they are ``judged``, their errors count as
-    those of the others do: a monodromy is then as good as the motion, also where the
-    motion stands still.
+    **Tangent states.** The last ``tangent_states`` of the states follow the others,
+    which are the model's own, like the tangent vector of a Lyapunov exponent. There are
+    none or as many as own states. They do not influence the step size and start again
+    in every run of a chain, so the own states have the same bits with tangent states as
+    without. If ``judged``, the errors of tangent states do count: a monodromy matrix is
+    then as accurate as the motion, also where the motion is at rest.
 
-    The ``phase`` is an angle that advances at a constant rate and is carried from run
-    to run along a chain, the angle of a drive: its row holds its value, less whole
-    turns, when the clock of the run stands at zero.
+    **Phase.** An angle that advances at a constant rate and is carried from run to run
+    along a chain, that of a drive. Its row holds its value at the run's time zero, less
+    whole revolutions.
 
-    ``apart`` has a bit for every own slope in which friction acts and is kept apart,
-    for a stepper that treats friction implicitly: bit k for slope k. What friction adds
-    to such a slope is its *push*, which stands in a row of ``push`` beside the whole
-    slope. With ``relax`` [s] above zero, the right-hand side first solves for
-    velocities that are the given ones plus ``relax`` times the push, and leaves them in
-    ``stage``. They are the only ones while ``relax`` times ``falling`` [1/s] is below
-    1: how fast the slip grows where friction falls with speed.
+    **Friction.** ``apart`` has bit k set where friction acts in own slope k and is kept
+    apart, for a stepper that treats friction implicitly. The part of such a slope that
+    is due to friction is its *push*, in a row of ``push``; the slope includes it. With
+    ``relax`` [s] above zero, the right-hand side first solves for velocities that are
+    the given ones plus ``relax`` times the push, and stores them in ``stage``. The
+    solution is unique while ``relax`` times ``falling`` [1/s] is below 1, where
+    ``falling`` is the growth rate of the slip where friction falls with speed.
     """
 
     states: int
@@ -203,7 +205,7 @@ class Rows:
 
     @property
     def own(self) -> int:
-        """How many states are no tangent states."""
+        """How many states are not tangent states."""
         return self.states - self.tangent_states
 
     @property
@@ -213,7 +215,7 @@ class Rows:
 
     @property
     def own_slopes(self) -> int:
-        """How many slopes the own states have: one a pair, one a state of first
+        """How many slopes the own states have: one per pair and one per state of first
         order."""
         return self.pairs + self.singles
 
@@ -230,18 +232,18 @@ class Rows:
 
     @property
     def blocks(self) -> tuple[tuple[int, int, int, int], ...]:
-        """The states as blocks of one order: (order, how many, first state, first
-        slope)."""
-        found = []
+        """The states as blocks of one order: (order, number of pairs or single states,
+        first state, first slope)."""
+        blocks = []
         for copy in range(2 if self.tangent_states else 1):
             state, slope = copy * self.own, copy * self.own_slopes
-            found.append((2, self.pairs, state, slope))
-            found.append((1, self.singles, state + 2 * self.pairs, slope + self.pairs))
-        return tuple(block for block in found if block[1])
+            blocks.append((2, self.pairs, state, slope))
+            blocks.append((1, self.singles, state + 2 * self.pairs, slope + self.pairs))
+        return tuple(block for block in blocks if block[1])
 
-    # First what follows from the states alone. What the model reads (`stage`,
-    # `stage_time`, `phase`) and writes (`acceleration`): the slopes are accelerations,
-    # but for states of first order.
+    # The rows that depend on the states only come first. The model reads `stage`,
+    # `stage_time` and `phase` and writes `acceleration`: the slopes, which are
+    # accelerations except for states of first order.
     @property
     def stage(self) -> int:
         return 0
@@ -270,10 +272,10 @@ class Rows:
     def phase(self) -> int:
         return self.stage_time + (3 if self.apart else 1)
 
-    # What the observer reads besides: the step goes from (`time`, `start`) to (`time` +
+    # The observer also reads these: the step goes from (`time`, `start`) to (`time` +
     # `step`, `stage`), with the accelerations `start_acceleration` and `acceleration`
-    # at its ends; `moves` is 1.0 where it is accepted, `window` where it is observed,
-    # else 0.0.
+    # at its ends; `moves` is 1.0 where it is accepted, `window` is 1.0 during the
+    # observation, else 0.0.
     @property
     def start(self) -> int:
         return self.phase + 1
@@ -306,7 +308,7 @@ class Rows:
     def window(self) -> int:
         return self.time + 3
 
-    # The kernel's own rows, of which an observer may read `scale` and the tolerance.
+    # The rows of the kernel, of which an observer may read `scale` and the tolerance.
     @property
     def scale(self) -> int:
         """The natural scales of the states."""
@@ -316,7 +318,7 @@ class Rows:
     def control(self) -> int:
         return self.scale + self.states
 
-    # Then what the model has besides: it writes `aux_now` and reads `parameter`.
+    # Further rows of the model, which writes `aux_now` and reads `parameter`.
     @property
     def aux_now(self) -> int:
         return self.control + len(CONTROL)
@@ -325,15 +327,15 @@ class Rows:
     def parameter(self) -> int:
         return self.aux_now + self.aux
 
-    # Then the rows of the observer and those of the stepper. Both begin at multiples,
+    # The rows of the observer and those of the stepper begin at multiples of 64 and 32,
     # so that models which differ by a few numbers share their machine code.
     @property
     def observer(self) -> int:
-        return self.aux_now + _up(self.aux + self.parameters, 64)
+        return self.aux_now + _round_up(self.aux + self.parameters, 64)
 
     @property
     def stepper(self) -> int:
-        return self.observer + _up(self.observed, 32)
+        return self.observer + _round_up(self.observed, 32)
 
     @property
     def total(self) -> int:
@@ -341,33 +343,33 @@ class Rows:
 
     @property
     def used(self) -> int:
-        """How many rows there are without those that are left out."""
-        known = self.aux + self.parameters + self.observed
-        return self.aux_now + known + self.private
+        """How many rows are in use: all but the padding before observer and stepper."""
+        occupied = self.aux + self.parameters + self.observed
+        return self.aux_now + occupied + self.private
 
     @property
     def of_states(self) -> Rows:
-        """The rows without what a tracer never sees: all but those that follow from the
-        states."""
+        """The layout with only the rows that depend on the states, which are all that a
+        tracer reads."""
         return replace(self, aux=0, parameters=0, observed=0, private=0, judged=False)
 
     @property
     def of_observer(self) -> Rows:
-        """The same rows for all layouts between which an observer cannot tell."""
-        room = self.observer - self.parameter
-        return replace(self, parameters=room, private=0, judged=False)
+        """The layout common to all that do not differ for an observer."""
+        padded = self.observer - self.parameter
+        return replace(self, parameters=padded, private=0, judged=False)
 
     @property
     def of_stepper(self) -> Rows:
-        """The same rows for all layouts between which a stepper cannot tell."""
+        """The layout common to all that do not differ for a stepper."""
         return replace(self, aux=0, parameters=0, observed=self.stepper - self.aux_now)
 
 
-def _up(count: int, unit: int) -> int:
+def _round_up(count: int, unit: int) -> int:
     return -(-count // unit) * unit
 
 
-# The kernel's bookkeeping of a lane, one row each.
+# The kernel's control variables of a lane, one row each.
 CONTROL = (
     "proposed",  # the step that the controller proposes [s]
     "mark_time",  # when the next mark is due [s]
@@ -377,9 +379,9 @@ CONTROL = (
     "least_step",  # [s]
     "accepted",  # steps so far
     "rejected",
-    "limit",  # of the tries
+    "limit",  # of accepted and rejected steps together
     "running",  # 1.0 where the lane has a run, else 0.0
-    "attention",  # what the lane wants attention for
+    "attention",  # the reason why the lane needs attention, one of the following
 )
 NOTHING, MARK, NONFINITE, UNDERFLOW, LIMIT = 0.0, 1.0, 2.0, 3.0, 4.0
 RATES = 3  # rows of the function of a contact: its value, slope and second derivative

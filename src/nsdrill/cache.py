@@ -1,12 +1,11 @@
-"""Compiled functions on disk, for the next process: one file a function, a SHA-256 and
-the pickled machine code.
+"""Compiled functions on disk, for the next process: one file per function, with a
+SHA-256 and the pickled machine code.
 
-numba's own files are not checked: an empty or a changed one ends the process in
-whatever way the unpickler or LLVM does. Here nothing is unpickled or loaded that has
-another checksum than it was written with, nor anything that another user may have
-written, since a pickle can run any code. What is wrong with the cache never stops a
-run: the function is compiled anew, and a :class:`CacheWarning` says so, once in a
-process.
+The files of numba's own cache are not verified: a truncated or changed one can crash
+the unpickler or LLVM. Here a file is unpickled and loaded only if its checksum is right
+and no other user can have written it, since a pickle can run any code. A fault of the
+cache never stops a run: the function is compiled again, with one :class:`CacheWarning`
+per process.
 """
 
 from __future__ import annotations
@@ -31,28 +30,28 @@ from numba.core.compiler import CompileResult
 from nsdrill.errors import CacheWarning
 
 _DIGEST = hashlib.sha256().digest_size
-NOWHERE = "<dynamic>"  # what numba calls the module of a function that is in none that is imported
-_told = False
+DYNAMIC_MODULE = "<dynamic>"  # numba's name for the module of a function that no import can find
+_has_warned = False
 
 
 def cache_for(function: Callable[..., Any], digest: str) -> Any:
-    """The cache for the compiled ``function`` of sources with this ``digest``; one that
-    stays empty where there can be none."""
+    """The cache for the compiled ``function`` of sources with this ``digest``; a null
+    cache if there can be none."""
     try:
         folder = cache_directory(digest)
         _make_private(folder)
         return CodeCache(function, folder)
     except (OSError, RuntimeError) as error:
-        _tell_unkept(getattr(error, "filename", None) or "The cache folder", error)
+        _warn_not_cached(getattr(error, "filename", None) or "The cache folder", error)
         return NullCache()
 
 
 def cache_directory(digest: str) -> Path:
     """``$NUMBA_CACHE_DIR`` where set, else the user's cache folder; in it one folder
-    per ``digest`` of the sources. RuntimeError where nothing says which folder is the
-    user's."""
-    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
-        root = Path(chosen)
+    per ``digest`` of the sources. RuntimeError if the user's home folder is
+    unknown."""
+    if configured := os.environ.get("NUMBA_CACHE_DIR"):
+        root = Path(configured)
     elif os.name == "nt":
         root = Path(os.environ.get("LOCALAPPDATA") or Path.home()) / "nsdrill" / "cache"
     else:
@@ -61,20 +60,19 @@ def cache_directory(digest: str) -> Path:
 
 
 class CodeCache(FunctionCache):
-    """What numba asks for the machine code of a function, and gives it to."""
+    """The cache from which numba loads the machine code of a function, and in which it
+    saves it."""
 
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
         self._py_func = function
         self._name = repr(function)
         self._cache_path = str(folder)
-        # of a function made from text
-        made_from = getattr(function, "__globals__", {}).get("__source__")
-        self._source = (
-            made_from.encode() if made_from else Path(inspect.getfile(function)).read_bytes()
-        )
+        # present for functions generated from text
+        text = getattr(function, "__globals__", {}).get("__source__")
+        self._source = text.encode() if text else Path(inspect.getfile(function)).read_bytes()
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled function, or None where it has to be compiled."""
+        """The compiled function, or None if it has to be compiled."""
         target_context.refresh()
         path = self._path(sig, target_context.codegen())
         try:
@@ -87,32 +85,31 @@ class CodeCache(FunctionCache):
         except Exception as error:  # whatever the reason, the function can be compiled
             with suppress(OSError):
                 path.unlink()
-            _tell(
+            _warn(
                 f"{path}: this file of compiled code is not used ({_reason(error)}); the function "
-                f"is compiled anew, "
-                "which takes some seconds. If this comes back, remove the folder and check its "
-                "disk."
+                "is compiled anew, which takes some seconds. If this comes back, remove the folder "
+                "and check its disk."
             )
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep the compiled function ``data``; other processes see a whole file or
+        """Save the compiled function ``data``; other processes see a complete file or
         none."""
         if data.library.has_dynamic_globals:  # addresses of this process
             return
-        if data.fndesc.modname == NOWHERE:  # no other process could find the function
+        if data.fndesc.modname == DYNAMIC_MODULE:  # no other process could find the function
             return
         path = self._path(sig, data.codegen)
         code = serialize.dumps(data._reduce())
         try:
             _write(path, hashlib.sha256(code).digest() + code)
         except OSError as error:
-            _tell_unkept(str(path.parent), error)
+            _warn_not_cached(str(path.parent), error)
 
     def _path(self, sig: Any, codegen: Any) -> Path:
-        """Named after all that decides the machine code: signature, processor, byte
-        code and closure, the Python, the function's own file, and all compiled sources,
-        whose digest is the name of the folder."""
+        """The file, named after all that determines the machine code: signature,
+        processor, byte code and closure, the Python, the function's own file, and all
+        compiled sources, whose digest is the name of the folder."""
         folder = Path(self._cache_path)
         key = (
             repr(
@@ -126,40 +123,40 @@ class CodeCache(FunctionCache):
 
 
 def _make_private(folder: Path) -> None:
-    """Make ``folder``, for its owner alone. OSError where that cannot be, or others may
-    have put something there.
+    """Make ``folder``, for its owner only. OSError if that fails, or if others may have
+    written there.
 
-    Who may write in the folders above can put another one in its place, but none that
+    A user who may write in the parent folders can replace it, but not by a folder that
     belongs to this user.
     """
-    for place in (*reversed(folder.parents), folder):
-        if not place.is_dir():
+    for directory in (*reversed(folder.parents), folder):
+        if not directory.is_dir():
             try:
-                place.mkdir(0o700, exist_ok=True)
+                directory.mkdir(0o700, exist_ok=True)
             except FileExistsError as error:
-                raise NotADirectoryError(0, "it is no folder", str(place)) from error
-    found = folder.stat()
-    if _lax(found) and found.st_uid == os.geteuid():
-        # made with a lax umask; what was put there by others is found file by file
+                raise NotADirectoryError(0, "it is no folder", str(directory)) from error
+    info = folder.stat()
+    if _writable_by_others(info) and info.st_uid == os.geteuid():
+        # made with a permissive umask; files of other users are rejected one by one
         folder.chmod(0o700)
-        found = folder.stat()
-    _check_owner(found, folder)
+        info = folder.stat()
+    _check_owner(info, folder)
 
 
 def _read(path: Path) -> bytes:
-    """The bytes of a file that nobody else may have written, else OSError. Follows no
-    link, waits for no pipe."""
+    """The bytes of a file that no other user may have written, else OSError. Does not
+    follow links or wait for pipes."""
     flags = [getattr(os, name, 0) for name in ("O_NOFOLLOW", "O_NONBLOCK", "O_BINARY")]
     with open(os.open(path, os.O_RDONLY | sum(flags)), "rb") as file:
-        found = os.fstat(file.fileno())
-        if not stat.S_ISREG(found.st_mode):
+        info = os.fstat(file.fileno())
+        if not stat.S_ISREG(info.st_mode):
             raise OSError("it is no file")
-        _check_owner(found, path)
+        _check_owner(info, path)
         return file.read()
 
 
 def _write(path: Path, content: bytes) -> None:
-    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:  # for its owner alone
+    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:  # for its owner only
         try:
             file.write(content)
             file.close()
@@ -170,16 +167,16 @@ def _write(path: Path, content: bytes) -> None:
             raise
 
 
-def _lax(found: os.stat_result) -> bool:
-    return os.name != "nt" and bool(found.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
+def _writable_by_others(info: os.stat_result) -> bool:
+    return os.name != "nt" and bool(info.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
 
 
-def _check_owner(found: os.stat_result, path: Path) -> None:
-    """PermissionError where somebody else than the user or root may have written what
-    is ``found``."""
-    if os.name != "nt" and found.st_uid not in (0, os.geteuid()):
+def _check_owner(info: os.stat_result, path: Path) -> None:
+    """PermissionError if another user than this one or root may have written the file
+    or folder ``path``, whose status is ``info``."""
+    if os.name != "nt" and info.st_uid not in (0, os.geteuid()):
         raise PermissionError(0, "it belongs to another user", str(path))
-    if _lax(found):
+    if _writable_by_others(info):
         raise PermissionError(0, "other users may write it", str(path))
 
 
@@ -188,16 +185,16 @@ def _reason(error: BaseException) -> str:
     return text[:1].lower() + text[1:].rstrip(".")
 
 
-def _tell_unkept(place: str, error: Exception) -> None:
-    _tell(
-        f"{place}: compiled code cannot be kept there ({_reason(error)}), so every run compiles "
-        f"anew, which takes "
-        "some seconds. Mend that, or set NUMBA_CACHE_DIR to another folder that only you may write."
+def _warn_not_cached(directory: str, error: Exception) -> None:
+    _warn(
+        f"{directory}: compiled code cannot be kept there ({_reason(error)}), so every run compiles "
+        "anew, which takes some seconds. Mend that, or set NUMBA_CACHE_DIR to another folder that "
+        "only you may write."
     )
 
 
-def _tell(text: str) -> None:
-    global _told
-    if not _told:
-        _told = True
+def _warn(text: str) -> None:
+    global _has_warned
+    if not _has_warned:
+        _has_warned = True
         warnings.warn(text, CacheWarning, stacklevel=2)

@@ -1,7 +1,7 @@
-"""What a sweep and a simulation give back, in memory: plain arrays with names, in SI
+"""The results of sweeps and simulations in memory: plain arrays with names, in SI
 units.
 
-The file rooms fill and read these, the plots draw them; neither knows the other.
+The store writes and reads them, the plots draw them; neither imports the other.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from nsdrill.errors import InputError
 from nsdrill.variables import Axis, Unknown
 
 Array = np.ndarray[Any, np.dtype[Any]]
-IN_MEMORY = "the results"  # what messages call those that are in no file
-# root attributes: the --set of run, and of classify
+IN_MEMORY = "the results"  # how messages name results that are not in a file
+# root attributes: the changes by --set of run, and of classify
 OVERRIDES, THRESHOLDS = "study_overrides", "classification"
 
 
 def json_text(data: Any, indent: int | None = None) -> str:
-    """JSON of plain data and numpy values; null where a number is not finite, for which
-    JSON has no word."""
+    """JSON of plain data and numpy values; null where a number is not finite, which
+    JSON cannot represent."""
     return json.dumps(_plain(data), indent=indent, allow_nan=False)
 
 
@@ -40,14 +40,13 @@ def _plain(data: Any) -> Any:
 
 
 class LackingVariable(InputError, KeyError):
-    """Results have no variable of this name: they are a part, or were made by a version
-    that did not know it."""
+    """Results have no variable of this name: they are a part of the results, or were
+    made by a version without it."""
 
     def __str__(self) -> str:
         return (
             f"found results without {self.args[0]}; allowed: results that have it. Those of an "
-            f"earlier version do not "
-            "have what this one measures besides: run the study again."
+            "earlier version do not have what this one measures besides: run the study again."
         )
 
 
@@ -57,11 +56,11 @@ class Results:
 
     ``coords`` holds the 1-D coordinates in the order of the dimensions: ``procedure``,
     the axes ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] and those of ``more``,
-    ``start`` where every operating point is started from several states, ``sample`` in
-    its place where numbers are uncertain, then ``peak``, ``crossing``, ``state``;
-    ``variables`` one array per entry of :data:`nsdrill.variables.VARIABLES`, over
-    procedure, axes and start and its own dimension; ``attrs`` the root attributes of
-    the file.
+    ``start`` if every operating point is started from several states, ``sample`` in its
+    place if numbers are uncertain, then ``peak``, ``crossing``, ``state``.
+    ``variables`` has one array for each variable that the model's description lists,
+    over procedure, axes and start and its own dimension; ``attrs`` are the root
+    attributes of the file.
     """
 
     coords: dict[str, Array]
@@ -80,7 +79,8 @@ class Results:
 
     @property
     def axes(self) -> tuple[str, ...]:
-        """The names of the axes: depth, wob, rotary_speed, and what else was swept."""
+        """The names of the axes: depth, wob, rotary_speed, and the others of the
+        sweep."""
         return tuple(name for name in self.grid if name not in ("procedure", "sample", "start"))
 
     @property
@@ -90,14 +90,14 @@ class Results:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """(procedures, values of each axis), and the number of samples or starts where
+        """(procedures, values of each axis), and the number of samples or starts if
         each operating point has several."""
         return tuple(len(self.coords[name]) for name in self.grid)
 
     @property
     def slice(self) -> dict[str, Any]:
-        """Where the starts are a slice, its two states, {state: {from, to, points}} in
-        SI; else empty."""
+        """If the starts are a slice, its two states, {state: {from, to, points}} in SI;
+        else empty."""
         return dict(resolved_study(self.attrs).get("initial", {}).get("slice", {}))
 
     @property
@@ -117,10 +117,9 @@ class Results:
 
 @dataclass
 class Trace:
-    """One trajectory sampled in time: ``time`` [s] and one array [samples] per entry of
-    :data:`nsdrill.variables.TRACE_VARIABLES`; ``attrs`` holds the operating point and
-    what is needed to draw the hole.
-    """
+    """One trajectory sampled in time: ``time`` [s] and one array [samples] for each
+    quantity of a trace that the model's description lists; ``attrs`` holds the
+    operating point and what is needed to draw the hole."""
 
     time: Array
     variables: dict[str, Array]
@@ -131,8 +130,8 @@ class Trace:
 
 
 def frozen_modes(attrs: Mapping[str, Any]) -> tuple[str, ...]:
-    """The motions that the string of a file with the root attributes ``attrs`` does
-    without: of axial, torsional and lateral."""
+    """The motions that are frozen in a file with the root attributes ``attrs``, of
+    axial, torsional and lateral."""
     modes = resolved_study(attrs).get("modes")
     if not isinstance(modes, dict):
         return ()
@@ -142,16 +141,16 @@ def frozen_modes(attrs: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def drive_kind(attrs: Mapping[str, Any]) -> str:
-    """The kind of drive in a file with the root attributes ``attrs``, as a study names
-    it; of a sweep over kinds that of most studies, of which nothing is said."""
+    """The kind of drive in a file with the root attributes ``attrs``, as in the study;
+    for a sweep over kinds "ideal", the kind of most studies."""
     drive = resolved_study(attrs).get("drive")
     kind = _word(attrs, "drive.kind", drive.get("kind")) if isinstance(drive, dict) else None
     return kind if isinstance(kind, str) else "ideal"
 
 
 def _word(attrs: Mapping[str, Any], key: str, own: Any) -> Any:
-    """The word of a choice in a file, ``own`` in its study; None where the sweep has
-    several. A trace says which."""
+    """The word of a choice in a file, ``own`` in its study; None if the sweep has
+    several. The attribute ``at`` of a trace has the one that applies."""
     sweep = resolved_study(attrs).get("sweep")
     if not isinstance(sweep, dict) or key not in sweep:
         return own
@@ -162,7 +161,7 @@ def _word(attrs: Mapping[str, Any], key: str, own: Any) -> Any:
 
 
 def resolved_study(attrs: Mapping[str, Any]) -> dict[str, Any]:
-    """The resolved study in the root attributes ``attrs``; empty where there is none."""
+    """The resolved study in the root attributes ``attrs``; empty if there is none."""
     try:
         found = json.loads(attrs.get("study_resolved") or "{}")
     except (TypeError, ValueError):
@@ -171,15 +170,15 @@ def resolved_study(attrs: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def differences(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[tuple[str, Any, Any]]:
-    """(dotted key, value in ``a``, value in ``b``) where two resolved studies differ;
-    None where a key is missing."""
+    """(dotted key, value in ``a``, value in ``b``) for the keys in which two resolved
+    studies differ; None for a missing key."""
     left, right = dict(flat(a)), dict(flat(b))
     keys = [*left, *(key for key in right if key not in left)]
     return [(key, left.get(key), right.get(key)) for key in keys if left.get(key) != right.get(key)]
 
 
 def flat(study: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """(dotted key, value) of all that stands in a resolved study."""
+    """(dotted key, value) of all entries of a resolved study."""
     for name, value in study.items():
         if isinstance(value, dict):
             yield from flat(value, f"{prefix}{name}.")
@@ -190,7 +189,7 @@ def flat(study: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]
 def overrides(attrs: Mapping[str, Any], *, thresholds: bool = False) -> dict[str, str]:
     """The keys that ``--set`` changed in the study of a file with the root attributes
     ``attrs``, with their values as given; with ``thresholds`` also those that
-    ``nsdrill classify`` changed. Of a key given twice the last value."""
+    ``nsdrill classify`` changed. If a key was given twice, its last value."""
     found: dict[str, str] = {}
     for name in (OVERRIDES, THRESHOLDS) if thresholds else (OVERRIDES,):
         try:

@@ -6,7 +6,7 @@ algorithms (Cody & Waite 1980; fdlibm's kernel polynomials; Cephes' three interv
 the arctangent) with selects instead of branches.
 
 Fused multiply-adds are written out, ``fma(a, b, c)`` for a * b + c in one rounding.
-Were the compiler free to fuse where it likes (the ``contract`` flag), it would choose
+If the compiler were allowed to fuse (the ``contract`` flag), it would do so
 differently for one lane and for eight, and the bits would differ.
 """
 
@@ -20,15 +20,15 @@ from llvmlite import ir
 from numba import config, types
 from numba.extending import intrinsic as numba_intrinsic
 
-from nsdrill.abi import inlined, lasting
+from nsdrill.abi import inlined, with_stable_uuid
 
 # Adding and subtracting this rounds to the nearest whole number in the default rounding
 # mode.
 ROUNDER = 6755399441055744.0  # 1.5 * 2^52
 
-# pi/2 in two parts. A fused multiply-add takes a whole number below 2^20 times the
-# first off the angle without rounding, as what is left is a multiple of 2^-53 and below
-# 1.
+# pi/2 in two parts. A fused multiply-add subtracts a whole number below 2^20 times the
+# first from the angle without rounding, as the remainder is a multiple of 2^-53 and
+# below 1.
 PIO2_HIGH = 1.57079632679489655800e00
 PIO2_LOW = 6.12323399573676603587e-17
 TWO_OVER_PI = 0.63661977236758134308
@@ -36,7 +36,7 @@ TWO_OVER_PI = 0.63661977236758134308
 
 def intrinsic(function: Any) -> Any:
     """An instruction of LLVM, with the identity that the cache needs."""
-    return lasting(numba_intrinsic(function), function.__name__)
+    return with_stable_uuid(numba_intrinsic(function), function.__name__)
 
 
 if config.DISABLE_JIT:
@@ -54,7 +54,7 @@ if config.DISABLE_JIT:
         return a * b + c
 
     def lowest_bit(bits: int) -> int:
-        """The place of the lowest bit that is set; there must be one."""
+        """The position of the lowest bit that is set; there must be one."""
         return (bits & -bits).bit_length() - 1
 
 else:
@@ -88,7 +88,7 @@ else:
 
     @intrinsic
     def lowest_bit(context: Any, bits: Any) -> Any:
-        """The place of the lowest bit that is set; there must be one."""
+        """The position of the lowest bit that is set; there must be one."""
 
         def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
             return builder.cttz(args[0], ir.Constant(ir.IntType(1), 1))
@@ -133,10 +133,10 @@ def sincos(angle: float) -> tuple[float, float]:
 
 @inlined
 def direction_reduced(x: float, unit: float) -> tuple[float, float, float]:
-    """The three intervals of the arctangent: (above, below, base) with (2/pi) atan |x /
-    unit| = base + (2/pi) atan t, where t = above / below is at most tan(pi/8) in size;
-    ``unit`` is positive. The quotient is left to the caller, who may have another
-    division to share."""
+    """The reduction of the arctangent to three intervals: (above, below, base) with
+    (2/pi) atan |x / unit| = base + (2/pi) atan t, where t = above / below is at most
+    tan(pi/8) in size; ``unit`` is positive. The caller divides, as it may combine this
+    with another division."""
     size = abs(x)
     middle = size > 0.41421356237309504880 * unit
     large = size > 2.41421356237309504880 * unit
@@ -149,7 +149,7 @@ def direction_reduced(x: float, unit: float) -> tuple[float, float, float]:
 @inlined
 def direction_joined(x: float, t: float, base: float) -> float:
     """(2/pi) atan from the sign of x and the reduced argument t; a minimax polynomial
-    whose even and odd terms run side by side."""
+    whose even and odd terms are evaluated in parallel."""
     z = t * t
     z2 = z * z
     even = fma(z2, 0.013708989435972764, 0.03629911913777127)
@@ -160,8 +160,8 @@ def direction_joined(x: float, t: float, base: float) -> float:
     odd = fma(z2, odd, -0.09094568139431153)
     even = fma(z2, even, 0.127323954470988)
     odd = fma(z2, odd, -0.21220659078919635)
-    share = fma(t, fma(z, fma(z, even, odd), TWO_OVER_PI), base)
-    return bits_float(float_bits(share) ^ (float_bits(x) & -9223372036854775808))
+    fraction = fma(t, fma(z, fma(z, even, odd), TWO_OVER_PI), base)
+    return bits_float(float_bits(fraction) ^ (float_bits(x) & -9223372036854775808))
 
 
 @inlined
@@ -173,15 +173,15 @@ def direction(x: float) -> float:
 
 @inlined
 def angle_between(x0: float, y0: float, x1: float, y1: float) -> float:
-    """The angle [rad] by which the vector (x0, y0) has to turn to point as (x1, y1)
-    does, between -pi and pi; 0 where both lie on one line, on which no turn has a
-    direction."""
+    """The angle [rad] of the rotation of the vector (x0, y0) to the direction of (x1,
+    y1), between -pi and pi; 0 if the vectors are parallel or antiparallel, where the
+    sense of the rotation is undetermined."""
     cross, dot = fma(x0, y1, -(y0 * x1)), fma(x0, x1, y0 * y1)
     above, below, base = direction_reduced(cross, max(abs(dot), 1e-300))
     quarters = direction_joined(cross, above / below, base)
     back = (-2.0 if cross < 0.0 else 2.0) - quarters
-    turned = back if dot < 0.0 else quarters
-    return 1.57079632679489661923 * (0.0 if cross == 0.0 else turned)
+    angle_in_quarters = back if dot < 0.0 else quarters
+    return 1.57079632679489661923 * (0.0 if cross == 0.0 else angle_in_quarters)
 
 
 @inlined
@@ -222,8 +222,8 @@ def exp2(x: float) -> float:
 
 @inlined
 def expm1(x: float) -> float:
-    """e to the power x, less 1, of x at most 0 and at least -700 (less is taken for
-    that), to 2 ulp.
+    """e to the power x, minus 1, for x at most 0, to 2 ulp. Values below -700 are
+    replaced by -700.
 
     With x = n ln 2 + r, |r| at most (ln 2)/2, e^x - 1 = 2^n (e^r - 1) + (2^n - 1), so
     nothing cancels near 0. ln 2 is in two parts, as pi/2 for the sine; the Taylor

@@ -1,8 +1,8 @@
-"""Errors made for people. Every one says what was found, where, what is allowed and
-what to do.
+"""Errors for users. Each message says what was found, where, what is allowed and what
+to do.
 
-The command line turns them into one paragraph on stderr and the exit code of the class;
-a traceback is a bug.
+The command line prints them as one paragraph on stderr and ends with the exit code of
+the class; a traceback is a bug.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 
 def printable(text: str) -> str:
-    """``text`` with what cannot be shown, control characters and lone surrogates, as
-    escapes; a byte of a file name that is not UTF-8 as that byte."""
+    """``text`` with escapes for unprintable characters, such as control characters and
+    lone surrogates; a byte of a file name that is not UTF-8 as that byte."""
     if text.isprintable():
         return text
     return "".join(char if char.isprintable() else _escape(char) for char in text)
@@ -24,8 +24,8 @@ def _escape(char: str) -> str:
 
 
 class NsdrillError(Exception):
-    """The run failed, and not through the input: a full disk, a dead worker (exit code
-    1)."""
+    """The run failed for a reason other than its input, such as a full disk or a dead
+    worker (exit code 1)."""
 
     exit_code = 1
 
@@ -41,26 +41,26 @@ class InputError(NsdrillError):
 
 
 class FileError(InputError):
-    """A file that cannot be used as asked: missing, damaged, of another program,
-    already there."""
+    """A file that cannot be used as requested: missing, damaged, of another program, or
+    already existing."""
 
 
 class CacheWarning(UserWarning):
-    """Compiled code cannot be kept, or what was kept is not used. A run takes longer;
-    its numbers are the same."""
+    """Compiled code cannot be cached, or cached code is not used. A run takes longer;
+    its results are the same."""
 
 
 class RunWarning(UserWarning):
-    """A run that was asked for from Python is not all that it might be: points failed,
-    or the run ended early, or not in the state that it ended in before."""
+    """About a run from Python: points failed, or the run ended early, or in another
+    state than it did before."""
 
 
 @dataclass(frozen=True)
 class Fault:
-    """One thing wrong with a study file.
+    """One error in a study file.
 
-    ``line`` and ``column`` count from 1 and are None where the fault has no place (a
-    ``--set`` value, a missing file). ``key`` is the dotted path,
+    ``line`` and ``column`` count from 1 and are None if the fault has no place in the
+    file (a ``--set`` value, a missing file). ``key`` is the dotted path, such as
     ``well.friction.static``.
     """
 
@@ -73,7 +73,7 @@ class Fault:
 
 
 class StudyError(InputError):
-    """All the faults found in one study, in the order in which they stand in the file."""
+    """All faults of one study, in the order of the file."""
 
     def __init__(self, source: str, faults: list[Fault]) -> None:
         self.source = source

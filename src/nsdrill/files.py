@@ -1,10 +1,10 @@
-"""Files that are there whole or not at all: written under a temporary name, synced,
-then renamed.
+"""Files that are complete or absent: written under a temporary name, synced, then
+renamed.
 
-A temporary file is new, has a random name, and is locked while it is written. So
-whoever comes later can tell one that a killed process left, which is removed, from one
-that a living process writes. Numbers of processes cannot tell: every container has a
-process 1.
+A temporary file is new, has a random name, and is locked while it is written. So a
+later process can distinguish a file left by a killed process, which is removed, from
+one that a living process is writing. Process numbers do not allow that: every container
+has a process 1.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from typing import Self
 from nsdrill import interrupt
 from nsdrill.errors import FileError, InputError, NsdrillError
 
-_NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS, errno.EBADF)
-_FOLDER_SECONDS = 2.0  # to wait for others who begin a file in the same folder
+_LOCKS_UNSUPPORTED = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS, errno.EBADF)
+_FOLDER_LOCK_SECONDS = 2.0  # to wait for others that create a file in the same folder
 
 
 class Temporary:
-    """A new, empty, locked file beside ``target``; with ``with`` it is removed unless
-    it got that name.
+    """A new, empty, locked file beside ``target``. As a context manager it is removed
+    at the end, unless it has taken the name of the target.
 
     FileError if another process or thread is writing ``target`` in the same way,
     OSError if the disk refuses.
@@ -40,13 +40,13 @@ class Temporary:
         self.path = target.with_name(f".{target.name}.tmp-{secrets.token_hex(4)}")
         self.file: io.FileIO
         try:
-            _in_turn(target.parent, self._begin)
+            _exclusively(target.parent, self._begin)
         except BaseException:
             self.remove()
             raise
 
     def _begin(self) -> None:
-        if _clear(self.target):
+        if _remove_leftovers(self.target):
             raise FileError(
                 f"{self.target}: another process is writing this file now. Wait for it, or choose "
                 f"another -o."
@@ -56,12 +56,12 @@ class Temporary:
         lock(self.file, self.target)
 
     def replace(self) -> None:
-        """Take the name of the target, in place of what has it."""
+        """Take the name of the target, replacing an existing file."""
         os.replace(self.path, self.target)
         interrupt.doomed.discard(str(self.path))
 
     def publish(self) -> None:
-        """Take the name of the target; FileExistsError if that is taken."""
+        """Take the name of the target; FileExistsError if that exists."""
         try:
             os.link(self.path, self.target)
         except OSError as error:
@@ -74,13 +74,13 @@ class Temporary:
                 ) from error
             os.rename(self.path, self.target)
         else:
-            # whoever looked meanwhile saw it to be the target, and removed it
+            # another process may have removed it meanwhile, as a link to the target
             with suppress(FileNotFoundError):
                 os.unlink(self.path)
         interrupt.doomed.discard(str(self.path))
 
     def remove(self) -> None:
-        """Close the file, which ends its lock, and remove it where it still has its
+        """Close the file, which releases its lock, and remove it if it still has its
         temporary name."""
         if str(self.path) in interrupt.doomed:
             with suppress(OSError):
@@ -103,14 +103,14 @@ def replacing(
     *,
     overwrite: bool = True,
 ) -> Iterator[Path]:
-    """Yield the name of an empty file in the folder of ``path``; what is written there
-    takes the name ``path`` at the end. A ``path`` that is a link stays one, and its
-    target is replaced.
+    """Yield the name of an empty file in the folder of ``path``, which is renamed to
+    ``path`` at the end. If ``path`` is a link, it stays one, and its target is
+    replaced.
 
-    Whatever goes wrong, ``path`` is untouched and the temporary file is removed.
-    FileError if another process or thread is writing ``path``, or, without
-    ``overwrite``, if it has come into being meanwhile. Errors of the system, of a full
-    disk say, become NsdrillError that ends with ``remedy``.
+    After any error ``path`` is unchanged and the temporary file is removed. FileError
+    if another process or thread is writing ``path``, or, without ``overwrite``, if it
+    has been created meanwhile. System errors, such as a full disk, become an
+    NsdrillError whose message ends with ``remedy``.
     """
     target = Path(os.path.realpath(path))
     try:
@@ -126,7 +126,7 @@ def replacing(
     except FileExistsError as error:
         raise FileError(
             f"{path}: another process has just made this file. Choose another name, or replace it "
-            f"by --overwrite."
+            "by --overwrite."
         ) from error
     except (OSError, RuntimeError) as error:  # h5py reports a failed flush as either
         raise NsdrillError(
@@ -143,35 +143,35 @@ def write_text(path: str | os.PathLike[str], text: str, *, overwrite: bool = Tru
 def sweep_away(target: Path) -> None:
     """Remove the temporary files of ``target`` that killed processes left."""
     with suppress(OSError):
-        _in_turn(target.parent, lambda: _clear(target))
+        _exclusively(target.parent, lambda: _remove_leftovers(target))
 
 
 def lock(file: io.FileIO, path: Path) -> None:
-    """Lock the open ``file`` until it is closed or the process ends, however it ends;
-    FileError, about ``path``, where another process or thread has the lock."""
+    """Lock the open ``file`` until it is closed or the process ends in any way;
+    FileError, about ``path``, if another process or thread has the lock."""
     try:
-        _flock(file.fileno())
+        _try_lock(file.fileno())
     except BlockingIOError as error:
         raise FileError(
             f"{path}: another process is writing these results now. Wait for it, stop it, or "
             f"choose another -o."
         ) from error
     except OSError as error:
-        # Some cluster file systems have no locks: better a run without one than no run.
-        if error.errno not in _NO_LOCKS:
+        # Some cluster file systems have no locks: the run then continues without one.
+        if error.errno not in _LOCKS_UNSUPPORTED:
             raise
-    if os.fstat(file.fileno()).st_nlink == 0:  # its name went away between opening and locking
+    if os.fstat(file.fileno()).st_nlink == 0:  # removed between opening and locking
         raise FileError(
             f"{path}: another process has just begun anew with these results. Try again."
         )
 
 
 def open_plain(path: str | os.PathLike[str], mode: str) -> io.FileIO:
-    """Open a file that is there, without waiting where it is a pipe; OSError where it
-    is a link and may be written."""
-    more = os.O_NONBLOCK | (os.O_NOFOLLOW if "+" in mode else 0)
+    """Open an existing file, without waiting if it is a pipe. OSError if it is a link
+    and is opened for writing."""
+    extra_flags = os.O_NONBLOCK | (os.O_NOFOLLOW if "+" in mode else 0)
     try:
-        return io.FileIO(path, mode, opener=lambda name, flags: os.open(name, flags | more))
+        return io.FileIO(path, mode, opener=lambda name, flags: os.open(name, flags | extra_flags))
     except OSError as error:
         if error.errno == errno.ELOOP and os.path.islink(path):
             raise OSError(errno.ELOOP, "it is a link, which is not followed here") from error
@@ -179,7 +179,7 @@ def open_plain(path: str | os.PathLike[str], mode: str) -> io.FileIO:
 
 
 def sync_folder(folder: Path) -> None:
-    """Make a new name in ``folder`` last through a crash."""
+    """Sync ``folder``, so that a new name in it survives a crash."""
     fd = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(fd)
@@ -190,7 +190,8 @@ def sync_folder(folder: Path) -> None:
 
 
 def check_room(path: Path, size: int) -> None:
-    """OSError now rather than hours later if the disk cannot hold the finished log."""
+    """OSError if the disk has no room for the finished log of ``size`` bytes, rather
+    than hours later."""
     disk = os.statvfs(path.parent)
     free = disk.f_bavail * disk.f_frsize
     if free < size:
@@ -200,12 +201,12 @@ def check_room(path: Path, size: int) -> None:
 
 
 def amount(size: float) -> str:
-    """A number of bytes in words."""
+    """A number of bytes as text."""
     return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"
 
 
 def write_at(fd: int, data: bytes | memoryview, position: int) -> None:
-    """Write all of ``data`` at ``position``; a short write goes on where it stopped."""
+    """Write all of ``data`` at ``position``, in several writes if necessary."""
     view = memoryview(data)
     while len(view):
         written = os.pwrite(fd, view, position)
@@ -213,25 +214,25 @@ def write_at(fd: int, data: bytes | memoryview, position: int) -> None:
 
 
 def reason(error: BaseException) -> str:
-    """What the system said, to be put in a sentence."""
+    """The system's message, as part of a sentence."""
     text = getattr(error, "strerror", None) or str(error)
     return text[:1].lower() + text[1:]
 
 
-def _clear(target: Path) -> bool:
-    """Remove what killed processes left of ``target``; whether a living one is writing
-    it."""
+def _remove_leftovers(target: Path) -> bool:
+    """Remove the temporary files of ``target`` that killed processes left, and return
+    whether a living process is writing it."""
     name, busy = re.compile(re.escape(f".{target.name}.tmp-") + "[0-9a-f]+"), False
     for leftover in os.scandir(target.parent):
         if not name.fullmatch(leftover.name) or not leftover.is_file(follow_symlinks=False):
             continue
-        # OSError: of others, or gone
+        # OSError: the file belongs to another user, or was removed
         with suppress(OSError), open_plain(leftover.path, "r+") as file:
             try:
-                # Of a process killed while its file had both names, it is the target
-                # itself, which may be locked.
+                # If a process was killed while its file had both names, this is the
+                # target itself, which may be locked.
                 if not (target.exists() and os.path.samefile(leftover.path, target)):
-                    _flock(file.fileno())
+                    _try_lock(file.fileno())
             except BlockingIOError:
                 busy = True
             else:
@@ -239,12 +240,12 @@ def _clear(target: Path) -> bool:
     return busy
 
 
-def _in_turn(folder: Path, work: Callable[[], object]) -> None:
-    """Do ``work`` alone, of all that begin a file in ``folder``. Where its lock cannot
-    be had, do it all the same.
+def _exclusively(folder: Path, work: Callable[[], object]) -> None:
+    """Do ``work`` while no other process creates a file in ``folder``, or without that
+    guarantee if the folder cannot be locked.
 
-    The closing follows without a call in between, in the same function, so that no
-    interrupt can keep the lock.
+    The folder is closed in the same function without a call in between, so that an
+    interrupt cannot leave it locked.
     """
     fd = -1
     try:
@@ -257,17 +258,17 @@ def _in_turn(folder: Path, work: Callable[[], object]) -> None:
 
 
 def _wait_for_lock(fd: int) -> None:
-    until = time.monotonic() + _FOLDER_SECONDS
+    until = time.monotonic() + _FOLDER_LOCK_SECONDS
     while time.monotonic() < until:
         try:
-            return _flock(fd)
+            return _try_lock(fd)
         except BlockingIOError:
             time.sleep(0.01)
         except OSError:
             return
 
 
-def _flock(fd: int) -> None:
+def _try_lock(fd: int) -> None:
     import fcntl  # not on Windows, where finished files can still be read
 
     fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)

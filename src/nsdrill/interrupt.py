@@ -1,14 +1,15 @@
-"""A request to end: SIGINT, SIGTERM and SIGHUP as a flag, never as an exception out of
-nowhere.
+"""Requests to end: SIGINT, SIGTERM and SIGHUP set a flag and raise no exception in the
+handler.
 
-An exception from a signal handler comes up in any line, in finalizers and callbacks of
-libraries too, where it is lost. So the handlers do nothing, and a thread receives the
-signals. Work that has something in hand looks at the flag at places where it can be
-left (:func:`heeded`, :func:`look`). All other work is ended at once, also inside a
-library that does not return for long: the files of nsdrill survive that at any moment.
+An exception from a signal handler can be raised in any line, also in finalizers and
+callbacks of libraries, where it is lost. So the handlers do nothing, and a thread
+receives the signals. Work with unsaved results checks the flag where it can be
+interrupted (:func:`heeded`, :func:`look`). All other work is ended at once, also inside
+a library call that does not return for a long time: the files of nsdrill are safe at
+any moment.
 
-Only the command line calls :func:`listen`. From Python no flag is ever set, and a
-KeyboardInterrupt is what it is everywhere.
+Only the command line calls :func:`listen`. In use from Python the flag is never set,
+and KeyboardInterrupt works as usual.
 """
 
 from __future__ import annotations
@@ -27,118 +28,118 @@ SIGNALS = [
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
 ]
 EXIT_CODE = 130
-PATIENCE = 10.0  # seconds that work which heeds the flag has to save what it has in hand
-# seconds after which a second signal is one of impatience; batch systems send the same
-# one twice
-AGAIN = 1.0
+PATIENCE = 10.0  # seconds that work which checks the flag has for saving its results
+# Seconds after which a second signal ends the process at once; before, it may be the
+# same request, as batch systems send a signal twice.
+SECOND_SIGNAL_SECONDS = 1.0
 NOTHING = "Interrupted; nothing was written."
 COMPLETE = "Interrupted, but the file was already complete."
 
 doomed: set[str] = set()
-"""Names of unfinished files, which are removed if the process ends at once."""
+"""Names of unfinished files, which are removed if the process is ended at once."""
 
 
 class _State:
-    """What the main thread and the one that waits for signals tell each other."""
+    """What the main thread and the thread that waits for signals share."""
 
     def __init__(self) -> None:
-        self.pipe: int | None = None  # its end for writing, while signals are heard
-        self.asked = self.heeded = self.settled = self.ending = False
-        self.told: Callable[[], str] = lambda: NOTHING
+        self.pipe: int | None = None  # its write end, while signals are received
+        self.end_requested = self.cooperative = self.settled = self.ending = False
+        self.end_message: Callable[[], str] = lambda: NOTHING
 
 
 _state = _State()
-_last = threading.Lock()  # who has it may end the process, or finish a file
+_end_lock = threading.Lock()  # held to end the process, or to complete a file
 
 
 def look() -> None:
-    """KeyboardInterrupt if the end was asked for."""
-    if _state.asked and not _state.settled:
+    """KeyboardInterrupt if the process is to end."""
+    if _state.end_requested and not _state.settled:
         raise KeyboardInterrupt
 
 
 def asked() -> bool:
-    """Whether a signal asked for the end."""
-    return _state.asked
+    """Whether a signal requested the end of the process."""
+    return _state.end_requested
 
 
 @contextmanager
 def heeded() -> Iterator[None]:
-    """Work that calls :func:`look` several times a second, and saves what it has in
-    hand when that raises; also within other such work."""
-    before, _state.heeded = _state.heeded, True
+    """For work that calls :func:`look` several times a second and saves its results
+    when that raises. Contexts may be nested."""
+    previous, _state.cooperative = _state.cooperative, True
     try:
         yield
         look()
     finally:
-        _state.heeded = before
+        _state.cooperative = previous
 
 
 @contextmanager
-def telling(words: Callable[[], str]) -> Iterator[None]:
-    """What to say where work in here is ended at once. ``words`` is called in another
-    thread."""
-    before, _state.told = _state.told, words
+def telling(message: Callable[[], str]) -> Iterator[None]:
+    """For work that is ended at once: ``message`` returns what to print then. It is
+    called in another thread."""
+    previous, _state.end_message = _state.end_message, message
     try:
         yield
     finally:
-        _state.told = before
+        _state.end_message = previous
 
 
 @contextmanager
 def settling() -> Iterator[None]:
-    """A step with which the work is done: an interrupt comes before it, or the command
-    ends as if there was none."""
+    """For the step that completes the work: an interrupt before it raises, and one
+    during or after it has no effect on the command."""
     look()
-    with _last:
+    with _end_lock:
         yield
         _state.settled = True
 
 
 def listen() -> None:
-    """Hear signals from now on. A SIGHUP that is ignored (nohup) stays ignored. The
-    others do not: a shell starts background jobs deaf to SIGINT, and a supervisor deaf
-    to SIGTERM makes its children so, but a signal that is sent to this process is
-    meant. Does nothing outside of the main thread."""
+    """Receive signals from now on. An ignored SIGHUP (nohup) stays ignored. The others
+    do not: a shell starts background jobs with SIGINT ignored, and children of a
+    supervisor that ignores SIGTERM inherit that, but a signal sent to this process is
+    intended. Does nothing outside the main thread."""
     if _state.pipe is not None or threading.current_thread() is not threading.main_thread():
         return
-    reader, writer = map(_above_the_standard_streams, os.pipe())
+    reader, writer = map(_above_standard_streams, os.pipe())
     os.set_blocking(reader, False)
     os.set_blocking(writer, False)
     _state.pipe = writer
-    _state.asked = _state.settled = False
+    _state.end_requested = _state.settled = False
     signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
-    threading.Thread(target=_wait, args=(reader,), daemon=True).start()
+    threading.Thread(target=_end_on_signal, args=(reader,), daemon=True).start()
     for number in SIGNALS:
         if (
             number != getattr(signal, "SIGHUP", None)
             or signal.getsignal(number) is not signal.SIG_IGN
         ):
             signal.signal(number, lambda number, frame: None)
-            # libraries go on as if nothing was, until the thread has its turn
+            # interrupted system calls of libraries are restarted
             signal.siginterrupt(number, False)
 
 
 def give_way() -> None:
-    """Return, but not while the process is being ended: what fails then, for want of a
-    file say, is not to be told."""
+    """Return, but not while the process is being ended: an error in that time, such as
+    a missing file, is not to be reported."""
     while _state.ending:
         time.sleep(1.0)
 
 
-def _above_the_standard_streams(end: int) -> int:
-    """An end of a pipe under a number that is no standard stream's, which may have been
-    free."""
+def _above_standard_streams(end: int) -> int:
+    """An end of a pipe with a file descriptor above those of the standard streams,
+    which may have been closed."""
     if end > 2:
         return end
-    moved = fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 3)
+    duplicate = fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 3)
     os.close(end)
-    return moved
+    return duplicate
 
 
 def decided() -> None:
-    """The exit code is settled: signals are ignored until the interpreter is gone,
-    which takes a moment."""
+    """Call when the exit code is known: signals are ignored until the interpreter has
+    exited."""
     give_way()
     if _state.pipe is None or threading.current_thread() is not threading.main_thread():
         return
@@ -150,8 +151,8 @@ def decided() -> None:
 
 
 def end(message: str) -> NoReturn:
-    """Say ``message`` and end the process, whatever its threads are doing."""
-    _last.acquire(timeout=PATIENCE)
+    """Print ``message`` and end the process, whatever its threads are doing."""
+    _end_lock.acquire(timeout=PATIENCE)
     _end(message)
 
 
@@ -161,35 +162,38 @@ def _end(message: str) -> NoReturn:
         with suppress(OSError):
             os.unlink(name)
     with suppress(OSError):
-        shown = "\r\x1b[K\x1b[?25h" if os.isatty(2) else ""  # a progress bar hides the cursor
-        os.write(2, f"{shown}{message}\n".encode(errors="replace"))
+        show_cursor = "\r\x1b[K\x1b[?25h" if os.isatty(2) else ""  # a progress bar hides the cursor
+        os.write(2, f"{show_cursor}{message}\n".encode(errors="replace"))
     os._exit(EXIT_CODE)
 
 
-def _wait(reader: int) -> None:
-    """The thread: wait for a signal, and see to it that the process ends."""
+def _end_on_signal(reader: int) -> None:
+    """The thread's function: wait for a signal, and make sure that the process ends."""
     try:
-        if not _heard(reader, None):
+        if not _signal_arrived(reader, None):
             return
-        _state.asked = True
-        _last.acquire(timeout=PATIENCE)
-        if _state.heeded or _state.settled:
-            _last.release()
-            time.sleep(AGAIN)
-            if _heard(reader, 0.0) is None or _heard(reader, PATIENCE - AGAIN) is None:
+        _state.end_requested = True
+        _end_lock.acquire(timeout=PATIENCE)
+        if _state.cooperative or _state.settled:
+            _end_lock.release()
+            time.sleep(SECOND_SIGNAL_SECONDS)
+            if (
+                _signal_arrived(reader, 0.0) is None
+                or _signal_arrived(reader, PATIENCE - SECOND_SIGNAL_SECONDS) is None
+            ):
                 return
-            _last.acquire(timeout=PATIENCE)
+            _end_lock.acquire(timeout=PATIENCE)
         try:
-            message = COMPLETE if _state.settled else _state.told()
-        except Exception:  # of half-made things
+            message = COMPLETE if _state.settled else _state.end_message()
+        except Exception:  # the message may use objects under construction
             message = "Interrupted."
         _end(message)
     finally:
         os.close(reader)
 
 
-def _heard(reader: int, seconds: float | None) -> bool | None:
-    """Whether a signal came within these seconds; None where the command has ended."""
+def _signal_arrived(reader: int, seconds: float | None) -> bool | None:
+    """Whether a signal arrived within these seconds; None if the command has ended."""
     if not select.select([reader], [], [], seconds)[0]:
         return False
     return True if os.read(reader, 4096) else None

@@ -1,4 +1,4 @@
-"""Names of a room that are imported when they are first used."""
+"""Names of a package that are imported when they are first used."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from importlib import import_module
 from typing import Any
 
 
-def late(room: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
-    """The ``__getattr__`` of the module ``room``: ``homes`` says in which module each
-    of its names stands."""
+def late(module: str, modules: Mapping[str, str]) -> Callable[[str], Any]:
+    """The ``__getattr__`` of ``module``, which imports each name from the module that
+    ``modules`` has for it."""
 
-    def find(name: str) -> Any:
-        if name in homes:
-            return getattr(import_module(homes[name]), name)
-        raise AttributeError(f"module {room!r} has no attribute {name!r}")
+    def lookup(name: str) -> Any:
+        if name in modules:
+            return getattr(import_module(modules[name]), name)
+        raise AttributeError(f"module {module!r} has no attribute {name!r}")
 
-    return find
+    return lookup

@@ -1,5 +1,5 @@
-"""How far a run is, for people: a bar in a terminal or a notebook, a line now and then
-elsewhere, or a callable."""
+"""The progress of a run: a bar in a terminal or a notebook, else lines at intervals, or
+calls of a function."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ Watch = Callable[["Counts"], None]
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is: points ``done`` of ``total`` so far, those of earlier sessions
-    among them, and how many of them ``failed``; the ``seconds_left`` [s] at the pace of
-    this session, None before the first point; and, where the run takes several passes,
-    in ``note`` the present one. ``total`` grows where a map is refined or points are
+    """The progress of a run: points ``done`` of ``total``, including those of earlier
+    sessions, and how many of them ``failed``; the ``seconds_left`` [s] at the rate of
+    this session, None before the first point; and, if the run has several stages, the
+    present one in ``note``. ``total`` grows if a map is refined or points are
     checked."""
 
     done: int
@@ -39,37 +39,37 @@ class Progress:
 
 @contextmanager
 def reporting(progress: bool | Callable[[Progress], object]) -> Iterator[Watch]:
-    """The function that the run calls; what it is told goes to stderr, to the callable
-    ``progress``, or nowhere where that is False."""
+    """The function that the run calls with its counts. It prints to stderr, or calls
+    ``progress`` if that is a function, or does nothing if that is False."""
     if progress is False:
         yield lambda counts: None
     elif progress is not True:
         if not callable(progress):
             raise InputError(
                 f"progress: found {progress!r}; allowed: True, False, or a function "
-                f"of one argument."
+                "of one argument."
             )
-        begun, report = time.monotonic(), progress
+        started, callback = time.monotonic(), progress
 
-        def tell(counts: Counts) -> None:
-            report(_record(counts, time.monotonic() - begun))
+        def forward(counts: Counts) -> None:
+            callback(_record(counts, time.monotonic() - started))
 
-        yield tell
+        yield forward
     else:
         from rich.console import Console
 
         console = Console(stderr=True)
         # In a notebook a bar is a widget.
         if find_spec("ipywidgets") if console.is_jupyter else console.is_terminal:
-            with _bar(console) as watch:
-                yield watch
+            with _bar(console) as update:
+                yield update
         else:
             yield _lines()
 
 
 def pace(done: int, left: int, seconds: float) -> str:
-    """Points per second, and the time that the rest takes. Points of an earlier session
-    do not count as fast ones."""
+    """The rate, and the time for the remaining points, as text; from the points
+    ``done`` in ``seconds`` of this session and the points ``left``."""
     if done == 0 or seconds <= 0:
         return "starting"
     rate = done / seconds
@@ -110,9 +110,9 @@ def _bar(console: Console) -> Iterator[Watch]:
     )
     with Bar(*columns, console=console, transient=True) as bar:
         task = bar.add_task("points", total=None, pace="starting", failures="", note="")
-        begun = time.monotonic()
+        started = time.monotonic()
 
-        def watch(counts: Counts) -> None:
+        def update(counts: Counts) -> None:
             failures = f"[red]{counts.failed} failed[/red]" if counts.failed else ""
             bar.update(
                 task,
@@ -120,29 +120,29 @@ def _bar(console: Console) -> Iterator[Watch]:
                 completed=counts.before + counts.done,
                 failures=failures,
                 note=counts.note,
-                pace=_pace(counts, time.monotonic() - begun),
+                pace=_pace(counts, time.monotonic() - started),
             )
 
-        yield watch
+        yield update
 
 
 def _lines() -> Watch:
-    """A line every :data:`LINE_SECONDS`; a run that is shorter says nothing."""
-    begun = said = time.monotonic()
+    """A line every :data:`LINE_SECONDS`; none in a shorter run."""
+    started = printed = time.monotonic()
 
-    def watch(counts: Counts) -> None:
-        nonlocal said
+    def update(counts: Counts) -> None:
+        nonlocal printed
         now = time.monotonic()
-        if now - said < LINE_SECONDS:
+        if now - printed < LINE_SECONDS:
             return
-        said = now
+        printed = now
         failed = f", {counts.failed} failed" if counts.failed else ""
         note = f" ({counts.note})" if counts.note else ""
         print(
             f"{counts.before + counts.done} of {counts.total} points{failed}; "
-            f"{_pace(counts, now - begun)}{note}",
+            f"{_pace(counts, now - started)}{note}",
             file=sys.stderr,
             flush=True,
         )
 
-    return watch
+    return update

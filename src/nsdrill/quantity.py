@@ -1,7 +1,7 @@
-"""Every quantity that is shown, once: its words, its SI units, and the units in which
-people see it.
+"""Every quantity that is displayed, defined once: its words, its SI units, and the
+units in which it is displayed.
 
-The names, long names and SI units of what files hold come from
+The names, long names and SI units of the variables in files come from
 :mod:`nsdrill.variables`, those of the numbers of a study from its parameters. Pictures,
 tables, messages and exports take words and units from here.
 """
@@ -17,10 +17,10 @@ from nsdrill.units import from_si, plain_units, readable, to_si
 from nsdrill.variables import AXES, COORDINATES, dimension_of
 
 SYSTEMS = ("si", "field")
-LONG = 3.0  # m, from which a length is told in feet, not in inches
+LONG = 3.0  # m, from which a length is given in feet, not in inches
 
-# SI units -> those shown in SI, as engineers write it, and in field units; both as
-# nsdrill.units reads them.
+# SI units -> units of display in SI, as engineers write them, and in field units; both
+# as nsdrill.units reads them.
 SHOWN: dict[str, tuple[str, str]] = {
     "m": ("mm", "in"),
     "N": ("kN", "klbf"),
@@ -47,7 +47,7 @@ _SHOWN_OF_NAME = {
     "rate_of_penetration": ("m/h", "ft/h"),
     "mechanical_specific_energy": ("MPa", "ksi"),
 }
-# Where people write a unit in another way than a study does.
+# The written form of a unit, where it differs from that in a study.
 _SIGNS = {
     "kN*m": "kN m",
     "kft*lbf": "kft-lbf",
@@ -59,9 +59,10 @@ _SIGNS = {
     "percent": "%",
 }
 
-# In a sentence, where the long name of a file is too long.
+# Words in a sentence, where the long name in files is too long.
 _WORDS = {"depth": "depth", "wob": "weight on bit", "rotary_speed": "speed"}
-# On pictures, likewise, or where field practice has a better one.
+# Labels on pictures, where the long name is too long or field practice has a better
+# one.
 _LABELS = {
     "depth": "Measured depth",
     "wob": "Weight on bit",
@@ -117,11 +118,11 @@ _LABELS = {
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity by its ``name`` in files and studies: ``long_name``, as files say it;
+    """A quantity by its ``name`` in files and studies: ``long_name``, as in files;
     ``words`` for a sentence; ``label`` for the axis of a picture; its SI ``units`` as a
-    study writes them, "" for a plain number; and in ``shown`` the units in which people
-    see it in SI and in field units, as :mod:`nsdrill.units` reads them. ``choice`` is
-    the key of a choice, "" of a number."""
+    study writes them, "" for a plain number; and in ``shown`` the units of display in
+    SI and in field units, as :mod:`nsdrill.units` reads them. ``choice`` is the key of
+    a choice, "" for a number."""
 
     name: str
     long_name: str
@@ -133,18 +134,17 @@ class Quantity:
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """The words of a choice, whose places among them are its values; () of a
-        number."""
+        """The words of a choice, whose values are their indices; () for a number."""
         return words_of(self.choice) if self.choice else ()
 
     def unit(self, system: str) -> str:
-        """The unit in which people see it in the ``system``, "si" or "field"; "" for a
-        plain number."""
+        """The unit of display in the ``system``, "si" or "field"; "" for a plain
+        number."""
         return self.shown[SYSTEMS.index(system)]
 
     def text(self, value: float, system: str, digits: int = 6) -> str:
-        """An SI ``value`` with its unit, in one in which it is neither large nor small
-        where there is a choice; of a choice its word."""
+        """An SI ``value`` with its unit, chosen so that the number is neither large nor
+        small; for a choice its word."""
         if self.choices:
             return self.choices[int(value)]
         if system == "si" and self.name not in (*AXES, *_SHOWN_OF_NAME):
@@ -154,8 +154,8 @@ class Quantity:
 
 
 def amount(value: float, unit: str, digits: int = 6) -> str:
-    """An SI ``value`` in ``unit``, to so many digits or to the last one before the
-    point: ``16404.2 ft``."""
+    """An SI ``value`` in ``unit``, with so many digits or all before the point:
+    ``16404.2 ft``."""
     if unit in ("", "percent"):
         return f"{value:.{digits}g} {sign(unit)}".strip()
     number = from_si(value, unit)
@@ -166,14 +166,14 @@ def amount(value: float, unit: str, digits: int = 6) -> str:
 
 
 def sign(unit: str) -> str:
-    """A unit as people write it: ``kft-lbf`` for ``kft*lbf``."""
+    """The written form of a unit: ``kft-lbf`` for ``kft*lbf``."""
     return _SIGNS.get(unit, unit)
 
 
 def in_system(value: float, units: str, system: str) -> tuple[float, str]:
-    """An SI ``value`` for programs, and its unit: in SI as it is, in field units as
-    people see it. ``units`` are SI, as a study or as the attributes of a file write
-    them."""
+    """An SI ``value`` for programs, and its unit: in SI as it is, in field units in
+    that of display. ``units`` are SI, as in a study or in the attributes of a
+    file."""
     unit = unit_in(units, system)
     return (value, units) if unit is None else (from_si(value, unit), unit)
 
@@ -185,42 +185,46 @@ def unit_in(units: str, system: str) -> str | None:
 
 
 def shown_scale(unit: str, units: str) -> float:
-    """How many SI ``units`` one ``unit`` is."""
+    """The size of one ``unit`` in SI ``units``."""
     return to_si(f"1 {unit}", units) if unit and unit != units else 1.0
 
 
 @lru_cache
-def _known(model: str) -> dict[str, Quantity]:
+def _quantities(model: str) -> dict[str, Quantity]:
     """The quantities of a model by name."""
-    told, found = described(model), {}
-    rows = [(v.name, v.units, v.long_name) for v in (*told.variables, *told.trace)]
+    description, quantities = described(model), {}
+    rows = [(v.name, v.units, v.long_name) for v in (*description.variables, *description.trace)]
     rows += [(name, units, long_name) for name, (units, long_name) in COORDINATES.items()]
     for name, cf, long_name in rows:
         units = "" if cf == "1" else plain_units(cf)
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
         label = _LABELS.get(name, long_name[:1].upper() + long_name[1:])
-        found[name] = Quantity(name, long_name, _WORDS.get(name, long_name), label, units, shown)
+        quantities[name] = Quantity(
+            name, long_name, _WORDS.get(name, long_name), label, units, shown
+        )
     choices = choices_of(model)
     for name, (key, units) in further_axes(model).items():
         words = key.removeprefix("drillstring.").replace(".", " ").replace("_", " ")
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
         choice = key if key in choices else ""
-        found[name] = Quantity(
+        quantities[name] = Quantity(
             name, words, words, words[:1].upper() + words[1:], units, shown, choice
         )
-    return found
+    return quantities
 
 
 def find(name: str) -> Quantity | None:
-    """The quantity of this name, of a variable or coordinate of a file, or of a number
-    of a study by its dotted key; None for none. A name means the same in every
-    model."""
+    """The quantity with this ``name``, that of a variable or coordinate of a file or
+    the dotted key of a number of a study; None if there is none. A name has the same
+    meaning in every model."""
     wanted = dimension_of(name.removeprefix("operation."))
-    return next((known[wanted] for known in map(_known, NAMES) if wanted in known), None)
+    return next(
+        (quantities[wanted] for quantities in map(_quantities, NAMES) if wanted in quantities), None
+    )
 
 
 def quantity(name: str) -> Quantity:
-    """As :func:`find`; KeyError for none."""
+    """As :func:`find`; KeyError if there is none."""
     found = find(name)
     if found is None:
         raise KeyError(name)

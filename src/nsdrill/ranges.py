@@ -1,9 +1,9 @@
-"""The range of every value of a study: it stands once, with the field of the dataclass
+"""The range of every value of a study, defined once, with the field of the dataclass
 that holds the value.
 
 Validation, messages, the JSON Schema and the tables of the documentation read it from
-there. A range ends a decade or more beyond what is met in the field, and where every
-number that follows from the values is still finite.
+the field. A range extends a decade or more beyond the values in practice, as far as all
+numbers derived from the values are finite.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ def parameter(
     most: int = 0,
 ) -> Any:
     """A field with its units, source and confidence, its range from ``low`` to
-    ``high``, both allowed, in SI, and in words what is ``usual`` in the field;
-    ``meaning`` says what it is, where no table of meanings does. One of the ``words``
-    may stand in place of a number; with ``most`` the value is a list of up to so many
-    numbers, a tuple."""
+    ``high``, both inclusive, in SI, and in words what is ``usual`` in practice.
+    ``meaning`` describes it if no table of meanings does. One of the ``words`` may be
+    given in place of a number. With ``most`` the value is a tuple of up to so many
+    numbers."""
     return field(
         default=default,
         metadata={
@@ -74,15 +74,15 @@ def choice(default: str, source: str) -> Any:
 
 
 class Checked:
-    """A dataclass whose values lie within their ranges (``ValueError``)."""
+    """A dataclass that raises ValueError for values outside their ranges."""
 
     def __post_init__(self) -> None:
         check_fields(self)
 
 
 def check_fields(record: Any) -> None:
-    """ValueError where a field of the dataclass ``record`` has a value of another type
-    or outside its range."""
+    """ValueError if a field of the dataclass ``record`` has a value of another type or
+    outside its range."""
     hints = _hints(record.__class__)
     for item in fields(record):
         value, hint = getattr(record, item.name), hints[item.name]
@@ -98,12 +98,12 @@ def check_fields(record: Any) -> None:
                 raise ValueError(f"{item.name}: found {value!r:.60}, allowed: true or false")
         elif "record" in item.metadata:
             _check_length(item.name, value, item.metadata["most"])
-            for one in value:
-                check_fields(one)
+            for element in value:
+                check_fields(element)
         elif "most" in item.metadata:
             _check_length(item.name, value, item.metadata["most"])
-            for one in value:
-                _check_number(item.name, one, Real, item.metadata)
+            for element in value:
+                _check_number(item.name, element, Real, item.metadata)
         elif value in item.metadata.get("words", ()):
             continue
         elif "low" in item.metadata:
@@ -117,7 +117,7 @@ def _check_length(name: str, value: Any, most: int) -> None:
 
 def _check_number(name: str, value: Any, kind: type, meta: Any) -> None:
     low, high = meta["low"], meta["high"]
-    # NaN is in no range
+    # false for NaN
     if isinstance(value, bool) or not isinstance(value, kind) or not low <= value <= high:
         found = f"{value:g}" if isinstance(value, float) else f"{value!r:.60}"
         what = "a whole number, " if kind is Integral else ""
@@ -128,13 +128,13 @@ def _check_number(name: str, value: Any, kind: type, meta: Any) -> None:
 
 
 def range_text(low: float, high: float, text: Callable[[float], str] | None = None) -> str:
-    """A range in words; ``text`` writes one of its ends."""
+    """A range in words; ``text`` formats a bound."""
     text = text or bound_text
     return text(low) if low == high else f"at least {text(low)} and at most {text(high)}"
 
 
 def bound_text(value: float) -> str:
-    """The end of a range, in words: 100 000 000 rather than 1e+08."""
+    """The text of a bound: 100 000 000 rather than 1e+08."""
     return f"{value:,.0f}".replace(",", " ") if abs(value) >= 1e4 else f"{value:g}"
 
 

@@ -1,15 +1,15 @@
-"""Unknown numbers: their distributions, and the samples that are drawn of them.
+"""Uncertain numbers: their distributions, and samples of them.
 
-An unknown is described by plain data, ``{kind: numbers}`` in SI, as a resolved study
-holds it:
+An unknown is described by plain data, ``{kind: numbers}`` in SI, as in a resolved
+study:
 
 - ``{"uniform": [low, high]}``
 - ``{"triangular": [low, mode, high]}``
-- ``{"normal": {"mean": m, "deviation": s}}``, cut off below ``low`` and above ``high``
-  where these are given
-- ``{"lognormal": {"median": m, "factor": f}}``: 68 % lie between m/f and m f; cut off
+- ``{"normal": {"mean": m, "deviation": s}}``, truncated below ``low`` and above
+  ``high`` if these are given
+- ``{"lognormal": {"median": m, "factor": f}}``: 68 % are between m/f and m f; truncated
   likewise
-- ``{"values": [...]}``: each as probable as the others
+- ``{"values": [...]}``: all with the same probability
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ Array = np.ndarray[Any, np.dtype[Any]]
 Numbers = Mapping[str, Any]  # {kind: numbers}
 
 KINDS = ("uniform", "normal", "lognormal", "triangular", "values")
-CUT = ("low", "high")
+CUT = ("low", "high")  # keys of the bounds of a truncated distribution
 NAMED: dict[str, tuple[str, ...]] = {
     "normal": ("mean", "deviation"),
     "lognormal": ("median", "factor"),
 }
 DESIGNS = ("sobol", "saltelli")
-DIGITS = 9  # of a drawn value: the last ones of a quantile depend on the version of SciPy
+DIGITS = 9  # of a sample: the last digits of a quantile depend on the version of SciPy
 MOST_SAMPLES = 100_000
 MOST_UNKNOWNS = 40
 
@@ -39,13 +39,13 @@ MOST_UNKNOWNS = 40
 @dataclass(frozen=True)
 class Uncertain:
     """The unknowns of a study by their keys, as plain data in SI: ``distributions``,
-    and the columns of a joint ``table``, all of one length, whose rows are samples.
-    ``correlations`` are [key, key, rank correlation].
+    and the columns of a joint ``table``, all of the same length, whose rows are
+    samples. ``correlations`` are (key, key, rank correlation).
 
-    With the design ``sobol`` there are ``samples`` samples; with ``saltelli`` as many
-    in a matrix A, as many in B, and for every unknown as many with its column of A
-    taken from B: samples x (unknowns + 2) in all, from which Sobol indices follow
-    without further assumptions."""
+    The design ``sobol`` has ``samples`` samples. ``saltelli`` has as many in a matrix
+    A, as many in B, and for every unknown as many with its column of A taken from B:
+    samples x (unknowns + 2) in all, from which Sobol indices are estimated without
+    further assumptions."""
 
     distributions: Mapping[str, Numbers] = field(default_factory=dict)
     table: Mapping[str, Sequence[float]] = field(default_factory=dict)
@@ -61,7 +61,7 @@ class Uncertain:
 
     @property
     def runs(self) -> int:
-        """How many samples there are in all."""
+        """The total number of samples."""
         return (
             self.samples * (len(self.distributions) + 2)
             if self.design == "saltelli"
@@ -70,12 +70,11 @@ class Uncertain:
 
 
 def draw(unknown: Uncertain) -> dict[str, Array]:
-    """The samples of each unknown by its key, float arrays [runs]. The same for the
-    same input, to the bit.
+    """The samples of each unknown by its key, float arrays [runs]; bit-identical for
+    the same input.
 
-    The points in the unit cube are a scrambled Sobol sequence (Owen 1998;
-    :class:`scipy.stats.qmc.Sobol`), of which the first ones are taken where their
-    number is no power of two."""
+    The points in the unit cube are the first ones of a scrambled Sobol sequence (Owen
+    1998; :class:`scipy.stats.qmc.Sobol`), whose length is a power of two."""
     drawn: dict[str, Array] = {}
     names = list(unknown.distributions)
     if names:
@@ -106,8 +105,8 @@ def _sobol(dimensions: int, count: int, seed: int) -> Array:
         points = qmc.Sobol(dimensions, scramble=True, rng=source)
     except TypeError:  # before SciPy 1.15
         points = qmc.Sobol(dimensions, scramble=True, seed=source)
-    half = 2.0**-54  # 0 and 1 have no quantile
-    return np.clip(points.random_base2(math.ceil(math.log2(count)))[:count], half, 1.0 - half)
+    least = 2.0**-54  # 0 and 1 have no finite quantile
+    return np.clip(points.random_base2(math.ceil(math.log2(count)))[:count], least, 1.0 - least)
 
 
 def correlation_matrix(
@@ -116,8 +115,8 @@ def correlation_matrix(
     """The correlations of a Gaussian copula with these rank correlations (Spearman's
     rho), by r = 2 sin(pi rho / 6) (Pearson 1907): [unknowns, unknowns]."""
     matrix = np.eye(len(names))
-    for one, two, rank in correlations:
-        i, j = names.index(one), names.index(two)
+    for first, second, rank in correlations:
+        i, j = names.index(first), names.index(second)
         matrix[i, j] = matrix[j, i] = 2.0 * math.sin(math.pi * rank / 6.0)
     return matrix
 
@@ -133,56 +132,57 @@ def correlated(u: Array, matrix: Array) -> Array:
 
 
 def distribution(numbers: Numbers) -> Any:
-    """The distribution of one unknown, not cut off, as a frozen one of
-    :mod:`scipy.stats`; of a list of values the uniform one over their places."""
+    """The distribution of one unknown, not truncated, as a frozen distribution of
+    :mod:`scipy.stats`; for a list of values the uniform one over their indices."""
     from scipy import stats
 
-    ((kind, given),) = numbers.items()
+    ((kind, shape),) = numbers.items()
     if kind == "uniform":
-        low, high = given
+        low, high = shape
         return stats.uniform(low, high - low)
     if kind == "triangular":
-        low, mode, high = given
+        low, mode, high = shape
         return stats.triang((mode - low) / (high - low), low, high - low)
     if kind == "normal":
-        return stats.norm(given["mean"], given["deviation"])
+        return stats.norm(shape["mean"], shape["deviation"])
     if kind == "lognormal":
-        return stats.lognorm(math.log(given["factor"]), scale=given["median"])
+        return stats.lognorm(math.log(shape["factor"]), scale=shape["median"])
     if kind == "values":
-        return stats.randint(0, len(given))
+        return stats.randint(0, len(shape))
     raise ValueError(f"distribution: found {kind}, allowed: {', '.join(KINDS)}")
 
 
 def quantile(numbers: Numbers, u: Array) -> Array:
-    """The values below which the parts ``u``, in (0, 1), of an unknown lie."""
-    made = distribution(numbers)
-    ((kind, given),) = numbers.items()
+    """The quantiles of an unknown at the probabilities ``u``, in (0, 1)."""
+    frozen = distribution(numbers)
+    ((kind, shape),) = numbers.items()
     if kind == "values":
-        return np.asarray(given, dtype=float)[np.asarray(made.ppf(u), dtype=int)]
+        return np.asarray(shape, dtype=float)[np.asarray(frozen.ppf(u), dtype=int)]
     if kind not in NAMED:
-        return np.asarray(made.ppf(u))
+        return np.asarray(frozen.ppf(u))
     below, above = part_below(numbers)
     low, high = cut_of(numbers)
-    found = np.asarray(made.ppf(below + u * (above - below)))
-    return np.clip(found, -math.inf if low is None else low, math.inf if high is None else high)
+    values = np.asarray(frozen.ppf(below + u * (above - below)))
+    return np.clip(values, -math.inf if low is None else low, math.inf if high is None else high)
 
 
 def cut_of(numbers: Numbers) -> tuple[float | None, float | None]:
-    """Below and above which a normal or lognormal distribution is cut off; None where
-    it is not."""
-    ((_, given),) = numbers.items()
-    return (given.get("low"), given.get("high")) if isinstance(given, Mapping) else (None, None)
+    """The lower and upper bound at which a normal or lognormal distribution is
+    truncated; None where it is not."""
+    ((_, shape),) = numbers.items()
+    return (shape.get("low"), shape.get("high")) if isinstance(shape, Mapping) else (None, None)
 
 
 def part_below(numbers: Numbers) -> tuple[float, float]:
-    """The parts of a normal or lognormal distribution, not cut off, below its two ends."""
-    made = distribution(numbers)
+    """The probabilities of a normal or lognormal distribution, not truncated, below its
+    two bounds."""
+    frozen = distribution(numbers)
     low, high = cut_of(numbers)
-    return (0.0 if low is None else float(made.cdf(low))), (
-        1.0 if high is None else float(made.cdf(high))
+    return (0.0 if low is None else float(frozen.cdf(low))), (
+        1.0 if high is None else float(frozen.cdf(high))
     )
 
 
 def rounded(values: Array) -> Array:
-    """Values to :data:`DIGITS` digits."""
+    """Values rounded to :data:`DIGITS` digits."""
     return np.array([float(f"{value:.{DIGITS - 1}e}") for value in np.ravel(values).tolist()])

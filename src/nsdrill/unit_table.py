@@ -1,5 +1,5 @@
-"""The units that a quantity may be written in: exact factors, as a table of
-definitions."""
+"""The units in which a quantity may be written: a table of definitions with exact
+factors."""
 
 from __future__ import annotations
 
@@ -104,5 +104,5 @@ def _read(definitions: str) -> dict[str, tuple[Fraction, str]]:
 
 
 TABLE = _read(_DEFINITIONS)
-"""What each unit name stands for: how many of which compound unit; a dimension in
-brackets stands for itself."""
+"""The definition of each unit name: (factor, compound unit). A dimension in brackets is
+a base unit."""

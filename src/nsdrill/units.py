@@ -1,10 +1,11 @@
-"""Quantities as people write them ("15 in", "5 klbf", "60 rpm") to SI floats and back.
+"""Quantities with units ("15 in", "5 klbf", "60 rpm") to SI floats and back.
 
-The text is taken apart by a small grammar, which evaluates nothing, and each unit name
+The text is parsed by a small grammar, without evaluating any code, and each unit name
 is looked up in a table of exact factors. So the result is the float nearest to the
 value written: "9 in" is 0.2286 and "5 klbf" is 22241.1080763025.
 
-Angles are a dimension here: without one "1 Hz" would do for "1 rad/s", wrong by 2 pi.
+Angle is a dimension here: otherwise "1 Hz" would be accepted for "1 rad/s", wrong by a
+factor of 2 pi.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ KINDS = {
     "Hz": "frequency",
     "m^3/s": "flow",
 }
-"""What a quantity with these SI units is, in words."""
+"""The kind of a quantity, in words, by its SI units."""
 
 CF = {
     "": "1",
@@ -103,15 +104,15 @@ CF = {
     "ohm": "ohm",
     "V s/rad": "V s rad-1",
 }
-"""Units as the attributes of files have them, by the SI units of a key."""
+"""Units in the attributes of files, by the SI units of a key."""
 
 _PLAIN_OF_CF = {cf: plain for plain, cf in CF.items()}
 
-_LONGEST = 80  # characters; no quantity needs more, and it bounds the work done on hostile input
+_LONGEST = 80  # characters: bounds the work on hostile input
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*(\S.*)?", re.ASCII)
 _TOKEN = re.compile(
-    r"\s*(?:(?P<name>[A-Za-zµμ°][A-Za-z_]*)|(?P<one>1)(?=\s*/)|(?P<mark>[*/()])|(?P<end>$))",
+    r"\s*(?:(?P<name>[A-Za-zµμ°][A-Za-z_]*)|(?P<one>1)(?=\s*/)|(?P<operator>[*/()])|(?P<end>$))",
     re.ASCII,
 )
 _EXPONENT = re.compile(
@@ -130,8 +131,8 @@ Dimensions = dict[str, Fraction]
 
 
 class QuantityError(InputError, ValueError):
-    """A quantity that cannot be read: what was found, what is allowed, and perhaps what
-    was meant."""
+    """A quantity that cannot be read: what was found, what is allowed, and possibly
+    what was meant."""
 
     def __init__(self, found: str, allowed: str, suggestion: str | None = None) -> None:
         self.found, self.allowed, self.suggestion = found, allowed, suggestion
@@ -140,13 +141,13 @@ class QuantityError(InputError, ValueError):
 
 
 class Asked(float):
-    """An SI value that remembers the ``unit`` in which it was asked for, so that the
-    answer can name it in that."""
+    """An SI value with the ``unit`` in which the user wrote it, in which answers give
+    it."""
 
     def __new__(cls, value: float, unit: str) -> Asked:
-        made = super().__new__(cls, value)
-        made.unit = unit
-        return made
+        instance = super().__new__(cls, value)
+        instance.unit = unit
+        return instance
 
     def __getnewargs__(self) -> tuple[float, str]:  # type: ignore[override]  # to be copied
         return float(self), self.unit
@@ -173,11 +174,11 @@ def to_si(text: str, units: str) -> float:
     number, unit = match.groups()
     if unit is None:
         raise QuantityError(f"{quoted(text)}, a number without a unit", allowed_units(units))
-    factor, dimensions = _meaning(unit, text, units)
-    base, target = _meaning(units, units, units)
+    factor, dimensions = _factor_and_dimensions(unit, text, units)
+    base, target = _factor_and_dimensions(units, units, units)
     if dimensions != target:
         raise _wrong_dimension(text, units, unit, dimensions)
-    value = float(number)  # first as a float: a fraction of 1e999999999 would take for ever
+    value = float(number)  # first as a float: a Fraction of 1e999999999 would not end
     if math.isinf(value) or (value == 0.0 and re.search("[1-9]", re.split("[eE]", number)[0])):
         raise QuantityError(
             f"{quoted(text)}, beyond the range of floating-point numbers", allowed_units(units)
@@ -194,7 +195,7 @@ def from_si(value: float, units: str) -> float:
     and infinities stay."""
     if not math.isfinite(value):
         return value
-    factor, _ = _meaning(units, units, units)
+    factor, _ = _factor_and_dimensions(units, units, units)
     return float(Fraction(value) / factor)
 
 
@@ -206,7 +207,7 @@ def rounded_from_si(value: float, units: str) -> float:
     if not math.isfinite(exact):
         return exact
     text = f"{exact:.15g}"
-    factor, _ = _meaning(units, units, units)
+    factor, _ = _factor_and_dimensions(units, units, units)
     return float(text) if float(Fraction(text) * factor) == value else exact
 
 
@@ -217,9 +218,9 @@ def format_quantity(value: float, units: str, digits: int = 6) -> str:
 
 
 def readable(value: float, units: str, digits: int = 6) -> str:
-    """An SI ``value`` for people, in the first of its usual units in which it is
-    neither large nor small: ``readable(2.2e4, "N")`` is "22 kN"; a plain number stays
-    one. A value that was asked for in a unit is in that."""
+    """An SI ``value`` as text, in the first of its usual units in which the number is
+    neither large nor small: ``readable(2.2e4, "N")`` is "22 kN"; a plain number has no
+    unit. An :class:`Asked` value is given in its own unit."""
     if units in ("", "percent"):
         return f"{value:.{digits}g}"
     if isinstance(value, Asked):
@@ -230,13 +231,13 @@ def readable(value: float, units: str, digits: int = 6) -> str:
 
 
 def plain_units(cf: str) -> str:
-    """The units of an attribute as :func:`to_si` reads them."""
+    """The units of a file's attribute in the form that :func:`to_si` reads."""
     return _PLAIN_OF_CF.get(cf, cf)
 
 
 def exact_text(value: float, units: str) -> str:
-    """The text that :func:`to_si` reads back as exactly ``value``, in that of the usual
-    units that needs the fewest digits: 0.2286 m is "9 in"."""
+    """The text that :func:`to_si` reads back as exactly ``value``, in the usual unit
+    that needs the fewest digits: 0.2286 m is "9 in"."""
     candidates = []
     for unit in USUAL.get(units, ()):
         number = f"{from_si(value, unit):.12g}"
@@ -250,7 +251,7 @@ def exact_text(value: float, units: str) -> str:
 
 
 def allowed_units(units: str) -> str:
-    """What may stand where a quantity of these SI units is wanted, in words."""
+    """What is allowed for a quantity of these SI units, in words."""
     names = USUAL.get(units, (units.replace(" ", "*"),))
     head, last = ", ".join(names[:-1]), names[-1]
     return (
@@ -259,7 +260,7 @@ def allowed_units(units: str) -> str:
 
 
 def quoted(text: str) -> str:
-    """The text as found, in quotes, fit for one line of a message."""
+    """The text in quotes, shortened to fit in one line of a message."""
     if len(text) > _LONGEST:
         return f"a text of {len(text)} characters that begins {text[:30]!r}"
     return repr(text)
@@ -272,7 +273,7 @@ def _comma_hint(text: str) -> str | None:
 
 
 def _tidy(text: str) -> str:
-    """Signs that people paste (·, ², −) in plain ASCII."""
+    """``text`` with typographic signs (·, ², −) replaced by plain ASCII."""
     plain = text.translate(_PLAIN).strip()
     return _SUPERSCRIPTS.sub(lambda match: "^" + match.group().translate(_SUPERSCRIPT), plain)
 
@@ -306,8 +307,8 @@ def _wrong_dimension(text: str, units: str, unit: str, dimensions: Dimensions) -
 
 
 def _pounds(units: str, unit: str, dimensions: Dimensions) -> str | None:
-    """What was meant where a pound that is a mass stands for one that is a force:
-    ft*lbf for ft*lb."""
+    """The suggestion where a pound as a mass is written for a pound as a force: ft*lbf
+    for ft*lb."""
     wanted = _evaluate(_tidy(units))[1]
     force, mass = _evaluate("N")[1], {"[mass]": Fraction(1)}
     names = {*dimensions, *force}
@@ -324,8 +325,8 @@ def _pounds(units: str, unit: str, dimensions: Dimensions) -> str | None:
 
 
 def kind_of(units: str) -> str:
-    """What a quantity with these SI units is, in words: "force" of N; the units
-    themselves where there is no word."""
+    """The kind of a quantity with these SI units, in words: "force" for N; the units
+    themselves if there is no word."""
     return KINDS.get(units, units)
 
 
@@ -338,16 +339,20 @@ def _in_words(dimensions: Dimensions) -> str:
         size = abs(exponent)
         return name.strip("[]") + ("" if size == 1 else f"^{float(size):g}")
 
-    above = " times ".join(power(name, e) for name, e in sorted(dimensions.items()) if e > 0)
-    below = " times ".join(power(name, e) for name, e in sorted(dimensions.items()) if e < 0)
-    if not below:
-        return above or "no dimension"
-    return f"{above or '1'}/{below}" if " " not in below else f"{above or '1'}/({below})"
+    numerator = " times ".join(power(name, e) for name, e in sorted(dimensions.items()) if e > 0)
+    denominator = " times ".join(power(name, e) for name, e in sorted(dimensions.items()) if e < 0)
+    if not denominator:
+        return numerator or "no dimension"
+    return (
+        f"{numerator or '1'}/{denominator}"
+        if " " not in denominator
+        else f"{numerator or '1'}/({denominator})"
+    )
 
 
-def _meaning(unit: str, text: str, wanted: str) -> tuple[Fraction, Dimensions]:
-    """Factor to SI and dimensions of a compound unit; errors speak of ``text`` and
-    ``wanted``."""
+def _factor_and_dimensions(unit: str, text: str, wanted: str) -> tuple[Fraction, Dimensions]:
+    """Factor to SI and dimensions of a compound unit. QuantityError names ``text`` and
+    the SI units ``wanted``."""
     try:
         return _evaluate(_tidy(unit))
     except KeyError as error:
@@ -370,27 +375,29 @@ def _evaluate(unit: str) -> tuple[Fraction, Dimensions]:
     grammar."""
     factor, dimensions = Fraction(1), Dimensions()
     for name, exponent in _powers(unit):
-        base, parts = _named(name)
-        factor *= Fraction(base**exponent)  # exact for whole exponents and for units of size one
+        base, parts = _unit(name)
+        factor *= Fraction(base**exponent)  # exact for integer exponents and for factors of one
         for part, power in parts.items():
             dimensions[part] = dimensions.get(part, Fraction(0)) + power * exponent
     return factor, {part: power for part, power in dimensions.items() if power}
 
 
 @lru_cache(maxsize=1024)
-def _named(name: str) -> tuple[Fraction, Dimensions]:
-    """Factor to SI and dimensions of a unit name, with a prefix or in the plural
-    perhaps; KeyError(name) for none."""
-    # No plural of a short symbol: "Ns" is no number of newtons.
+def _unit(name: str) -> tuple[Fraction, Dimensions]:
+    """Factor to SI and dimensions of a unit name, possibly with a prefix or in the
+    plural; KeyError(name) if there is none."""
+    # Short symbols have no plural: "Ns" is not several newtons.
     for singular in (name, name.removesuffix("s") if len(name) > 3 or name == "lbs" else name):
         for length in range(len(name)):
             prefix, unit = singular[:length], singular[length:]
             if unit in TABLE and (not prefix or prefix in PREFIXES):
-                number, meaning = TABLE[unit]
+                number, definition = TABLE[unit]
                 number *= PREFIXES.get(prefix, Fraction(1))
-                if meaning.startswith("["):
-                    return number, {meaning: Fraction(1)}
-                factor, dimensions = _evaluate(meaning) if meaning else (Fraction(1), Dimensions())
+                if definition.startswith("["):
+                    return number, {definition: Fraction(1)}
+                factor, dimensions = (
+                    _evaluate(definition) if definition else (Fraction(1), Dimensions())
+                )
                 return number * factor, dimensions
     raise KeyError(name)
 
@@ -404,35 +411,35 @@ def _powers(unit: str) -> list[tuple[str, Fraction]]:
     """
     found: list[tuple[str, Fraction]] = []
     signs = [1]  # sign of the enclosing group, one entry per open parenthesis
-    place, sign, after_operand = 0, 1, False
+    position, sign, after_operand = 0, 1, False
     while True:
-        token = _TOKEN.match(unit, place)
+        token = _TOKEN.match(unit, position)
         if token is None:
             raise SyntaxError(unit)
-        place = token.end()
-        mark = token["mark"]
+        position = token.end()
+        operator = token["operator"]
         if token["name"] is not None or token["one"] is not None:
             if token["name"] is not None:
-                exponent = _EXPONENT.match(unit, place)
+                exponent = _EXPONENT.match(unit, position)
                 power = Fraction(1)
                 if exponent is not None:
-                    place = exponent.end()
+                    position = exponent.end()
                     power = Fraction(exponent["plain"] or exponent["ratio"] or exponent["bare"])
                 if abs(power) > 9:
                     raise SyntaxError(unit)
                 found.append((token["name"], power * sign * signs[-1]))
             sign, after_operand = 1, True
-        elif mark == "(":
+        elif operator == "(":
             signs.append(signs[-1] * sign)
             sign, after_operand = 1, False
         elif not after_operand:
             raise SyntaxError(unit)
-        elif mark == ")":
+        elif operator == ")":
             if len(signs) == 1:
                 raise SyntaxError(unit)
             signs.pop()
-        elif mark is not None:
-            sign, after_operand = (-1 if mark == "/" else 1), False
+        elif operator is not None:
+            sign, after_operand = (-1 if operator == "/" else 1), False
         else:
             break
     if len(signs) != 1 or not found:

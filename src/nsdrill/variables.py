@@ -1,9 +1,9 @@
-"""What a variable of a file is, the codes of labels and statuses, and the variables
-that files of every model have.
+"""The type of a variable in a file, the codes of labels and statuses, and the variables
+in the files of every model.
 
-Those of a model stand in its folder; :mod:`nsdrill.models.description` puts both into
-one table, from which the store writes, the export and the plots label, and the
-file-format page of the documentation is made.
+The variables of a model are defined in its folder. :mod:`nsdrill.models.description`
+joins both in one table, which is used by the store, for the labels of exports and
+plots, and for the file-format page of the documentation.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ AXES = ("depth", "wob", "rotary_speed")
 POINT = ("procedure", *AXES)
 PROCEDURES = ("same", "up", "down")
 FORMAT_VERSION = 2
-MODEL = "christoforou_yigit"  # of a study that names none
+MODEL = "christoforou_yigit"  # of a study without the key ``model``
 
 PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW, INFERRED = range(6)
 
 
 def has_failed(status: Any) -> Any:
-    """Which runs came to no good end; an array of booleans from an array of statuses."""
+    """Which runs failed; an array of booleans from an array of statuses."""
     return (status != PENDING) & (status != OK) & (status != INFERRED)
 
 
-RESPONSES = ("bit_bounce", "stick_slip", "whirl")  # critical ones, each with a bit of its own
+RESPONSES = ("bit_bounce", "stick_slip", "whirl")  # the critical ones, each with its own bit
 BIT_BOUNCE, STICK_SLIP, WHIRL = 1, 2, 4
 NO_WHIRL, FORWARD, BACKWARD, BACKWARD_ROLLING, IRREGULAR, LOW_SIDE = range(6)
 UNDETERMINED, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, UNSETTLED = range(6)
@@ -38,8 +38,8 @@ def dimension_of(key: str) -> str:
 
 @dataclass(frozen=True)
 class Axis:
-    """A number of the study that a sweep varies: its dotted ``key`` as the study has
-    it, the SI ``units`` of its values as a study writes them, and what it is."""
+    """A number of the study that a sweep varies: its dotted ``key`` in the study, the
+    SI ``units`` of its values as a study writes them, and its long name."""
 
     key: str
     units: str
@@ -47,15 +47,15 @@ class Axis:
 
     @property
     def name(self) -> str:
-        """Its name as a dimension."""
+        """The name of its dimension."""
         return dimension_of(self.key)
 
 
 @dataclass(frozen=True)
 class Unknown(Axis):
-    """A number of the study that is uncertain: each sample has a value of its own. Its
-    name is that of its whole key, ``operation_wob`` of the weight on bit, as ``wob`` is
-    the value that the study gives."""
+    """A number of the study that is uncertain: each sample has its own value. Its name
+    has the whole key, ``operation_wob`` for the weight on bit, as ``wob`` is the value
+    in the study."""
 
     @property
     def short(self) -> str:
@@ -65,13 +65,16 @@ class Unknown(Axis):
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable. ``room`` says who makes it: ``run`` (bookkeeping), ``feature``
-    (measured during the run; a new classification leaves it alone), ``label`` (made
-    from features by the classification), ``trust`` (measured by the checks of a point),
-    ``peaks``, ``section``, ``states``. ``units`` are empty where those of its entries
-    differ by state. Where ``only`` names something to keep
-    (:class:`nsdrill.models.kept.Kept`) or a state, the variable is there only if that
-    is."""
+    """One variable of a file.
+
+    ``room`` is its origin: ``run`` (bookkeeping), ``feature`` (measured during the run;
+    a new classification does not change it), ``label`` (determined from features by the
+    classification), ``trust`` (measured by the checks of a point), ``peaks``,
+    ``section``, ``states`` or ``trace``. ``units`` are empty if those of its entries
+    differ by state. If ``only`` names something to keep
+    (:class:`nsdrill.models.kept.Kept`) or a state, the variable is present only if that
+    is.
+    """
 
     name: str
     dtype: str
@@ -96,7 +99,7 @@ def flag(name: str, long_name: str, words: str, only: str | None = None) -> Vari
 def responses(
     name: str, long_name: str, present: tuple[str, ...], only: str | None = None
 ) -> Variable:
-    """A label of critical responses, a bit for each of those that the model has."""
+    """A label of critical responses, with a bit for each response of the model."""
     bits = tuple(1 << RESPONSES.index(word) for word in present)
     return Variable(
         name,
@@ -111,7 +114,7 @@ def responses(
 
 
 def feature(name: str, units: str, long_name: str, only: str | None = None) -> Variable:
-    """What is measured during a run."""
+    """A quantity that is measured during a run."""
     return Variable(name, "f8", units, long_name, only=only)
 
 
@@ -139,9 +142,9 @@ def in_trace(name: str, units: str, long_name: str, only: str | None = None) -> 
 
 
 CHECKS = ("tight", "long")
-# What the verdict on a checked point is made from, beside its response.
+# The variables from which the verdict on a checked point follows, besides its response.
 TRUST = ("trusted", *(f"{check}_{what}" for what in ("response", "status") for check in CHECKS))
-# where a trace has the operating values
+# The names of the operating values in a trace.
 SCHEDULED = {"depth": "depth", "wob": "wob", "rotary_speed": "drive_speed"}
 
 SAMPLE = "sample"

@@ -71,9 +71,9 @@ def test_four_registers_to_a_row_where_steps_wait_for_themselves(
     }
     needed = rows["implicit"].total * 32 * 8
     for cache, lanes in ((needed, 32), (needed // 2, 16), (0, 16)):
-        monkeypatch.setattr(batch_module, "nearest_cache", lambda cache=cache: cache)
+        monkeypatch.setattr(batch_module, "first_level_cache", lambda cache=cache: cache)
         assert widened(16, 1000, rows["implicit"]) == lanes
-    monkeypatch.setattr(batch_module, "nearest_cache", lambda: needed)
+    monkeypatch.setattr(batch_module, "first_level_cache", lambda: needed)
     assert widened(16, 1000, rows["explicit"]) == 16
     assert widened(16, 40, rows["implicit"]) == 16
     assert widened(8, 1000, rows["implicit"]) == 8

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import Rows
-from nsdrill.kernel.batch import Batch, Compiled, Finished, Runs
+from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.declared import make_observer, observed_rows
@@ -94,7 +94,7 @@ def observe(
     parts = Compiled(
         in_lanes(model.slopes, lanes, rows), *make_observer(lanes, rows, names, declaration)
     )
-    done: list[Finished] = []
+    done: list[FinishedRuns] = []
     while not batch.idle:
         done.append(batch.advance(parts, 60.0, True))
     back = np.argsort(np.concatenate([part.job for part in done]))

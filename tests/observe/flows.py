@@ -10,10 +10,16 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled, inlined
-from nsdrill.kernel.batch import Batch, Compiled, Finished, Runs
+from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
-from nsdrill.observe.exponent import GROWTH, REPORT, growth_header, make_growth, seed_deviation
+from nsdrill.observe.exponent import (
+    GROWTH,
+    GROWTH_COLUMNS,
+    growth_header,
+    make_growth,
+    seed_deviation,
+)
 from nsdrill.observe.interpolant import crossing, quintic, value
 from nsdrill.scalar import in_lanes
 
@@ -64,10 +70,10 @@ def run(
     watch: tuple[Any, Any],
     store: np.ndarray,
     size: float = 10.0,
-) -> Finished:
+) -> FinishedRuns:
     """All the parameters side by side, from one start."""
     count = len(parameters)
-    batch = Batch(lanes, count, ROWS, store, len(REPORT), simulation)
+    batch = Batch(lanes, count, ROWS, store, len(GROWTH_COLUMNS), simulation)
     state_scales = np.full((count, 3), size)
     initial = np.zeros((count, 7))
     initial[:, :3] = start
@@ -86,11 +92,11 @@ def run(
     parts, done = Compiled(right_hand_side(lanes, is_roessler), *watch), []
     while not batch.idle:
         done.append(batch.advance(parts, 60.0, True))
-    whole = Finished(
+    whole = FinishedRuns(
         **{name: np.concatenate([getattr(d, name) for d in done]) for name in vars(done[0])}
     )
     order = np.argsort(whole.job)
-    return Finished(**{name: values[order] for name, values in vars(whole).items()})
+    return FinishedRuns(**{name: values[order] for name, values in vars(whole).items()})
 
 
 def exponents(
@@ -100,7 +106,7 @@ def exponents(
     simulation: Simulation,
     lanes: int = 8,
 ) -> np.ndarray:
-    """The observer's columns, shape (runs, len(REPORT))."""
+    """The observer's columns, shape (runs, len(GROWTH_COLUMNS))."""
     watch = make_growth(lanes, ROWS, 0, 0)
     done = run(
         is_roessler, parameters, start, simulation, lanes, watch, growth_header(simulation.observe)

@@ -131,7 +131,7 @@ def test_an_oscillator_has_its_closed_form() -> None:
     }.items():
         assert o[name] == pytest.approx(wanted * np.ones(21), abs=1e-6), name
     assert swung(1).peaks["x_peaks"] == pytest.approx(np.ones((21, 4)), abs=1e-6)
-    assert list(o) == [name for name, _ in SWINGING.named] + ["half_difference"]
+    assert list(o) == [name for name, _ in SWINGING.named_features] + ["half_difference"]
 
 
 def test_means_and_root_mean_squares_are_those_of_any_part_of_a_period() -> None:
@@ -416,8 +416,10 @@ def test_a_visit_inside_one_step_is_found(weight: float, curved: bool) -> None:
     o = observe(
         THROW, declaration, [weight, 0.0], [0.0, weight], Simulation(0.0, 4.0, 1e-3), first_step=2.0
     )
-    width = len(declaration.half)
-    first = dict(zip([what for what, _ in declaration.half], o.report[0, :width], strict=True))
+    width = len(declaration.measured_per_half)
+    first = dict(
+        zip([what for what, _ in declaration.measured_per_half], o.report[0, :width], strict=True)
+    )
     assert first["above"] == pytest.approx(1.0, abs=1e-12)
     assert first["greatest" if weight > 0 else "least"] == pytest.approx(
         math.copysign(1.0, weight), abs=1e-13
@@ -480,7 +482,8 @@ def test_the_halves_differ_where_a_motion_decays() -> None:
     for name, difference in wanted.items():
         assert difference > 0.05
         declaration = replace(
-            SWINGING, features=(next(feature for n, feature in SWINGING.named if n == name),)
+            SWINGING,
+            features=(next(feature for n, feature in SWINGING.named_features if n == name),),
         )
         o = observe(
             SWING, declaration, [1.0, 0.02], [1.0, 0.0], Simulation(TWO_PI, 10.0 * TWO_PI, 1e-9)

@@ -139,14 +139,14 @@ ASK = (
             id="inside a library",
         ),
         pytest.param(
-            "interrupt.listen(); interrupt.AGAIN = 0.1\nwith interrupt.heeded():\n"
+            "interrupt.listen(); interrupt.SECOND_SIGNAL_SECONDS = 0.1\nwith interrupt.heeded():\n"
             "  ask(signal.SIGINT); time.sleep(0.5); ask(signal.SIGINT); time.sleep(20)",
             130,
             "Interrupted; nothing was written.\n",
             id="by the second one",
         ),
         pytest.param(
-            "interrupt.listen(); interrupt.PATIENCE = interrupt.AGAIN = 0.1\nwith "
+            "interrupt.listen(); interrupt.PATIENCE = interrupt.SECOND_SIGNAL_SECONDS = 0.1\nwith "
             "interrupt.heeded():\n"
             "  ask(signal.SIGINT); time.sleep(20)",
             130,

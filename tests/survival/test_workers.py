@@ -75,7 +75,7 @@ def test_a_scheduler_that_is_gone_ends_the_run(
 ) -> None:
     pytest.importorskip("distributed")
     library = pytest.importorskip("dask")
-    monkeypatch.setattr("nsdrill.sweep.engine.PATIENCE", 0.5)
+    monkeypatch.setattr("nsdrill.sweep.engine.POLL_SECONDS", 0.5)
     dask, address = [sys.executable, "-m", "dask"], tmp_path / "address.json"
     more = ["--no-dashboard", "--scheduler-file", str(address)]
     log = (tmp_path / "log").open("w")
@@ -142,7 +142,7 @@ class Mortal(Executor):
 
 @pytest.mark.parametrize("text", [GRID, CHAINS], ids=["grid", "chains"])
 def test_any_slice_may_be_lost(tmp_path: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nsdrill.sweep.engine.REMOTE_SLICE", 0.2)
+    monkeypatch.setattr("nsdrill.sweep.engine.REMOTE_QUANTUM", 0.2)
     small = text.replace("points: 24", "points: 4").replace("points: 60", "points: 20")
     study = parse_study(small, "s.yaml")
     run_study(study, tmp_path / "whole.h5", workers=2)
@@ -154,8 +154,8 @@ def test_a_cluster_that_only_dies_is_given_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Slices of so many packed steps, however fast the machine is.
-    monkeypatch.setattr("nsdrill.sweep.engine.REMOTE_SLICE", 1e-9)
-    monkeypatch.setattr("nsdrill.kernel.batch.SEGMENT", 8000)
+    monkeypatch.setattr("nsdrill.sweep.engine.REMOTE_QUANTUM", 1e-9)
+    monkeypatch.setattr("nsdrill.kernel.batch.STEPS_PER_CALL", 8000)
     small = GRID.replace("points: 24", "points: 4").replace("points: 60", "points: 20")
     study, out = parse_study(small, "s.yaml"), tmp_path / "out.h5"
     mortal = Mortal(range(8, 10**6))

@@ -11,7 +11,7 @@ import numpy as np
 from model.cases import parameters_of
 from reference import Case
 
-from nsdrill.kernel.batch import Finished
+from nsdrill.kernel.batch import FinishedRuns
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.observe.thresholds import Record, Thresholds
@@ -50,7 +50,7 @@ def run_work(
     work: Work,
     lanes: int = 8,
     workers: int = 1,
-    slice_seconds: float = 0.25,
+    quantum_seconds: float = 0.25,
     executor: Executor | None = None,
     starts: Starts | None = None,
     pending: np.ndarray | None = None,
@@ -66,9 +66,9 @@ def run_work(
             columns[name][points] = values
 
     with ThreadPoolExecutor(workers) as threads:
-        Engine(work, executor or threads, workers, lanes, deliver, slice_seconds=slice_seconds).run(
-            starts, pending
-        )
+        Engine(
+            work, executor or threads, workers, lanes, deliver, quantum_seconds=quantum_seconds
+        ).run(starts, pending)
     return columns
 
 
@@ -81,7 +81,7 @@ def run_from(work: Work, states: np.ndarray, lanes: int = 8) -> dict[str, np.nda
     return collect(work, finish(work, batch))
 
 
-def finish(work: Work, batch: Any, seconds: float = 0.05) -> list[Finished]:
+def finish(work: Work, batch: Any, seconds: float = 0.05) -> list[FinishedRuns]:
     """Advance a batch until it is idle."""
     parts = compiled_parts(batch.lanes, work.variant)
     done = []
@@ -90,7 +90,7 @@ def finish(work: Work, batch: Any, seconds: float = 0.05) -> list[Finished]:
     return done
 
 
-def collect(work: Work, done: list[Finished]) -> dict[str, np.ndarray]:
+def collect(work: Work, done: list[FinishedRuns]) -> dict[str, np.ndarray]:
     """Columns of finished runs, in the order of their job numbers."""
     job = np.concatenate([d.job for d in done])
     parts = [work.columns(d) for d in done if len(d.job)]

@@ -42,13 +42,13 @@ def test_all_points_get_all_variables(grid: dict[str, np.ndarray]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("lanes", "workers", "slice_seconds"),
+    ("lanes", "workers", "quantum_seconds"),
     [(1, 1, 0.25), (16, 1, 0.25), (8, 2, 0.001), (1, 2, 0.02)],
 )
 def test_numbers_do_not_depend_on_lanes_workers_or_slices(
-    grid: dict[str, np.ndarray], lanes: int, workers: int, slice_seconds: float
+    grid: dict[str, np.ndarray], lanes: int, workers: int, quantum_seconds: float
 ) -> None:
-    assert same_bits(run_work(GRID, lanes, workers, slice_seconds), grid)
+    assert same_bits(run_work(GRID, lanes, workers, quantum_seconds), grid)
 
 
 def test_numbers_do_not_depend_on_the_neighbours_or_the_order(grid: dict[str, np.ndarray]) -> None:
@@ -299,7 +299,9 @@ def interrupted(work: Work, workers: int, after: int) -> dict[int, bytes]:
             found[point] = columns["final_state"][i].tobytes()
 
     with ThreadPoolExecutor(workers) as threads, pytest.raises(KeyboardInterrupt):
-        Engine(work, threads, workers, 8, deliver, _Interrupting(after), slice_seconds=0.002).run()
+        Engine(
+            work, threads, workers, 8, deliver, _Interrupting(after), quantum_seconds=0.002
+        ).run()
     return found
 
 
@@ -338,7 +340,7 @@ def test_an_interrupt_delivers_all_slices_under_way() -> None:
             8,
             lambda points, columns: delivered.extend(points.tolist()),
             _Interrupting(1),
-            slice_seconds=0.05,
+            quantum_seconds=0.05,
         ).run()
     assert sorted(delivered) == sorted(ended)
 

@@ -63,12 +63,12 @@ def six() -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize(
-    ("lanes", "workers", "slice_seconds"), [(1, 1, 0.25), (16, 1, 0.25), (8, 2, 0.002)]
+    ("lanes", "workers", "quantum_seconds"), [(1, 1, 0.25), (16, 1, 0.25), (8, 2, 0.002)]
 )
 def test_the_bits_do_not_depend_on_lanes_or_workers(
-    six: dict[str, np.ndarray], lanes: int, workers: int, slice_seconds: float
+    six: dict[str, np.ndarray], lanes: int, workers: int, quantum_seconds: float
 ) -> None:
-    assert same_bits(run_work(ensemble(), lanes, workers, slice_seconds), six)
+    assert same_bits(run_work(ensemble(), lanes, workers, quantum_seconds), six)
 
 
 def test_all_starts_have_all_variables_and_states_of_their_own(six: dict[str, np.ndarray]) -> None:

@@ -1,9 +1,9 @@
-"""One step of an additive Runge-Kutta pair in every lane at once: friction implicit,
-all else explicit.
+"""One step of an additive Runge-Kutta pair in every lane at once: friction is
+implicit, all else explicit.
 
-The acceleration of a velocity is a part without friction and a *push*, what the
-friction of contacts adds; friction that is steep in the slip speed makes an explicit
-method slow, and only it. A stage of the implicit part is
+The acceleration of a velocity is the sum of a part without friction and a *push*, the
+part of the friction at contacts. Only friction that is steep in the slip speed makes an
+explicit method slow. A stage of the implicit part is
 
     V = V* + h g push(X, V)
 
@@ -11,11 +11,11 @@ with V* and the positions X known from the stages before (positions are explicit
 the right-hand side solves for the slip speeds alone, one or two of them
 (:class:`nsdrill.abi.Rows`, ``relax`` = h g). Three points make it work:
 
-- The loads that come back agree with the velocities to rounding, so steepness amplifies
-  nothing.
+- The loads that the right-hand side returns agree with the velocities to rounding, so
+  steepness amplifies no error.
 - The end of the step is solved once more, y = y0 + h sum b_j f_j + h g (push(y) -
-  push_last): the end of an additive pair does not lie where friction balances, and the
-  next step would begin with noise. The difference of the two pushes belongs to the
+  push_last): the end of an additive pair does not satisfy the balance of friction, and
+  the next step would begin with noise. The difference of the two pushes belongs to the
   error.
 - Positions take pushes through the implicit matrix: h^2 A_E A_I. With A_E A_E in its
   place the order is the same and the error in rolling a hundred times larger.
@@ -41,33 +41,33 @@ from nsdrill.elementary import fma
 from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import decide
 from nsdrill.kernel.kennedy_carpenter import Additive
-from nsdrill.kernel.scheme import OfTableau, Scheme, square
+from nsdrill.kernel.scheme import Scheme, TableauStepper, square
 from nsdrill.kernel.text import (
-    first_stages,
+    drifted_position,
+    error_control,
     indented,
-    judgement,
-    led,
-    loads,
     loops_over,
-    places_of,
+    second_stage,
+    slope_loads,
     stage_time,
+    step_constants,
     weighted,
 )
 
-ROOM = 0.5  # of the step from which on a stage may have several solutions
-LEAST = 1e-300  # in place of a zero that is divided by
+STEP_FRACTION = 0.5  # of the least step at which a stage may have several solutions
+TINY = 1e-300  # in place of a zero divisor
 
 
 @dataclass(frozen=True)
-class AdditivePair(OfTableau):
+class AdditivePair(TableauStepper):
     """A stepper (:class:`nsdrill.kernel.steppers.Stepper`) from the numbers of an
-    additive pair, for right-hand sides with friction apart."""
+    additive pair, for right-hand sides that keep friction apart."""
 
     tableau: Additive
 
     def rows(self, rows: Rows) -> Rows:
-        """``rows`` with room for slopes and pushes at the stages but the first, and for
-        how far positions would go."""
+        """``rows`` with the stepper's rows: slopes and pushes at all stages but the
+        first, and the positions' change over the step at constant velocity."""
         inner = len(self.tableau.nodes) - 1
         return replace(rows, private=inner * (rows.slopes + len(rows.pushed)) + rows.slopes)
 
@@ -104,14 +104,14 @@ def _make(pair: Additive, lanes: int, rows: Rows) -> Any:
 def _text(pair: Additive, lanes: int, rows: Rows) -> str:
     """The text of ``step(b, right_hand_side, observer, store)``."""
     stages, W, width = len(pair.nodes), lanes, rows.slopes + len(rows.pushed)
-    places = {
-        **places_of(rows, lanes, pair.order),
+    values = {
+        **step_constants(rows, lanes, pair.order),
         **{f"a{k}_": W * (rows.stepper + (k - 2) * width) for k in range(2, stages + 1)},
         **{
             f"p{k}_": W * (rows.stepper + (k - 2) * width + rows.slopes)
             for k in range(2, stages + 1)
         },
-        "lead_": W * (rows.stepper + (stages - 1) * width),
+        "drift_": W * (rows.stepper + (stages - 1) * width),
         "p1_": W * rows.start_push,
         "push_": W * rows.push,
         "relax_": W * rows.relax,
@@ -121,91 +121,99 @@ def _text(pair: Additive, lanes: int, rows: Rows) -> str:
     lines = [
         '"""One step in all lanes; made from the numbers of an additive Runge-Kutta pair."""',
         "",
-        constants(**places),
+        constants(**values),
         "def step(b, right_hand_side, observer, store):",
-        *indented(_first_stage(pair, rows)),
+        *indented(_second_stage(pair, rows)),
         *(line for k in range(3, stages + 2) for line in indented(_stage(pair, rows, k))),
-        *indented(_judgement(pair, rows)),
+        *indented(_error_control(pair, rows)),
         "    observer(b, store)",
-        "    return wanted",
+        "    return any_attention",
     ]
     return "\n".join(lines) + "\n"
 
 
-def _first_stage(pair: Additive, rows: Rows) -> Iterable[str]:
-    """The second stage, of a step within which every stage has one solution."""
-    c, weight, push = pair.nodes[1], pair.explicit[0][0], pair.pushes[0][0]
-    bend, bend_push = _padded(pair.positions[0], 1)[0], pair.position_pushes[0][0]
-    longest = f"{ROOM / pair.diagonal!r} / max(b[falling_ + i], {LEAST!r})"
+def _second_stage(pair: Additive, rows: Rows) -> Iterable[str]:
+    """The lines of the second stage. The step is short enough for every stage to have
+    one solution."""
+    c, weight, push_weight = pair.nodes[1], pair.explicit[0][0], pair.pushes[0][0]
+    position_weight = _padded(pair.positions[0], 1)[0]
+    position_push_weight = pair.position_pushes[0][0]
+    longest = f"{STEP_FRACTION / pair.diagonal!r} / max(b[falling_ + i], {TINY!r})"
 
-    def ahead(pushed: bool) -> str:
-        return _ahead(c, weighted([(bend, "a1"), *([(bend_push, "p1")] if pushed else [])]))
+    def position(pushed: bool) -> str:
+        push = [(position_push_weight, "p1")] if pushed else []
+        return _second_position(c, weighted([(position_weight, "a1"), *push]))
 
     def rate(pushed: bool) -> str:
-        return weighted([(weight, "a1"), *([(push, "p1")] if pushed else [])])
+        return weighted([(weight, "a1"), *([(push_weight, "p1")] if pushed else [])])
 
     step = f"min(min(b[proposed_ + i], {longest}), b[mark_time_ + i] - t)"
-    return first_stages(rows, c, step, ahead, rate, ["b[relax_ + i] = diagonal * h"])
+    return second_stage(rows, c, step, position, rate, ["b[relax_ + i] = diagonal * h"])
 
 
-def _ahead(c: float, bends: str) -> str:
-    """The position of the second stage."""
-    ahead = f"fma({c!r}, lead, x_now)"
-    return ahead if bends == "0.0" else f"fma(h * h, {bends}, {ahead})"
+def _second_position(c: float, change: str) -> str:
+    """A position at the second stage; ``change`` times the step squared is what the
+    slopes contribute."""
+    drifted = f"fma({c!r}, drift, x_now)"
+    return drifted if change == "0.0" else f"fma(h * h, {change}, {drifted})"
 
 
 def _stage(pair: Additive, rows: Rows, stage: int) -> Iterable[str]:
-    """Stage ``stage``, counted from 1, in one pass over the states; the one after the
-    last is the end of the step."""
+    """The lines of stage ``stage``, counted from 1, in one pass over the states. The
+    one after the last is the end of the step."""
     stages = len(pair.nodes)
     end = stage > stages
     c = 1.0 if end else pair.nodes[stage - 1]
-    bends, bend_pushes = pair.positions[stage - 2], pair.position_pushes[stage - 2]
+    position_weights, position_push_weights = (
+        pair.positions[stage - 2],
+        pair.position_pushes[stage - 2],
+    )
     if end:
         weights: Sequence[float] = pair.weights
-        pushes: Sequence[float] = (*(0.0,) * (stages - 1), -pair.diagonal)
+        push_weights: Sequence[float] = (*(0.0,) * (stages - 1), -pair.diagonal)
     else:
-        weights, pushes = pair.explicit[stage - 2], pair.pushes[stage - 2]
+        weights, push_weights = pair.explicit[stage - 2], pair.pushes[stage - 2]
     newest = stage - 1
     head = ["for i in range(W):", "    h = b[step_ + i]", "    hh = h * h"]
     yield from head
     if c != (pair.nodes[newest - 1]):
         yield f"    {stage_time(c)}"
-    for loop, order, alone, pushed in loops_over(rows):
-        if alone:
+    for loop, order, new_lane_loop, pushed in loops_over(rows):
+        if new_lane_loop:
             yield from head
         yield f"    {loop}"
-        yield from (f"        {line}" for line in loads(newest, pushed))
+        yield from (f"        {line}" for line in slope_loads(newest, pushed))
         yield f"        b[a{newest}_ + j] = a{newest}"
         if pushed:
             yield f"        b[p{newest}_ + q] = p{newest}"
         if order == 2:
-            bent = weighted(_terms(bends, bend_pushes if pushed else ()))
-            yield f"        b[stage_ + x] = fma(hh, {bent}, {led(c)})"
+            change = weighted(_terms(position_weights, position_push_weights if pushed else ()))
+            yield f"        b[stage_ + x] = fma(hh, {change}, {drifted_position(c)})"
         last = "xv"[order - 1]
-        rate = weighted(_terms(weights, pushes if pushed else ()))
+        rate = weighted(_terms(weights, push_weights if pushed else ()))
         yield f"        b[stage_ + {last}] = fma(h, {rate}, b[start_ + {last}])"
     yield "right_hand_side(b)"
 
 
-def _judgement(pair: Additive, rows: Rows) -> Iterable[str]:
-    """The error of each state, and what follows from it."""
+def _error_control(pair: Additive, rows: Rows) -> Iterable[str]:
+    """The lines that estimate the error of each state and decide on the step."""
     stages = len(pair.nodes)
-    bends, bend_pushes = pair.position_error
+    position_weights, position_push_weights = pair.position_error
 
     def errors(order: int, pushed: bool) -> Iterable[str]:
-        yield from loads(stages, pushed, newest=False)
+        yield from slope_loads(stages, pushed, newest=False)
         error = weighted(_terms(pair.error, ()))
         if pushed:
             error = f"fma(diagonal, b[push_ + q] - p{stages}, {error})"
         if order == 2:
-            yield f"error_x = h * {weighted(_terms(bends, bend_pushes if pushed else ()))}"
+            yield f"error_x = h * {weighted(_terms(position_weights, position_push_weights if pushed else ()))}"
         yield f"error_{'xv'[order - 1]} = {error}"
 
-    return judgement(rows, errors)
+    return error_control(rows, errors)
 
 
 def _terms(slopes: Sequence[float], pushes: Sequence[float]) -> list[tuple[float, str]]:
+    """(weight, name) of the slopes a1, a2, ... and of the pushes p1, p2, ..."""
     return [
         *((weight, f"a{k}") for k, weight in enumerate(slopes, start=1)),
         *((weight, f"p{k}") for k, weight in enumerate(pushes, start=1)),

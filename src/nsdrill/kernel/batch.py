@@ -1,9 +1,9 @@
-"""A batch: some lanes, the runs waiting for them, and the runs just finished.
+"""A batch: some lanes, the runs that wait for a lane, and the runs just finished.
 
-A batch is plain data; the compiled parts come in when it is advanced. So it can be sent
-to any thread or process. It is advanced for a bounded time, so that its owner can save,
-stop, and hand it more runs; nothing about the numbers depends on when that happens, on
-the number of lanes, or on the neighbours in the other lanes.
+A batch is plain data and can be sent to any thread or process; the compiled functions
+are passed to :meth:`Batch.advance`. It is advanced for a bounded time, between which
+runs can be added and results saved. The numbers do not depend on when that happens, on
+the number of lanes, or on the runs in the other lanes.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from nsdrill.kernel.loop import (
     PACKED_STEPS,
     QUEUE_END,
     QUEUE_NEXT,
-    REPORT,
+    RUN_COLUMNS,
     SETTINGS,
     make_advance,
     places_of,
@@ -36,49 +36,51 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS, Stepper
 
 Array = np.ndarray[Any, np.dtype[Any]]
-SEGMENT = 20_000  # packed steps between looks at the clock: some 20 ms
-FEW = 24  # chains that one vector register to a row serves sooner than two
-USUAL, WIDE = 16, 32  # lanes of two and of four vector registers to a row
-BEYOND = 1.25  # times the nearest cache that the buffer may have with four of them
+STEPS_PER_CALL = 20_000  # packed steps between two checks of the clock: some 20 ms
+FEW = 24  # chains up to which one vector register per row is faster than two
+DEFAULT_LANES, WIDE_LANES = 16, 32  # with two and with four vector registers per row
+CACHE_FACTOR = 1.25  # largest size of the buffer with four of them, over that of the cache
 
 
 def choose_lanes(chains: int) -> int:
-    """How many lanes serve this many chains best; the numbers do not depend on it.
-    ``$NSDRILL_LANES`` decides if set.
+    """The fastest number of lanes for this many chains, or ``$NSDRILL_LANES`` if set.
+    The results do not depend on it.
 
-    A lone chain gains nothing from lanes: all but one would stand empty. With many, two
-    vector registers to a row hide the latencies of the instructions better than one;
-    four no longer fit the nearest cache. With few, the longest takes as long as all
-    others together, and a packed step of one register is over sooner.
+    One chain needs one lane. With many chains, two vector registers per row hide the
+    latencies of the instructions better than one; with four, the buffer no longer fits
+    the first-level cache. With few, the longest chain takes as long as all others
+    together, and a packed step of one register is shorter.
     """
-    if chosen := os.environ.get("NSDRILL_LANES"):
-        if chosen not in ("1", "2", "4", "8", "16", "32"):
-            raise InputError(f"NSDRILL_LANES: found {chosen}; allowed: 1, 2, 4, 8, 16 or 32.")
-        return int(chosen)
+    if configured := os.environ.get("NSDRILL_LANES"):
+        if configured not in ("1", "2", "4", "8", "16", "32"):
+            raise InputError(f"NSDRILL_LANES: found {configured}; allowed: 1, 2, 4, 8, 16 or 32.")
+        return int(configured)
     if chains <= 1:
         return 1
     return (
-        8 if chains <= FEW or not llvmlite.binding.get_host_cpu_features().get("avx512f") else USUAL
+        8
+        if chains <= FEW or not llvmlite.binding.get_host_cpu_features().get("avx512f")
+        else DEFAULT_LANES
     )
 
 
 def widened(lanes: int, chains: int, rows: Rows) -> int:
-    """More lanes than these, where so many chains with friction apart gain from it; the
-    numbers do not depend on it.
+    """``lanes``, or more of them where that makes so many chains with implicit friction
+    faster. The results do not depend on it.
 
-    Newton's iterations for the slips are one long chain of instructions, each of which
-    waits for the last. Two vector registers to a row fill half of that time, four all
-    of it: 1.1 to 1.3 times the speed, measured with a first-level cache of 48 KiB.
-    Where the buffer is much larger than that cache, nothing is gained.
+    Newton's iterations for the slips are one long chain of dependent instructions. Two
+    vector registers per row hide half of its latency, four all of it: 1.1 to 1.3 times
+    the speed, measured with a first-level cache of 48 KiB. Where the buffer is much
+    larger than that cache, nothing is gained.
     """
-    fits = rows.used * WIDE * 8 <= BEYOND * nearest_cache()
-    gains = rows.apart != 0 and lanes == USUAL and chains >= 2 * FEW and fits
-    return WIDE if gains and not os.environ.get("NSDRILL_LANES") else lanes
+    fits = rows.used * WIDE_LANES * 8 <= CACHE_FACTOR * first_level_cache()
+    gains = rows.apart != 0 and lanes == DEFAULT_LANES and chains >= 2 * FEW and fits
+    return WIDE_LANES if gains and not os.environ.get("NSDRILL_LANES") else lanes
 
 
 @lru_cache
-def nearest_cache() -> int:
-    """Bytes of the first-level cache for data, 0 where the system does not tell."""
+def first_level_cache() -> int:
+    """Bytes of the first-level data cache, 0 where it is unknown."""
     try:
         for index in Path("/sys/devices/system/cpu/cpu0/cache").glob("index*"):
             level, kind = ((index / name).read_text().strip() for name in ("level", "type"))
@@ -91,8 +93,8 @@ def nearest_cache() -> int:
 
 @dataclass(frozen=True)
 class Compiled:
-    """The compiled parts for one lane count: the model's right-hand side, the observer
-    and its marker."""
+    """The compiled functions for one number of lanes: the model's right-hand side, the
+    observer, and the observer's marker, which is called at the marks of a run."""
 
     right_hand_side: Any
     observer: Any
@@ -101,13 +103,16 @@ class Compiled:
 
 @dataclass(frozen=True)
 class Runs:
-    """What distinguishes runs of one model; arrays over the runs.
+    """Runs of one model; arrays over the n runs.
 
-    ``parameters`` [n, parameters], ``state_scales`` [n, states]: the absolute tolerance
-    of a state is the relative one times its scale; ``frame_rates`` [n, slopes]: what the
-    rate of a position has beyond its velocity; ``phase_rate`` [n] [rad/s];
-    ``first_step`` [n] [s]; ``initial`` [n, states + 1], the phase last. ``transient``
-    and ``observe`` [n] [s] where they are not those of the batch.
+    - ``parameters`` [n, parameters];
+    - ``state_scales`` [n, states]: the absolute tolerance of a state is the relative
+      one times its scale;
+    - ``frame_rates`` [n, slopes]: the rate of a position minus its velocity;
+    - ``phase_rate`` [n] [rad/s];
+    - ``first_step`` [n] [s];
+    - ``initial`` [n, states + 1], the phase last;
+    - ``transient`` and ``observe`` [n] [s], if they differ from those of the batch.
     """
 
     parameters: Array
@@ -124,8 +129,8 @@ class Runs:
 
 
 @dataclass
-class Finished:
-    """Runs that ended, in the order in which they did; arrays over these runs."""
+class FinishedRuns:
+    """Runs that ended, in that order; arrays over these runs."""
 
     job: Array  #: the ids given to :meth:`Batch.add`
     status: Array
@@ -137,9 +142,9 @@ class Finished:
     parameters: Array
 
 
-def _marks(transient: Any, observe: Any) -> dict[str, Any]:
-    """When the marks of a run are due [s], and its least step, which still moves the
-    clock at the end."""
+def _times(transient: Any, observe: Any) -> dict[str, Any]:
+    """The times of the marks of a run [s], and its least step, which still changes the
+    time at the end of the run."""
     closes = transient + observe
     return {
         "least_step": 16 * np.finfo(float).eps * closes,
@@ -152,8 +157,8 @@ def _marks(transient: Any, observe: Any) -> dict[str, Any]:
 class Batch:
     """``lanes`` lanes with room for ``slots`` runs.
 
-    ``store`` is the observer's store and ``report_width`` the number of columns in
-    which it reports.
+    ``store`` is the observer's store and ``report_width`` the number of columns of its
+    outcome.
     """
 
     def __init__(
@@ -175,7 +180,7 @@ class Batch:
         self._successor = np.full(slots, -1, dtype=np.int64)
         self._job = np.full(slots, -1, dtype=np.int64)
         self._queue = np.zeros(slots, dtype=np.int64)
-        self._outbox = np.zeros((slots, len(REPORT) + rows.states + 1 + report_width))
+        self._outbox = np.zeros((slots, len(RUN_COLUMNS) + rows.states + 1 + report_width))
         self._finished = np.zeros(slots, dtype=np.int64)
         self._counters = np.zeros(COUNTERS, dtype=np.int64)
         self._free = list(range(slots))[::-1]
@@ -184,7 +189,7 @@ class Batch:
     @staticmethod
     def _settings(simulation: Simulation) -> dict[str, float]:
         return {
-            **_marks(simulation.transient, simulation.observe),
+            **_times(simulation.transient, simulation.observe),
             "per_rtol": 1.0 / simulation.rtol,
             "limit": float(simulation.max_steps),
         }
@@ -195,12 +200,12 @@ class Batch:
 
     @property
     def slots(self) -> int:
-        """How many runs fit in all."""
+        """How many runs there is room for."""
         return len(self._job)
 
     @property
     def free(self) -> int:
-        """How many more runs fit."""
+        """How many more runs there is room for."""
         return len(self._free)
 
     @property
@@ -210,7 +215,7 @@ class Batch:
 
     @property
     def idle(self) -> bool:
-        """Whether nothing runs or waits."""
+        """Whether no run is in a lane or in the queue."""
         return self.waiting == 0 and bool(np.all(self._lane[: self.lanes] < 0))
 
     @property
@@ -223,22 +228,22 @@ class Batch:
         return int(self._counters[PACKED_STEPS])
 
     def add(self, job: Array, runs: Runs) -> None:
-        """Append one chain: runs that follow one another, each from the state which the
-        one before has reached.
+        """Append one chain: runs each of which starts from the state reached by the one
+        before.
 
         ``job`` [n] ids. The first row of ``runs.initial`` is the state of the first
-        run; the others serve where the run before failed. Raises ValueError where they
-        do not fit.
+        run; the others are used where the run before failed. ValueError if there is no
+        room for all runs.
         """
-        slots = self._place(job, runs)
+        slots = self._fill_slots(job, runs)
         self._successor[slots[:-1]] = slots[1:]
         self._enqueue(slots[:1])
 
     def add_many(self, job: Array, runs: Runs) -> None:
-        """Append independent runs; arguments as of :meth:`add`."""
-        self._enqueue(self._place(job, runs))
+        """Append independent runs; arguments as for :meth:`add`."""
+        self._enqueue(self._fill_slots(job, runs))
 
-    def _place(self, job: Array, runs: Runs) -> Array:
+    def _fill_slots(self, job: Array, runs: Runs) -> Array:
         if len(job) > self.free:
             raise ValueError(f"{len(job)} runs for {self.free} free slots")
         slots = np.array([self._free.pop() for _ in range(len(job))], dtype=np.int64)
@@ -248,10 +253,10 @@ class Batch:
             "first_step": runs.first_step,
         }
         if runs.transient is not None and runs.observe is not None:
-            settings |= _marks(runs.transient, runs.observe)
-        wide = np.concatenate([runs.parameters, runs.state_scales, runs.frame_rates], axis=1)
-        self._table[slots, : wide.shape[1]] = wide
-        for column, name in enumerate(SETTINGS, start=wide.shape[1]):
+            settings |= _times(runs.transient, runs.observe)
+        columns = np.concatenate([runs.parameters, runs.state_scales, runs.frame_rates], axis=1)
+        self._table[slots, : columns.shape[1]] = columns
+        for column, name in enumerate(SETTINGS, start=columns.shape[1]):
             self._table[slots, column] = settings[name]
         self._state[slots] = runs.initial
         self._job[slots] = job
@@ -263,23 +268,23 @@ class Batch:
         self._queue[(end + np.arange(len(slots))) % len(self._queue)] = slots
         self._counters[QUEUE_END] = end + len(slots)
 
-    def run_alone(self, parts: Compiled) -> Finished:
-        """Advance until the one run in it has ended."""
+    def run_alone(self, parts: Compiled) -> FinishedRuns:
+        """Advance until the only run of the batch has ended."""
         while True:
             done = self.advance(parts, 0.2, True)
             if len(done.job):
                 return done
 
-    def advance(self, parts: Compiled, seconds: float, drain: bool) -> Finished:
-        """Advance for about ``seconds`` of wall time, less where all runs end; unless
-        ``drain``, also less where a lane finds nothing to do. Gives the runs that ended
-        and forgets them."""
+    def advance(self, parts: Compiled, seconds: float, drain: bool) -> FinishedRuns:
+        """Advance for about ``seconds`` of wall time, or until all runs have ended or,
+        unless ``drain``, one more lane is idle. Returns the runs that ended, whose
+        slots become free."""
         deadline = time.perf_counter() + seconds
-        loop, places = make_advance(), places_of(self.lanes, self.rows)
+        advance, places = make_advance(), places_of(self.lanes, self.rows)
         stepper = self._stepper.make(self.lanes, self.rows)
         while True:
             before = self.packed_steps
-            loop(
+            advance(
                 places,
                 self._buffer,
                 self._store,
@@ -292,18 +297,19 @@ class Batch:
                 self._finished,
                 self._counters,
                 drain,
-                SEGMENT,
+                STEPS_PER_CALL,
                 parts.right_hand_side,
                 parts.observer,
                 parts.marker,
                 stepper,
             )
-            if self.packed_steps - before < SEGMENT or time.perf_counter() >= deadline:
+            if self.packed_steps - before < STEPS_PER_CALL or time.perf_counter() >= deadline:
                 return self._collect()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Of the outbox, most of the bytes, only what the runs in the lanes have left
-        there: between two advances all others are collected, or have not begun."""
+        """Of the outbox, which is most of the bytes, only the rows of the runs in the
+        lanes: between two calls of :meth:`advance` all others are collected or have not
+        begun."""
         running = self._lane[: self.lanes]
         running = running[running >= 0]
         return {**self.__dict__, "_outbox": (self._outbox.shape, running, self._outbox[running])}
@@ -318,20 +324,20 @@ class Batch:
             array[:] = data[name]
             setattr(self, name, array)
 
-    def _collect(self) -> Finished:
-        n = int(self._counters[FINISHED])
+    def _collect(self) -> FinishedRuns:
+        count = int(self._counters[FINISHED])
         self._counters[FINISHED] = 0
-        slots = self._finished[:n]
+        slots = self._finished[:count]
         states = self.rows.states
         out = self._outbox[slots]
         self._free.extend(slots[::-1].tolist())
-        return Finished(
+        return FinishedRuns(
             job=self._job[slots],
             status=out[:, 0].astype(np.int8),
             accepted=out[:, 1].astype(np.int64),
             rejected=out[:, 2].astype(np.int64),
             initial=self._state[slots],
-            final=out[:, len(REPORT) : len(REPORT) + states + 1],
-            report=out[:, len(REPORT) + states + 1 :],
+            final=out[:, len(RUN_COLUMNS) : len(RUN_COLUMNS) + states + 1],
+            report=out[:, len(RUN_COLUMNS) + states + 1 :],
             parameters=self._table[slots, : self.rows.parameters],
         )

@@ -3,8 +3,8 @@
 Kennedy & Carpenter 2019, Higher-order additive Runge-Kutta schemes for ordinary
 differential equations, Appl. Numer. Math. 136:183-205; the numbers as SUNDIALS 7
 tabulates them. Fourth order with an embedded third, seven stages; the implicit part is
-stiffly accurate and L-stable, all its stages but the first have one coefficient on the
-diagonal.
+stiffly accurate and L-stable, and has the same coefficient on the diagonal at all
+stages but the first.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-Rows = tuple[tuple[float, ...], ...]
+Matrix = tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,8 @@ class Additive:
     name: str
     order: int
     nodes: tuple[float, ...]
-    explicit: Rows
-    implicit: Rows
+    explicit: Matrix
+    implicit: Matrix
     weights: tuple[float, ...]
     embedded: tuple[float, ...]
 
@@ -38,35 +38,35 @@ class Additive:
     def error(self) -> tuple[float, ...]:
         """b - b*."""
         return tuple(
-            float(Fraction(one) - Fraction(two))
-            for one, two in zip(self.weights, self.embedded, strict=True)
+            float(Fraction(b) - Fraction(embedded))
+            for b, embedded in zip(self.weights, self.embedded, strict=True)
         )
 
     @property
-    def pushes(self) -> Rows:
-        """What the implicit matrix has beyond the explicit one, without the diagonal:
-        what the part of a slope that is integrated implicitly needs besides the weights
-        of the whole slope."""
+    def pushes(self) -> Matrix:
+        """The implicit matrix minus the explicit one, without the diagonal: the weights
+        of the implicit part of a slope, added to the explicit weights of the whole
+        slope."""
         return tuple(
             tuple(
-                float(Fraction(one) - Fraction(two))
-                for one, two in zip(implicit[:-1], explicit, strict=True)
+                float(Fraction(a) - Fraction(b))
+                for a, b in zip(implicit[:-1], explicit, strict=True)
             )
             for implicit, explicit in zip(self.implicit, self.explicit, strict=True)
         )
 
     @property
-    def positions(self) -> Rows:
-        """The weights of the slopes at the stages 2 to the last, and at the end, for
-        positions: the explicit weights through the explicit matrix. They lack the last
-        column, which is zero."""
+    def positions(self) -> Matrix:
+        """The weights of the slopes in positions at the stages 2 to the last and at the
+        end: the explicit weights times the explicit matrix, without the last column,
+        which is zero."""
         return tuple(self._through(row, self.explicit) for row in (*self.explicit, self.weights))
 
     @property
-    def position_pushes(self) -> Rows:
-        """What the weights of pushes for positions have beyond :attr:`positions`: a
-        position takes a push through the implicit matrix. With the diagonal, so one
-        column more."""
+    def position_pushes(self) -> Matrix:
+        """The weights of the pushes in positions, added to :attr:`positions`: the
+        explicit weights times the difference of the implicit and the explicit matrix.
+        With the diagonal, so one column more."""
         return tuple(
             tuple(
                 float(a - b)
@@ -79,24 +79,19 @@ class Additive:
 
     @property
     def position_error(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """The error of positions: weights of slopes and what those of pushes have
-        beyond."""
-        error, both = (
-            self.error,
-            zip(
-                self._exact(self.error, self.implicit),
-                self._exact(self.error, self.explicit),
-                strict=True,
-            ),
-        )
-        return self._through(error, self.explicit), tuple(float(a - b) for a, b in both)
+        """The weights in the error of positions: of the slopes, and of the pushes in
+        addition."""
+        implicit = self._exact(self.error, self.implicit)
+        explicit = self._exact(self.error, self.explicit)
+        pushes = tuple(float(a - b) for a, b in zip(implicit, explicit, strict=True))
+        return self._through(self.error, self.explicit), pushes
 
-    def _through(self, weights: tuple[float, ...], matrix: Rows) -> tuple[float, ...]:
+    def _through(self, weights: tuple[float, ...], matrix: Matrix) -> tuple[float, ...]:
         return tuple(float(value) for value in self._exact(weights, matrix))[:-1]
 
-    def _exact(self, weights: tuple[float, ...], matrix: Rows) -> tuple[Fraction, ...]:
-        """``weights`` of the stages times ``matrix``, exact: these numbers are
-        constants of compiled code."""
+    def _exact(self, weights: tuple[float, ...], matrix: Matrix) -> tuple[Fraction, ...]:
+        """``weights`` of the stages times ``matrix``, exact, as they become constants
+        of compiled code."""
         rows = ((), *matrix)
         return tuple(
             sum(

@@ -1,9 +1,10 @@
-"""The loop over packed steps: fill the lanes, step, attend to marks and ends, refill.
+"""The loop over packed steps: fill the lanes, step, handle marks and ends, refill.
 
-Runs wait in *slots*, rows of a few arrays made by :class:`nsdrill.kernel.batch.Batch`.
-A lane takes a slot from the queue; when its run ends it goes on with the slot's
-successor, starting from the state it has reached, or takes the next one from the queue
-at once, whatever its neighbours do. The work for one lane is rare and scalar.
+Runs are stored in *slots*, rows of a few arrays of
+:class:`nsdrill.kernel.batch.Batch`. A lane takes a slot from the queue. When its run
+ends, it continues with the slot's successor, from the state reached, or takes the next
+slot from the queue at once, independently of the other lanes. Work for a single lane is
+rare and scalar.
 """
 
 from __future__ import annotations
@@ -45,8 +46,8 @@ SETTINGS = (
     "halves",
     "closes",
 )
-# Columns of the outbox before the observer's.
-REPORT = ("status", "accepted", "rejected")
+# Columns of the outbox before the final state and the observer's.
+RUN_COLUMNS = ("status", "accepted", "rejected")
 # Entries of the counters.
 QUEUE_NEXT, QUEUE_END, FINISHED, PACKED_STEPS, LANE_STEPS, COUNTERS = range(6)
 
@@ -56,9 +57,10 @@ _INDICES = types.int64[::1]
 
 
 @inlined
-def move_on(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_):  # type: ignore[no-untyped-def]
-    """Let lane i take its accepted step now, which the stepper would do when the next
-    step begins."""
+def commit_step(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_):  # type: ignore[no-untyped-def]
+    """Commit the accepted step of lane i now: the stepper would do it at the beginning
+    of the next step. ``W`` lanes, ``N`` states, ``A`` slopes and pushes; then the
+    offsets of rows in the buffer."""
     if b[moves_ + i] != 0.0:
         b[moves_ + i] = 0.0
         b[t_ + i] = b[t_ + i] + b[h_ + i]
@@ -75,17 +77,19 @@ _RATE, _FIRST, _LEAST, _PER_RTOL, _LIMIT, _OPENS = (
 
 
 class Places(NamedTuple):
-    """Where the loop finds a run in the lane buffer and in the slot table: counts,
-    offsets of rows (names that end in ``_``) and columns of the table (in ``_c``). The
-    loop is compiled once, for every layout: what it does for a lane is rare, unlike
-    what the stepper does."""
+    """Where a run is in the lane buffer and in the slot table: counts, offsets of rows
+    (names that end in ``_``) and columns of the table (in ``_c``).
+
+    The loop is compiled once for all layouts, as its work for a lane is rare, unlike
+    that of the stepper.
+    """
 
     lanes: int
     states: int
     slopes: int
-    kept: int  # slopes and pushes, which stand together
+    slopes_and_pushes: int  # which are adjacent
     parameters: int
-    own: int  # states that a chain hands on
+    carried: int  # states that are carried along a chain
     stage_: int
     acceleration_: int
     t_stage_: int
@@ -117,7 +121,7 @@ class Places(NamedTuple):
 @lru_cache
 def places_of(lanes: int, rows: Rows) -> Places:
     """The places for a number of lanes and a row layout."""
-    places = {
+    offsets = {
         name: lanes * row
         for name, row in {
             "stage_": rows.stage,
@@ -144,12 +148,12 @@ def places_of(lanes: int, rows: Rows) -> Places:
         lanes=lanes,
         states=rows.states,
         slopes=rows.slopes,
-        kept=rows.slopes + len(rows.pushed),
+        slopes_and_pushes=rows.slopes + len(rows.pushed),
         parameters=rows.parameters,
-        own=rows.own,
+        carried=rows.own,
         relax_=lanes * rows.relax if rows.apart else -1,
         setting_c=rows.parameters + rows.states + rows.slopes,
-        **places,
+        **offsets,
     )
 
 
@@ -160,11 +164,21 @@ def make_advance() -> Any:
     ``advance(places, buffer, store, lane, table, state, successor, queue, outbox,
     finished, counters, drain, budget, right_hand_side, observer, marker,
     stepper)`` makes at most ``budget`` packed steps. It returns early when all lanes
-    are idle, or, unless ``drain``, when one more than at first is. A run that fails
-    does not end its chain: the next one then starts from the state laid down in its own
-    slot.
+    are idle, or, unless ``drain``, when more lanes are idle than at first. A run that
+    fails does not end its chain: the next one then starts from the state stored in its
+    own slot.
+
+    ====================  ==========================================================
+    ``lane``              [3 lanes]: slot (-1: idle), next mark, 1 if just loaded
+    ``table``             [slots, columns]: parameters, scales, frame rates, SETTINGS
+    ``state``             [slots, states + 1]: where each run starts, the phase last
+    ``successor``         [slots]: the next slot of the chain, -1 at its end
+    ``queue``             [slots]: ring of slots that begin a chain
+    ``outbox``            [slots, columns]: RUN_COLUMNS, final state, phase, observer
+    ``finished``          [slots]: the slots of runs that ended
+    ====================  ==========================================================
     """
-    report_state = len(REPORT)
+    state_column = len(RUN_COLUMNS)
 
     @compiled(
         types.void(
@@ -188,7 +202,7 @@ def make_advance() -> Any:
         )
     )
     def advance(  # type: ignore[no-untyped-def]
-        at,
+        places,
         b,
         store,
         lane,
@@ -206,25 +220,37 @@ def make_advance() -> Any:
         marker,
         stepper,
     ):
-        W, N, M, A, P, own = at.lanes, at.states, at.slopes, at.kept, at.parameters, at.own
-        stage_, acceleration_, t_stage_, phase_, parameter_ = (
-            at.stage_,
-            at.acceleration_,
-            at.t_stage_,
-            at.phase_,
-            at.parameter_,
+        W, N, M, A, P, carried = (
+            places.lanes,
+            places.states,
+            places.slopes,
+            places.slopes_and_pushes,
+            places.parameters,
+            places.carried,
         )
-        y_, a1_, t_, h_, moves_, window_ = at.y_, at.a1_, at.t_, at.h_, at.moves_, at.window_
-        first_setting, report_observed = at.setting_c, report_state + N + 1
-        # lane[i] is the slot of lane i (-1: idle), lane[W + i] its next mark,
-        # lane[2 W + i] whether it was just loaded.
+        stage_, acceleration_, t_stage_, phase_, parameter_ = (
+            places.stage_,
+            places.acceleration_,
+            places.t_stage_,
+            places.phase_,
+            places.parameter_,
+        )
+        y_, a1_, t_, h_, moves_, window_ = (
+            places.y_,
+            places.a1_,
+            places.t_,
+            places.h_,
+            places.moves_,
+            places.window_,
+        )
+        first_setting, observer_column = places.setting_c, state_column + N + 1
         refill = True
         idle_at_first = -1
         for _ in range(budget):
             if refill:
                 refill = False
                 idle = 0
-                fresh = False
+                any_loaded = False
                 for i in range(W):
                     if lane[i] < 0 and counters[QUEUE_NEXT] < counters[QUEUE_END]:
                         lane[i] = queue[counters[QUEUE_NEXT] % len(queue)]
@@ -234,45 +260,46 @@ def make_advance() -> Any:
                     if slot < 0:
                         idle += 1
                     elif lane[2 * W + i] == 1:
-                        fresh = True
+                        any_loaded = True
                         for j in range(P):
                             b[parameter_ + j * W + i] = table[slot, j]
                         b[phase_ + i] = np.fmod(state[slot, N], TWO_PI)
                         for j in range(N):
                             b[y_ + j * W + i] = state[slot, j]
-                            b[at.scale_ + j * W + i] = table[slot, P + j]
+                            b[places.scale_ + j * W + i] = table[slot, P + j]
                         for j in range(M):
-                            b[at.frame_rate_ + j * W + i] = table[slot, P + N + j]
+                            b[places.frame_rate_ + j * W + i] = table[slot, P + N + j]
                         b[t_ + i] = 0.0
                         b[moves_ + i] = 0.0
                         b[window_ + i] = 0.0
-                        b[at.proposed_ + i] = table[slot, first_setting + _FIRST]
-                        b[at.least_step_ + i] = table[slot, first_setting + _LEAST]
-                        b[at.per_rtol_ + i] = table[slot, first_setting + _PER_RTOL]
-                        b[at.limit_ + i] = table[slot, first_setting + _LIMIT]
-                        b[at.last_error_ + i] = 0.0
-                        b[at.growth_ + i] = 0.0
-                        b[at.accepted_ + i] = 0.0
-                        b[at.rejected_ + i] = 0.0
-                        b[at.running_ + i] = 1.0
+                        b[places.proposed_ + i] = table[slot, first_setting + _FIRST]
+                        b[places.least_step_ + i] = table[slot, first_setting + _LEAST]
+                        b[places.per_rtol_ + i] = table[slot, first_setting + _PER_RTOL]
+                        b[places.limit_ + i] = table[slot, first_setting + _LIMIT]
+                        b[places.last_error_ + i] = 0.0
+                        b[places.growth_ + i] = 0.0
+                        b[places.accepted_ + i] = 0.0
+                        b[places.rejected_ + i] = 0.0
+                        b[places.running_ + i] = 1.0
                         lane[W + i] = OPENS
-                        b[at.mark_time_ + i] = table[slot, first_setting + _OPENS]
-                if fresh:
+                        b[places.mark_time_ + i] = table[slot, first_setting + _OPENS]
+                if any_loaded:
                     for i in range(W):
-                        move_on(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_)
-                    # Accelerations at the new states. All lanes are computed, the new
-                    # ones keep the result.
+                        commit_step(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_)
+                    # Slopes at the start of the loaded runs. They are computed for all
+                    # lanes and stored for the loaded ones.
                     for j in range(N * W):
                         b[stage_ + j] = b[y_ + j]
                     for i in range(W):
                         b[t_stage_ + i] = b[t_ + i]
-                        if at.relax_ >= 0:
-                            b[at.relax_ + i] = 0.0
+                        if places.relax_ >= 0:
+                            b[places.relax_ + i] = 0.0
                     right_hand_side(b)
                     for i in range(W):
                         b[moves_ + i] = float(lane[2 * W + i])
                         b[h_ + i] = 0.0
-                    # shows the new lanes where they start; no window is open there
+                    # A step of length zero: the start of the loaded runs, before their
+                    # observation.
                     observer(b, store)
                     for i in range(W):
                         b[moves_ + i] = 0.0
@@ -280,12 +307,14 @@ def make_advance() -> Any:
                             lane[2 * W + i] = 0
                             for j in range(A):
                                 b[a1_ + j * W + i] = b[acceleration_ + j * W + i]
-                            # no transient: the window opens at once
-                            if b[at.mark_time_ + i] <= 0.0:
-                                marker(b, store, i, OPENS, outbox[lane[i]], report_observed)
+                            # without a transient the observation begins at once
+                            if b[places.mark_time_ + i] <= 0.0:
+                                marker(b, store, i, OPENS, outbox[lane[i]], observer_column)
                                 b[window_ + i] = 1.0
                                 lane[W + i] = OPENS + 1
-                                b[at.mark_time_ + i] = table[lane[i], first_setting + _OPENS + 1]
+                                b[places.mark_time_ + i] = table[
+                                    lane[i], first_setting + _OPENS + 1
+                                ]
                 if idle_at_first < 0:
                     idle_at_first = idle
                 if idle == W or (idle > idle_at_first and not drain):
@@ -295,19 +324,19 @@ def make_advance() -> Any:
                 continue
             refill = True
             for i in range(W):
-                attention = b[at.attention_ + i]
+                attention = b[places.attention_ + i]
                 if attention == 0.0:
                     continue
                 slot = lane[i]
-                move_on(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_)
+                commit_step(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_)
                 if attention == MARK:
-                    b[t_ + i] = b[at.mark_time_ + i]
+                    b[t_ + i] = b[places.mark_time_ + i]
                     mark = lane[W + i]
-                    marker(b, store, i, mark, outbox[slot], report_observed)
+                    marker(b, store, i, mark, outbox[slot], observer_column)
                     if mark != CLOSES:
                         b[window_ + i] = 1.0
                         lane[W + i] = mark + 1
-                        b[at.mark_time_ + i] = table[slot, first_setting + _OPENS + mark + 1]
+                        b[places.mark_time_ + i] = table[slot, first_setting + _OPENS + mark + 1]
                         continue
                     status = OK
                 elif attention == LIMIT:
@@ -316,30 +345,30 @@ def make_advance() -> Any:
                     status = DIVERGED
                 else:
                     status = STEP_UNDERFLOW
-                # The run is over: report, then go on along the chain.
+                # The run is over: fill its row of the outbox, then continue the chain.
                 outbox[slot, 0] = status
-                outbox[slot, 1] = b[at.accepted_ + i]
-                outbox[slot, 2] = b[at.rejected_ + i]
+                outbox[slot, 1] = b[places.accepted_ + i]
+                outbox[slot, 2] = b[places.rejected_ + i]
                 for j in range(N):
-                    outbox[slot, report_state + j] = b[y_ + j * W + i]
+                    outbox[slot, state_column + j] = b[y_ + j * W + i]
                 phase = state[slot, N] + table[slot, first_setting + _RATE] * b[t_ + i]
-                outbox[slot, report_state + N] = phase
+                outbox[slot, state_column + N] = phase
                 finished[counters[FINISHED]] = slot
                 counters[FINISHED] += 1
-                counters[LANE_STEPS] += int(b[at.accepted_ + i] + b[at.rejected_ + i])
+                counters[LANE_STEPS] += int(b[places.accepted_ + i] + b[places.rejected_ + i])
                 b[window_ + i] = 0.0
-                following = successor[slot]
-                if following >= 0:
-                    # else the next one starts from the state that waits in its slot
+                next_slot = successor[slot]
+                if next_slot >= 0:
+                    # after a failure the next run starts from the state in its own slot
                     if status == OK:
-                        for j in range(own):
-                            state[following, j] = b[y_ + j * W + i]
-                        state[following, N] = phase
-                    lane[i] = following
+                        for j in range(carried):
+                            state[next_slot, j] = b[y_ + j * W + i]
+                        state[next_slot, N] = phase
+                    lane[i] = next_slot
                     lane[2 * W + i] = 1
                 else:
                     lane[i] = -1
-                    b[at.running_ + i] = 0.0
-                    b[at.mark_time_ + i] = b[t_ + i]  # no time left: the idle lane steps by nothing
+                    b[places.running_ + i] = 0.0
+                    b[places.mark_time_ + i] = b[t_ + i]  # an idle lane makes steps of length zero
 
     return advance

@@ -1,5 +1,5 @@
-"""The numbers of a step as arrays, for whoever makes one in a loop: one lane, now and
-then."""
+"""The numbers of a step as arrays, for steps that a loop over weights makes: those of
+one lane, which are rare."""
 
 from __future__ import annotations
 
@@ -13,28 +13,34 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 @dataclass(frozen=True, eq=False)
 class Scheme:
-    """A step evaluates the slopes at its stages, the first of which is its start; row n
-    of the arrays makes stage n + 2 or, the last, the end. ``nodes`` [stages]; ``rates``
-    and ``positions`` [stages, stages] are weights of the slopes, for velocities and,
-    times the step, for positions; ``more_rates`` and ``more_positions`` those of pushes
-    beyond. ``slopes`` and ``pushes`` say in which rows of the buffer those of each
-    stage stand, and ``diagonal`` times the step is what an implicit stage relaxes by, 0
-    of an explicit one."""
+    """The weights of a step, and where its slopes are.
+
+    A step evaluates the slopes at its stages, the first of which is its start. Row n of
+    the arrays gives stage n + 2 or, the last row, the end of the step.
+
+    - ``nodes`` [stages];
+    - ``rates`` and ``positions`` [stages, stages]: weights of the slopes, for
+      velocities and, times the step, for positions;
+    - ``push_rates`` and ``push_positions`` [stages, stages]: weights of the pushes in
+      addition;
+    - ``slopes`` and ``pushes``: the rows of the buffer that hold those of each stage;
+    - ``diagonal``: times the step, the ``relax`` of an implicit stage; 0 for an
+      explicit method.
+    """
 
     nodes: Array
     rates: Array
     positions: Array
-    more_rates: Array
-    more_positions: Array
+    push_rates: Array
+    push_positions: Array
     slopes: tuple[int, ...]
     pushes: tuple[int, ...]
     diagonal: float = 0.0
 
 
 @dataclass(frozen=True)
-class OfTableau:
-    """What steppers that are made from a tableau have alike: ``tableau`` holds name,
-    order and numbers."""
+class TableauStepper:
+    """A stepper made from a ``tableau``, which holds its name, order and numbers."""
 
     tableau: Any
 
@@ -48,8 +54,8 @@ class OfTableau:
 
 
 def square(rows: Any, stages: int) -> Array:
-    """Weights of unequal numbers as the rows of a square array, zeros after them."""
-    found = np.zeros((stages, stages))
+    """Rows of weights of unequal length as a square array, filled up with zeros."""
+    matrix = np.zeros((stages, stages))
     for n, row in enumerate(rows):
-        found[n, : len(row)] = row
-    return found
+        matrix[n, : len(row)] = row
+    return matrix

@@ -13,14 +13,15 @@ LONGEST = 1e7  # s, four months
 @dataclass(frozen=True)
 class Simulation:
     """``transient`` and ``observe`` in seconds; ``rtol`` relative tolerance per step;
-    ``max_steps`` counts accepted and rejected steps of one run; ``verify`` asks for
-    every point of a sweep to be checked by two more runs; ``pair`` names the embedded
-    Runge-Kutta pair of the explicit method. ``method``: ``implicit`` treats friction
-    implicitly; ``auto`` does where friction is steep (:mod:`nsdrill.models.steepness`),
-    and is ``explicit`` to whoever does not ask there.
+    ``max_steps`` bounds the number of accepted and rejected steps of one run; with
+    ``verify`` every point of a sweep is checked by two more runs; ``pair`` names the
+    embedded Runge-Kutta pair of the explicit method. ``method``: ``implicit`` treats
+    friction implicitly; ``auto`` does so only where friction is steep
+    (:mod:`nsdrill.models.steepness`), and is ``explicit`` in runs for which that is not
+    decided.
 
-    The ranges are those of a study. They are not checked here: checks and pieces of a
-    ramp go beyond them."""
+    The ranges are those of a study. They are not checked here, as the checks of a point
+    and the pieces of a ramp go beyond them."""
 
     transient: float = parameter(300.0, "s", high=LONGEST, usual="100 to 5000 s")
     observe: float = parameter(200.0, "s", low=1e-3, high=LONGEST, usual="50 to 2000 s")

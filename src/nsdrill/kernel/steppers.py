@@ -1,5 +1,5 @@
-"""The steppers by the names that a study gives them. A new one is a file beside these
-and a line here."""
+"""The steppers by their names in a study. A new one is a file beside these and a line
+here."""
 
 from __future__ import annotations
 
@@ -15,13 +15,16 @@ from nsdrill.kernel.tableau import TSITOURAS
 
 
 class Stepper(Protocol):
-    """What the kernel asks of a method.
+    """What the kernel requires of a method.
 
-    Its compiled function ``step(buffer, right_hand_side, observer, store)`` tries one
-    step in every lane from (``time``, ``start``, ``start_acceleration``), for which the
-    lanes with ``moves`` set move on first; leaves the end of the step in ``stage`` and
-    ``acceleration`` and the verdict in the rows of ``CONTROL``; shows the step to the
-    observer; and returns whether some lane asks for attention.
+    Its compiled function ``step(buffer, right_hand_side, observer, store)``
+
+    1. commits the accepted step in the lanes with ``moves`` set;
+    2. tries one step in every lane from (``time``, ``start``, ``start_acceleration``);
+    3. writes the end of the step to ``stage`` and ``acceleration``, and the
+       controller's decision to the rows of ``CONTROL``;
+    4. calls the observer;
+    5. returns whether some lane needs attention.
     """
 
     @property
@@ -31,7 +34,7 @@ class Stepper(Protocol):
     def order(self) -> int: ...
 
     def rows(self, rows: Rows) -> Rows:
-        """The row layout with the rows that are the stepper's own."""
+        """The row layout with the stepper's rows added."""
         ...
 
     def scheme(self, rows: Rows) -> Scheme:
@@ -39,13 +42,13 @@ class Stepper(Protocol):
         ...
 
     def make(self, lanes: int, rows: Rows) -> Any:
-        """The compiled function for a number of lanes and a row layout that
-        :meth:`rows` gave."""
+        """The compiled function for a number of lanes and a row layout returned by
+        :meth:`rows`."""
         ...
 
 
 IMPLICIT = "kennedy_carpenter"
-"""The name of the stepper that treats friction implicitly: its right-hand sides keep
+"""The name of the stepper that treats friction implicitly. Its right-hand sides keep
 friction apart."""
 
 STEPPERS: dict[str, ExplicitPair | AdditivePair] = {

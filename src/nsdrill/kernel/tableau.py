@@ -1,4 +1,5 @@
-"""The Runge-Kutta pair as data.
+"""The tableau of an embedded explicit Runge-Kutta pair, and the pair of Tsitouras as
+data.
 
 Tsitouras 2011, Runge-Kutta pairs of order 5(4) satisfying only the first column
 simplifying assumption, Comput. Math. Appl. 62:770-775. Fifth order with an embedded
@@ -25,26 +26,25 @@ class Tableau:
 
     @property
     def positions(self) -> tuple[tuple[float, ...], ...]:
-        """The matrix for positions, which need no slopes of their own: a position's
-        rate at a stage is its rate at the start and h times what ``matrix`` makes of
-        the accelerations, so that its stage value is x + c h x' + h^2 times this
-        matrix, ``matrix`` squared, of the accelerations. Its rows lack the last column,
-        which is zero."""
+        """The matrix for positions, which need no slopes of their own: the rate of a
+        position at a stage is its rate at the start plus h ``matrix`` times the
+        accelerations, so its stage value is x + c h x' + h^2 ``matrix``^2 times the
+        accelerations. This is ``matrix``^2 without the last column, which is zero."""
         return tuple(self._through_stages(row) for row in self.matrix)
 
     @property
     def position_error(self) -> tuple[float, ...]:
-        """The error of positions, h^2 times these weights of the accelerations (all but
-        the last)."""
+        """The weights of the accelerations (all but the last) in the error of
+        positions, which is h^2 times the weighted sum."""
         return self._through_stages(self.error)
 
     def _through_stages(self, weights: tuple[float, ...]) -> tuple[float, ...]:
-        """``weights`` times ``matrix``: what weights of the slopes are as weights of
-        the accelerations.
+        """``weights`` times ``matrix``: weights of the slopes as weights of the
+        accelerations.
 
-        Exact, and rounded once: these numbers are constants of the compiled code, and
-        the rounding of the built-in ``sum`` of floats is not the same in every
-        Python."""
+        Computed exactly and rounded once: these numbers are constants of the compiled
+        code, and the rounding of the built-in ``sum`` of floats is not the same in
+        every Python."""
         rows = ((), *self.matrix)
         return tuple(
             float(

@@ -1,12 +1,12 @@
 """The observer of a declaration (:mod:`nsdrill.observe.channels`), for any model and
 any number of lanes.
 
-It is made as text. Every packed step is examined in all lanes at once: the ends of the
-step are compared with what was found so far, sums over time are added up, and a number
-a lane notes the channels in which something happens inside the step: a quantity turns
-(its slope changes sign) or crosses its level. That is so in a few lanes only; they are
-then attended to one after another (:mod:`nsdrill.observe.inside`). Nothing depends on
-the neighbours.
+It is generated as text. Every packed step is examined in all lanes at once: the
+extremes so far are updated by the values at the ends of the step, integrals over time
+are accumulated, and a bit field per lane records the channels with an event inside the
+step: an extremum (the slope changes its sign) or a level crossing. Events occur in few
+lanes only, which are then handled one by one (:mod:`nsdrill.observe.inside`). The
+results of a lane do not depend on the other lanes.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from nsdrill.elementary import angle_between, bits_float, float_bits, fma, lowes
 from nsdrill.generate import constants, define
 from nsdrill.observe import interpolant
 from nsdrill.observe.channels import (
-    MOST,
+    MOST_CHANNELS,
     Channel,
     Declaration,
     Expression,
@@ -36,15 +36,23 @@ from nsdrill.observe.channels import (
     scale_of,
 )
 from nsdrill.observe.findings import PEAKS, RETURNS, RINGS
-from nsdrill.observe.inside import HIGH, LOW, MARGIN, NONE, locate, note_returns, turns
+from nsdrill.observe.inside import (
+    HIGH,
+    LOW,
+    MARGIN,
+    NONE,
+    has_extremum,
+    measure_events,
+    record_returns,
+)
 from nsdrill.scalar import embedded
 
-# Tolerances by which a maximum stands out from what is before and after it, to be a
-# peak and no ripple of the error.
+# The least prominence of a peak, in tolerances; smaller maxima may be ripples of the
+# error.
 PROMINENCE = 10.0
-# Channels in one loop over the lanes: a loop with too many places in the buffer (six
-# channels with all their features, measured) the compiler does not pack.
-TOGETHER = 2
+# Channels in one loop over the lanes. The compiler does not pack a loop that accesses
+# too many rows of the buffer, such as those of six channels with all features.
+CHANNELS_PER_LOOP = 2
 START, END, MARK = "start", "end", "mark"
 CONSTANTS = {
     "PEAKS": PEAKS,
@@ -66,16 +74,16 @@ HELPERS = (
 
 
 def own_rows(declaration: Declaration) -> dict[tuple[Any, ...], int]:
-    """Where the observer keeps what: the places of its rows among those of the
-    observers."""
+    """The position of each row of the observer among those of all observers, by (what,
+    name) or (what,)."""
     outputs = declaration.outputs.names if declaration.outputs else ()
     keys: list[tuple[Any, ...]] = [
         *(("before", name) for name in outputs),
         *(("now", name) for name in outputs),
-        *declaration.half,
-        *((part, name) for name in declaration.peaking for part in (LOW, HIGH, MARGIN)),
+        *declaration.measured_per_half,
+        *((part, name) for name in declaration.channels_with_peaks for part in (LOW, HIGH, MARGIN)),
         ("growth",),
-        ("word",),
+        ("event_bits",),
         ("level",),
     ]
     return {key: number for number, key in enumerate(keys)}
@@ -92,16 +100,17 @@ def make_observer(
     lanes: int, rows: Rows, names: Names, declaration: Declaration
 ) -> tuple[Any, Any]:
     """The compiled (observer, marker) of a declaration for a number of lanes and a row
-    layout, of which ``names`` are the rows. The observer's own rows are the first of
-    ``rows.observed``; the layout need not know the stepper's.
+    layout, whose rows have these ``names``. The observer's own rows are the first of
+    ``rows.observed``; the layout may be without the rows of the stepper.
 
-    ValueError where declaration, names and layout do not fit together.
+    ValueError if declaration, names and layout do not fit together, or a function of
+    the declaration cannot be compiled.
     """
     check(names, declaration)
     for what, found, wanted in (
         ("states", len(names.states), rows.own),
         ("slopes", len(names.slopes), rows.own_slopes),
-        # others may keep numbers after them
+        # further auxiliary outputs may follow those that are named
         ("aux", len(names.aux), min(len(names.aux), rows.aux)),
         ("parameters", len(names.parameters), rows.parameters),
     ):
@@ -111,48 +120,55 @@ def make_observer(
         raise ValueError(
             f"rows.observed: found {rows.observed}; allowed: at least {least}, see observed_rows"
         )
-    return _Maker(lanes, rows, names, declaration).make()
+    return _ObserverBuilder(lanes, rows, names, declaration).make()
 
 
-class _Maker:
-    """Writes the texts. In them b[row + i] is a row of lane i, and g0, d0, c0 and g1,
-    d1, c1 followed by the number of a channel are its value, slope and curvature at the
-    start and at the end of the step."""
+class _ObserverBuilder:
+    """Generates the texts of the functions and compiles them. In the texts ``b[row +
+    i]`` is a row of lane i, and g0, d0, c0 and g1, d1, c1, followed by ``_`` and the
+    number of a channel, are its value, slope and curvature at the start and at the end
+    of the step."""
 
     def __init__(self, lanes: int, rows: Rows, names: Names, declaration: Declaration) -> None:
         self.lanes, self.rows, self.names, self.declaration = lanes, rows, names, declaration
-        self.number = {channel.name: k for k, channel in enumerate(declaration.channels)}
-        self.own = own_rows(declaration)
+        self.number_of = {channel.name: k for k, channel in enumerate(declaration.channels)}
+        self.row_of = own_rows(declaration)
         self.helpers: dict[Any, tuple[str, Any, str]] = {}
-        self.places = {when: self._places(when) for when in (START, END, MARK)}
+        self.row_texts = {when: self._row_texts(when) for when in (START, END, MARK)}
 
     def make(self) -> tuple[Any, Any]:
-        attend = self._compile("attend", types.void(BUFFER, BUFFER, types.int64), self._attend())
+        handle_events = self._compile(
+            "handle_events", types.void(BUFFER, BUFFER, types.int64), self._event_lines()
+        )
         observer = self._compile(
-            "observer", types.void(BUFFER, BUFFER), self._observer(), attend=attend
+            "observer",
+            types.void(BUFFER, BUFFER),
+            self._observer_lines(),
+            handle_events=handle_events,
         )
         marker = self._compile(
             "marker",
             types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-            self._marker(),
+            self._marker_lines(),
         )
         return observer, marker
 
-    def _compile(self, name: str, signature: Any, lines: list[str], **known: Any) -> Any:
-        """From the lines of its body, the function ``name``. The code of all that it
-        calls is told by its text, under which the machine code is kept."""
-        called = [f"# {word}: {line}" for word, _, line in self.helpers.values()]
-        called += [f"# {word}: {function.__name__}" for word, function in known.items()]
-        takes = {
-            "attend": "b, store, happens",
+    def _compile(self, name: str, signature: Any, lines: list[str], **namespace: Any) -> Any:
+        """The compiled function ``name`` with these lines as its body. Comments in the
+        text identify the code of all functions that it calls, as the machine code is
+        cached under a digest of the text."""
+        comments = [f"# {word}: {line}" for word, _, line in self.helpers.values()]
+        comments += [f"# {word}: {function.__name__}" for word, function in namespace.items()]
+        arguments_of = {
+            "handle_events": "b, store, event_lanes",
             "observer": "b, store",
-            "marker": "b, store, i, mark, report, column",
+            "marker": "b, store, i, mark, outcome, column",
         }
-        tables = self._tables() if name == "attend" else []
-        head = [*called, constants(W=self.lanes), *tables, f"def {name}({takes[name]}):"]
+        tables = self._tables() if name == "handle_events" else []
+        head = [*comments, constants(W=self.lanes), *tables, f"def {name}({arguments_of[name]}):"]
         text = "\n".join([*head, *_indented(lines), ""])
-        known |= {word: helper for word, helper, _ in self.helpers.values()}
-        known |= {word: getattr(interpolant, word) for word in HELPERS}
+        namespace |= {word: helper for word, helper, _ in self.helpers.values()}
+        namespace |= {word: getattr(interpolant, word) for word in HELPERS}
         function = define(
             name,
             text,
@@ -162,11 +178,11 @@ class _Maker:
             lowest_bit=lowest_bit,
             float_bits=float_bits,
             bits_float=bits_float,
-            turns=turns,
-            locate=locate,
-            note_returns=note_returns,
+            has_extremum=has_extremum,
+            measure_events=measure_events,
+            record_returns=record_returns,
             **CONSTANTS,
-            **known,
+            **namespace,
         )
         try:
             return compiled(signature, self.lanes, *astuple(self.rows.of_observer))(function)
@@ -176,297 +192,305 @@ class _Maker:
             )
             raise ValueError(
                 f"the {name} cannot be compiled with the functions of the declaration "
-                f"({functions}): each must take "
-                "and return numbers and call only what the right-hand side may, and the one of "
-                "Outputs must return a "
-                "tuple of as many as there are names"
+                f"({functions}): each must take and return numbers and call only what the "
+                "right-hand side may, and the function of Outputs must return a tuple of one "
+                "number for each of the names"
             ) from error
 
-    # What rows and expressions are called in the text.
-    def _b(self, row: int) -> str:
+    # Rows and expressions in the text.
+    def _row(self, row: int) -> str:
         return f"b[{self.lanes * row} + i]"
 
-    def _own(self, *key: Any) -> str:
-        return self._b(self._own_row(*key))
+    def _own_row(self, *key: Any) -> str:
+        return self._row(self._row_number(*key))
 
-    def _own_row(self, *key: Any) -> int:
-        return self.rows.observer + self.own[key]
+    def _row_number(self, *key: Any) -> int:
+        return self.rows.observer + self.row_of[key]
 
-    def _place(self, *key: Any) -> int:
-        """Where an own row begins in the buffer, or NONE."""
-        return self.lanes * self._own_row(*key) if key in self.own else NONE
+    def _offset(self, *key: Any) -> int:
+        """The offset of a row of the observer in the buffer, or NONE."""
+        return self.lanes * self._row_number(*key) if key in self.row_of else NONE
 
-    def _places(self, when: str) -> dict[str, str]:
+    def _row_texts(self, when: str) -> dict[str, str]:
         rows, names, outputs = self.rows, self.names, self.declaration.outputs
-        first_state, first_slope, kept = (
+        first_state, first_slope, stored = (
             (rows.start, rows.start_acceleration, "before")
             if when == START
             else (rows.stage, rows.acceleration, "now")
         )
-        begun, length = self._b(rows.time), self._b(rows.step)
+        time, length = self._row(rows.time), self._row(rows.step)
         return {
-            **{name: self._b(first_state + k) for k, name in enumerate(names.states)},
-            **{name: self._b(first_slope + k) for k, name in enumerate(names.slopes)},
-            **{name: self._b(rows.parameter + k) for k, name in enumerate(names.parameters)},
-            **{name: self._own(kept, name) for name in (outputs.names if outputs else ())},
-            "time": f"({begun} + {length})" if when == END else begun,
-            "phase": self._b(rows.phase),
+            **{name: self._row(first_state + k) for k, name in enumerate(names.states)},
+            **{name: self._row(first_slope + k) for k, name in enumerate(names.slopes)},
+            **{name: self._row(rows.parameter + k) for k, name in enumerate(names.parameters)},
+            **{name: self._own_row(stored, name) for name in (outputs.names if outputs else ())},
+            "time": f"({time} + {length})" if when == END else time,
+            "phase": self._row(rows.phase),
         }
 
-    def _code(self, expression: Expression, place: dict[str, str]) -> str:
+    def _code(self, expression: Expression, texts: dict[str, str]) -> str:
         if isinstance(expression, str):
-            return place[expression]
+            return texts[expression]
         if not callable(expression):
             return repr(float(expression))
         if expression not in self.helpers:
             self.helpers[expression] = (f"function_{len(self.helpers)}", *embedded(expression))
-        return f"{self.helpers[expression][0]}({', '.join(place[name] for name in arguments(expression))})"
+        return f"{self.helpers[expression][0]}({', '.join(texts[name] for name in arguments(expression))})"
 
     def _level(self, channel: Channel) -> str:
-        return "np.inf" if channel.level is None else self._code(channel.level, self.places[END])
+        return "np.inf" if channel.level is None else self._code(channel.level, self.row_texts[END])
 
     def _ends(self, channel: Channel) -> list[str]:
-        """Lines that give the channel's values, slopes and curvatures their names."""
-        k, lines = self.number[channel.name], []
+        """The lines that assign the channel's values, slopes and curvatures at the ends
+        of the step."""
+        k, lines = self.number_of[channel.name], []
         for end, when in enumerate((START, END)):
-            place = self.places[when]
-            slope = self._code(channel.slope, place)
+            texts = self.row_texts[when]
+            slope = self._code(channel.slope, texts)
             lines += [
-                f"g{end}_{k} = {self._code(channel.value, place)}",
-                f"d{end}_{k} = {slope}" + (f" - {place[channel.frame]}" if channel.frame else ""),
+                f"g{end}_{k} = {self._code(channel.value, texts)}",
+                f"d{end}_{k} = {slope}" + (f" - {texts[channel.frame]}" if channel.frame else ""),
             ]
             if channel.curvature is not None:
-                lines.append(f"c{end}_{k} = {self._code(channel.curvature, place)}")
+                lines.append(f"c{end}_{k} = {self._code(channel.curvature, texts)}")
         return lines
 
     def _base(self, channel: Channel) -> Channel | None:
         return (
-            self.declaration.channels[self.number[channel.rate_of]]
+            self.declaration.channels[self.number_of[channel.rate_of]]
             if channel.rate_of is not None
             else None
         )
 
     def _frame(self, channel: Channel) -> str:
-        return self.places[END][channel.frame] if channel.frame else "0.0"
+        return self.row_texts[END][channel.frame] if channel.frame else "0.0"
 
-    def _observer(self) -> list[str]:
-        """All lanes, every step."""
+    def _observer_lines(self) -> list[str]:
+        """The body of the observer, which is called every step: all lanes at once."""
         rows, outputs = self.rows, self.declaration.outputs
-        shows = f"{self._b(rows.moves)} * {self._b(rows.window)} != 0.0"
-        # The length is nothing that the compiler knows, or it would unroll the loop of
-        # a small model before packing it.
+        is_observed = f"{self._row(rows.moves)} * {self._row(rows.window)} != 0.0"
+        # A length unknown to the compiler, which would otherwise unroll the loop of a
+        # small model before packing it.
         lanes = "for i in range(min(W, len(b)){}):"
-        lines = ["seen = happens = 0", lanes.format("")]
+        lines = ["observed_lanes = event_lanes = 0", lanes.format("")]
         if outputs:
             reads = {
-                **self.places[END],
-                **{name: self._b(rows.aux_now + k) for k, name in enumerate(self.names.aux)},
+                **self.row_texts[END],
+                **{name: self._row(rows.aux_now + k) for k, name in enumerate(self.names.aux)},
             }
-            results = "".join(f"{self._own('now', name)}, " for name in outputs.names)
+            results = "".join(f"{self._own_row('now', name)}, " for name in outputs.names)
             lines.append(f"    ({results}) = {self._code(outputs.function, reads)}")
-        lines += [f"    seen |= (1 << i) if {shows} else 0", f"    {self._own('word')} = 0.0"]
+        lines += [
+            f"    observed_lanes |= (1 << i) if {is_observed} else 0",
+            f"    {self._own_row('event_bits')} = 0.0",
+        ]
         channels = self.declaration.channels
-        for first in range(0, len(channels), TOGETHER):
-            together = channels[first : first + TOGETHER]
+        for first in range(0, len(channels), CHANNELS_PER_LOOP):
+            group = channels[first : first + CHANNELS_PER_LOOP]
             lines += [
-                lanes.format(" if seen != 0 else 0"),
-                f"    shows, h, word = {shows}, {self._b(rows.step)}, "
-                f"float_bits({self._own('word')})",
-                "    shown = h if shows else 0.0",
+                lanes.format(" if observed_lanes != 0 else 0"),
+                f"    is_observed, h, event_bits = {is_observed}, {self._row(rows.step)}, "
+                f"float_bits({self._own_row('event_bits')})",
+                "    observed_h = h if is_observed else 0.0",
                 "    per_h = 1.0 / h if h > 0.0 else 0.0",
             ]
-            bases = [base for channel in together if (base := self._base(channel))]
-            for channel in dict.fromkeys((*together, *bases)):
+            bases = [base for channel in group if (base := self._base(channel))]
+            for channel in dict.fromkeys((*group, *bases)):
                 lines += _indented(self._ends(channel))
-            for channel in together:
-                lines += _indented(self._seen(channel))
+            for channel in group:
+                lines += _indented(self._channel_lines(channel))
             lines += [
-                "    word = word if shows else 0",
-                f"    {self._own('word')} = bits_float(word)",
-                "    happens |= (1 << i) if word != 0 else 0",
+                "    event_bits = event_bits if is_observed else 0",
+                f"    {self._own_row('event_bits')} = bits_float(event_bits)",
+                "    event_lanes |= (1 << i) if event_bits != 0 else 0",
             ]
-        for winding in self.declaration.those(Winding):
+        for winding in self.declaration.of_kind(Winding):
             lines += [
-                lanes.format(" if seen != 0 else 0"),
-                f"    shows = {shows}",
-                *_indented(self._wound(winding)),
+                lanes.format(" if observed_lanes != 0 else 0"),
+                f"    is_observed = {is_observed}",
+                *_indented(self._winding_lines(winding)),
             ]
-        lines += ["if happens != 0:", "    attend(b, store, happens)"]
+        lines += ["if event_lanes != 0:", "    handle_events(b, store, event_lanes)"]
         if outputs:
-            lines += [lanes.format(""), f"    moves = {self._b(rows.moves)} != 0.0"]
+            lines += [lanes.format(""), f"    moves = {self._row(rows.moves)} != 0.0"]
             for name in outputs.names:
                 lines += [
-                    f"    before, now = {self._own('before', name)}, {self._own('now', name)}",
-                    f"    {self._own('before', name)} = now if moves else before",
+                    f"    before, now = {self._own_row('before', name)}, {self._own_row('now', name)}",
+                    f"    {self._own_row('before', name)} = now if moves else before",
                 ]
         return lines
 
-    def _seen(self, channel: Channel) -> list[str]:
-        """What is done with one channel in all lanes. (Both values are loaded and one
-        is selected, where a lane is not observed: what it shows may be NaN.)"""
-        k, name, lines = self.number[channel.name], channel.name, []
+    def _channel_lines(self, channel: Channel) -> list[str]:
+        """The lines that update the measurements of one channel in all lanes. (Both
+        values are loaded and one is selected, as those of a lane that is not observed
+        may be NaN.)"""
+        k, name, lines = self.number_of[channel.name], channel.name, []
         bit, section = 1 << k, self.declaration.section
         if section and section.channel == name:
-            lines.append(f"word |= {1 << MOST} if g1_{k} >= {self._own('level')} else 0")
-        if ("least", name) in self.own or ("above", name) in self.own:
-            lines.append(f"turning = turns(d0_{k}, d1_{k})")
-        if ("least", name) in self.own:
-            least, greatest = self._own("least", name), self._own("greatest", name)
+            lines.append(
+                f"event_bits |= {1 << MOST_CHANNELS} if g1_{k} >= {self._own_row('level')} else 0"
+            )
+        if ("least", name) in self.row_of or ("above", name) in self.row_of:
+            lines.append(f"extremum_inside = has_extremum(d0_{k}, d1_{k})")
+        if ("least", name) in self.row_of:
+            least, greatest = self._own_row("least", name), self._own_row("greatest", name)
             lines += [
-                f"word |= {bit} if turning else 0",
+                f"event_bits |= {bit} if extremum_inside else 0",
                 f"low, high = {least}, {greatest}",
-                f"{least} = min(low, g1_{k}) if shows else low",
-                f"{greatest} = max(high, g1_{k}) if shows else high",
+                f"{least} = min(low, g1_{k}) if is_observed else low",
+                f"{greatest} = max(high, g1_{k}) if is_observed else high",
             ]
-        if (LOW, name) in self.own:
-            low, high = self._own(LOW, name), self._own(HIGH, name)
+        if (LOW, name) in self.row_of:
+            low, high = self._own_row(LOW, name), self._own_row(HIGH, name)
             lines += [
                 f"low, high = {low}, {high}",
-                f"margin = fma({self._own('growth')}, abs(g1_{k}), {self._own(MARGIN, name)})",
+                f"margin = fma({self._own_row('growth')}, abs(g1_{k}), {self._own_row(MARGIN, name)})",
                 f"fallen = high - g1_{k} > margin",
-                f"word |= {bit} if fallen else 0",
-                "plain = shows and not turning and not fallen",
+                f"event_bits |= {bit} if fallen else 0",
+                "plain = is_observed and not extremum_inside and not fallen",
                 f"rises = plain and g1_{k} - low > margin",
                 f"{high} = max(high, g1_{k}) if rises else high",
                 f"{low} = min(low, g1_{k}) if plain else low",
             ]
-        if ("above", name) in self.own:
+        if ("above", name) in self.row_of:
             lines += [
                 f"level = {self._level(channel)}",
                 f"above0, above1 = g0_{k} > level, g1_{k} > level",
-                f"word |= {bit} if above0 != above1 else 0",
-                f"word |= {bit} if turning and (d0_{k} > 0.0) != above0 else 0",
-                f"{self._own('above', name)} += shown if above0 and above1 else 0.0",
+                f"event_bits |= {bit} if above0 != above1 else 0",
+                f"event_bits |= {bit} if extremum_inside and (d0_{k} > 0.0) != above0 else 0",
+                f"{self._own_row('above', name)} += observed_h if above0 and above1 else 0.0",
             ]
-        if ("passages", name) in self.own:
+        if ("passages", name) in self.row_of:
             rises = f"g0_{k} <= {self._level(channel)} and g1_{k} > {self._level(channel)}"
-            lines += self._summed("passages", name, f"1.0 if {rises} else 0.0")
+            lines += self._accumulation("passages", name, f"1.0 if {rises} else 0.0")
         base = self._base(channel)
-        if ("integral", name) in self.own:
+        if ("integral", name) in self.row_of:
             if base:
-                j = self.number[base.name]
-                gathered = f"fma({self._frame(base)}, h, g1_{j} - g0_{j})"
+                j = self.number_of[base.name]
+                increment = f"fma({self._frame(base)}, h, g1_{j} - g0_{j})"
             elif channel.curvature is None:
-                gathered = f"h * fma(h * (1.0 / 12.0), d0_{k} - d1_{k}, 0.5 * (g0_{k} + g1_{k}))"
+                increment = f"h * fma(h * (1.0 / 12.0), d0_{k} - d1_{k}, 0.5 * (g0_{k} + g1_{k}))"
             else:
-                gathered = (
+                increment = (
                     f"h * fma(h, fma(h * (1.0 / 120.0), c0_{k} + c1_{k}, 0.1 * (d0_{k} - d1_{k})), "
                     f"0.5 * (g0_{k} + g1_{k}))"
                 )
-            lines += self._summed("integral", name, gathered)
-        if ("square", name) in self.own:
+            lines += self._accumulation("integral", name, increment)
+        if ("square", name) in self.row_of:
             if base:
-                lines.append(
-                    f"_, e2, e4, o1, o3, o5 = {_about_the_middle(base, self.number[base.name])}"
-                )
+                lines.append(f"_, e2, e4, o1, o3, o5 = {_centred(base, self.number_of[base.name])}")
                 middle = f"middle_of_rate(e2, e4, o1, o3, o5, per_h, {self._frame(base)})"
             else:
-                middle = _about_the_middle(channel, k)
+                middle = _centred(channel, k)
             lines += [
                 f"e0, e2, e4, o1, o3, o5 = {middle}",
-                *self._summed("square", name, "h * mean_square(e0, e2, e4, o1, o3, o5)"),
+                *self._accumulation("square", name, "h * mean_square(e0, e2, e4, o1, o3, o5)"),
             ]
         return lines
 
-    def _wound(self, winding: Winding) -> list[str]:
-        """The angle by which a vector turns in the step."""
-        x, y = (self.number[name] for name in (winding.x, winding.y))
+    def _winding_lines(self, winding: Winding) -> list[str]:
+        """The lines that add the angle by which a vector rotates in the step."""
+        x, y = (self.number_of[name] for name in (winding.x, winding.y))
         ends = [
-            f"g{end}_{k} = {self._code(self.declaration.channels[k].value, self.places[when])}"
+            f"g{end}_{k} = {self._code(self.declaration.channels[k].value, self.row_texts[when])}"
             for k in (x, y)
             for end, when in enumerate((START, END))
         ]
-        turned = f"angle_between(g0_{x}, g0_{y}, g1_{x}, g1_{y})"
-        return [*ends, *self._summed("angle", winding.name, turned)]
+        angle = f"angle_between(g0_{x}, g0_{y}, g1_{x}, g1_{y})"
+        return [*ends, *self._accumulation("angle", winding.name, angle)]
 
-    def _summed(self, what: str, name: str, gathered: str) -> list[str]:
-        total = self._own(what, name)
-        return [f"total, more = {total}, {gathered}", f"{total} = total + more if shows else total"]
-
-    def _tables(self) -> list[str]:
-        """Lines that say by the number of a channel where its findings stand (see
-        :func:`locate`)."""
-        names, peaking = (
-            [channel.name for channel in self.declaration.channels],
-            self.declaration.peaking,
-        )
+    def _accumulation(self, what: str, name: str, increment: str) -> list[str]:
+        total = self._own_row(what, name)
         return [
-            f"least_ = np.array({[self._place('least', name) for name in names]})",
-            f"above_ = np.array({[self._place('above', name) for name in names]})",
-            f"passages_ = np.array({[self._place('passages', name) for name in names]})",
-            f"low_ = np.array({[self._place(LOW, name) for name in names]})",
-            f"ring_ = "
-            f"np.array({[peaking.index(name) if name in peaking else 0 for name in names]})",
+            f"total, more = {total}, {increment}",
+            f"{total} = total + more if is_observed else total",
         ]
 
-    def _attend(self) -> list[str]:
-        """One lane and one channel after the other, where something happens."""
-        W, rows, peaking, section = (
+    def _tables(self) -> list[str]:
+        """Lines that define the offsets of a channel's rows, by its number (see
+        :func:`nsdrill.observe.inside.measure_events`)."""
+        names, channels_with_peaks = (
+            [channel.name for channel in self.declaration.channels],
+            self.declaration.channels_with_peaks,
+        )
+        return [
+            f"least_ = np.array({[self._offset('least', name) for name in names]})",
+            f"above_ = np.array({[self._offset('above', name) for name in names]})",
+            f"passages_ = np.array({[self._offset('passages', name) for name in names]})",
+            f"low_ = np.array({[self._offset(LOW, name) for name in names]})",
+            f"ring_ = "
+            f"np.array({[channels_with_peaks.index(name) if name in channels_with_peaks else 0 for name in names]})",
+        ]
+
+    def _event_lines(self) -> list[str]:
+        """The body of ``handle_events``: the channels with an event, one lane and one
+        channel after the other."""
+        W, rows, channels_with_peaks, section = (
             self.lanes,
             self.rows,
-            self.declaration.peaking,
+            self.declaration.channels_with_peaks,
             self.declaration.section,
         )
-        followed = [
+        event_channels = [
             channel
             for channel in self.declaration.channels
-            if ("least", channel.name) in self.own or ("above", channel.name) in self.own
+            if ("least", channel.name) in self.row_of or ("above", channel.name) in self.row_of
         ]
         lines = [
             "peaks, returns = int(store[PEAKS]), int(store[RETURNS])",
-            "while happens != 0:",
-            "    i = lowest_bit(happens)",
-            "    happens &= happens - 1",
-            f"    h, word = {self._b(rows.step)}, float_bits({self._own('word')})",
-            "    while word != 0:",
-            "        k = lowest_bit(word)",
-            "        word &= word - 1",
+            "while event_lanes != 0:",
+            "    i = lowest_bit(event_lanes)",
+            "    event_lanes &= event_lanes - 1",
+            f"    h, event_bits = {self._row(rows.step)}, float_bits({self._own_row('event_bits')})",
+            "    while event_bits != 0:",
+            "        k = lowest_bit(event_bits)",
+            "        event_bits &= event_bits - 1",
         ]
         if section:
-            angle = self.declaration.channels[self.number[section.channel]]
+            angle = self.declaration.channels[self.number_of[section.channel]]
             entry = len(self.names.states) + 1
             lines += [
-                f"        if k == {MOST}:",
+                f"        if k == {MOST_CHANNELS}:",
                 *_indented(self._polynomial(angle), 3),
-                "            note_returns(",
+                "            record_returns(",
                 "                b, store, i, W, h, p0, p1, p2, p3, p4, p5, end,",
-                f"                {self._spacing()}, {self._place('level')},",
-                f"                RINGS + {len(peaking) * W} * (peaks + 1) + i * (1 + {entry} * "
+                f"                {self._spacing()}, {self._offset('level')},",
+                f"                RINGS + {len(channels_with_peaks) * W} * (peaks + 1) + i * (1 + {entry} * "
                 f"returns), returns,",
                 f"                {rows.pairs}, {rows.singles}, {W * rows.start}, "
                 f"{W * rows.stage}, "
                 f"{W * rows.start_acceleration}, {W * rows.acceleration}, {W * rows.frame_rate})",
                 "            continue",
             ]
-        for place, channel in enumerate(followed):
-            head = f"{'elif' if place else 'if'} k == {self.number[channel.name]}:"
-            # as the compiler wants each name to have a value in any case
-            if place == len(followed) - 1:
-                head = "else:" if place else "if True:"
+        for index, channel in enumerate(event_channels):
+            head = f"{'elif' if index else 'if'} k == {self.number_of[channel.name]}:"
+            # an else branch, as the compiler requires that each name always has a value
+            if index == len(event_channels) - 1:
+                head = "else:" if index else "if True:"
             lines += [
                 f"        {head}",
                 *_indented(self._polynomial(channel), 3),
                 f"            level = {self._level(channel)}",
             ]
-        if followed:
+        if event_channels:
             lines += [
-                "        locate(",
+                "        measure_events(",
                 "            b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, "
                 "level,",
                 f"            least_[k], above_[k], passages_[k], low_[k], "
-                f"{self._place('growth')},",
-                f"            RINGS + ({len(peaking)} * i + ring_[k]) * (peaks + 1), peaks)",
+                f"{self._offset('growth')},",
+                f"            RINGS + ({len(channels_with_peaks)} * i + ring_[k]) * (peaks + 1), peaks)",
             ]
         return lines
 
     def _polynomial(self, channel: Channel) -> list[str]:
-        """Lines that give a channel's coefficients p0 to p5 over the step, and what it
-        has at the ends."""
-        base, k = self._base(channel), self.number[channel.name]
+        """The lines that assign a channel's coefficients p0 to p5 over the step, its
+        values at both ends and its slope at the end."""
+        base, k = self._base(channel), self.number_of[channel.name]
         lines = [*self._ends(channel), f"begin, end, end_slope = g0_{k}, g1_{k}, h * d1_{k}"]
         if base is None:
             return [*lines, f"p0, p1, p2, p3, p4, p5 = {_coefficients(channel, k)}"]
-        j = self.number[base.name]
+        j = self.number_of[base.name]
         return [
             *lines,
             *self._ends(base),
@@ -475,78 +499,79 @@ class _Maker:
             "p0, p1, p2, p3, p4 = begin, p1 / h, p2 / h, p3 / h, p4 / h",
         ]
 
-    def _marker(self) -> list[str]:
-        """One lane at a mark: its state is in the rows of the step's end, and so are
-        the outputs."""
-        peaking, half, states = (
-            self.declaration.peaking,
-            len(self.declaration.half),
+    def _marker_lines(self) -> list[str]:
+        """The body of the marker: one lane at a mark, whose state and outputs are in
+        the rows of the step's end."""
+        channels_with_peaks, width, states = (
+            self.declaration.channels_with_peaks,
+            len(self.declaration.measured_per_half),
             len(self.names.states),
         )
         first_half = self.lanes * (
-            self.rows.observer + min((self.own[key] for key in self.declaration.half), default=0)
+            self.rows.observer
+            + min((self.row_of[key] for key in self.declaration.measured_per_half), default=0)
         )
-        place, channels = self.places[MARK], self.declaration.channels
+        texts, channels = self.row_texts[MARK], self.declaration.channels
         lines = [
             "peaks, returns = int(store[PEAKS]), int(store[RETURNS])",
-            f"width = {len(peaking)} * (peaks + 1)",
-            f"of_section = 1 + {states + 1} * returns if {int(bool(self.declaration.section))} "
+            f"ring_size = {len(channels_with_peaks)} * (peaks + 1)",
+            f"section_size = 1 + {states + 1} * returns if {int(bool(self.declaration.section))} "
             f"and returns > 0 else 0",
-            "rings, section = RINGS + i * width, RINGS + W * width + i * of_section",
+            "rings, section = RINGS + i * ring_size, RINGS + W * ring_size + i * section_size",
             "if mark == OPENS:",
-            "    for k in range(width):",
+            "    for k in range(ring_size):",
             "        store[rings + k] = 0.0",
-            "    for k in range(of_section):",
+            "    for k in range(section_size):",
             "        store[section + k] = 0.0",
             f"    tolerances = PROMINENCE / "
-            f"{self._b(self.rows.control + CONTROL.index('per_rtol'))}",
-            f"    {self._own('growth')} = tolerances",
+            f"{self._row(self.rows.control + CONTROL.index('per_rtol'))}",
+            f"    {self._own_row('growth')} = tolerances",
         ]
-        for name in peaking:
-            channel = channels[self.number[name]]
+        for name in channels_with_peaks:
+            channel = channels[self.number_of[name]]
             lines += [
-                f"    {self._own(LOW, name)} = {self._code(channel.value, place)}",
-                f"    {self._own(HIGH, name)} = -np.inf",
-                f"    {self._own(MARGIN, name)} = tolerances * {self._size(channel)}",
+                f"    {self._own_row(LOW, name)} = {self._code(channel.value, texts)}",
+                f"    {self._own_row(HIGH, name)} = -np.inf",
+                f"    {self._own_row(MARGIN, name)} = tolerances * {self._scale_text(channel)}",
             ]
         if self.declaration.section:
-            angle = channels[self.number[self.declaration.section.channel]]
+            angle = channels[self.number_of[self.declaration.section.channel]]
             lines += [
-                f"    spacing, angle = {self._spacing()}, {self._code(angle.value, place)}",
-                f"    {self._own('level')} = np.inf",
+                f"    spacing, angle = {self._spacing()}, {self._code(angle.value, texts)}",
+                f"    {self._own_row('level')} = np.inf",
                 "    if returns > 0 and spacing > 0.0:",
-                f"        {self._own('level')} = (np.floor(angle / spacing) + 1.0) * spacing",
+                f"        {self._own_row('level')} = (np.floor(angle / spacing) + 1.0) * spacing",
             ]
         lines += [
             "else:",
-            f"    first = column if mark != CLOSES else column + {half}",
-            f"    for k in range({half}):",
-            f"        report[first + k] = b[{first_half} + k * W + i]",
+            f"    first = column if mark != CLOSES else column + {width}",
+            f"    for k in range({width}):",
+            f"        outcome[first + k] = b[{first_half} + k * W + i]",
             "    if mark == CLOSES:",
-            "        for k in range(width):",
-            f"            report[column + {2 * half} + k] = store[rings + k]",
-            "        for k in range(of_section):",
-            f"            report[column + {2 * half} + width + k] = store[section + k]",
-            f"for k in range({half}):",
+            "        for k in range(ring_size):",
+            f"            outcome[column + {2 * width} + k] = store[rings + k]",
+            "        for k in range(section_size):",
+            f"            outcome[column + {2 * width} + ring_size + k] = store[section + k]",
+            f"for k in range({width}):",
             f"    b[{first_half} + k * W + i] = 0.0",
         ]
         for name in self.declaration.channels_of(Extremes):
             lines += [
-                f"now = {self._code(channels[self.number[name]].value, place)}",
-                f"{self._own('least', name)} = now",
-                f"{self._own('greatest', name)} = now",
+                f"now = {self._code(channels[self.number_of[name]].value, texts)}",
+                f"{self._own_row('least', name)} = now",
+                f"{self._own_row('greatest', name)} = now",
             ]
         return lines
 
-    def _size(self, channel: Channel) -> str:
+    def _scale_text(self, channel: Channel) -> str:
         scale = scale_of(channel, self.names)
         if scale in self.names.states:
-            return self._b(self.rows.scale + self.names.states.index(str(scale)))
-        return f"abs({self._code(scale, self.places[MARK])})"
+            return self._row(self.rows.scale + self.names.states.index(str(scale)))
+        return f"abs({self._code(scale, self.row_texts[MARK])})"
 
     def _spacing(self) -> str:
         section = self.declaration.section
-        return self._code(section.spacing, self.places[MARK]) if section else "0.0"
+        return self._code(section.spacing, self.row_texts[MARK]) if section else "0.0"
 
 
 def _coefficients(channel: Channel, k: int) -> str:
@@ -555,7 +580,7 @@ def _coefficients(channel: Channel, k: int) -> str:
     return f"quintic(g0_{k}, h * d0_{k}, h * h * c0_{k}, g1_{k}, h * d1_{k}, h * h * c1_{k})"
 
 
-def _about_the_middle(channel: Channel, k: int) -> str:
+def _centred(channel: Channel, k: int) -> str:
     return f"middle_of_{_coefficients(channel, k)}"
 
 

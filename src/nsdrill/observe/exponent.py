@@ -1,24 +1,24 @@
-"""The largest Lyapunov exponent: the mean rate at which a small deviation grows in the
-observed window.
+"""The largest Lyapunov exponent: the mean rate at which a small deviation grows during
+the observation.
 
-The deviation is integrated along with the motion, by the tangent of the model. Every so
-often it is scaled back to length one and the logarithm of its length is noted (Benettin
-et al. 1980, Meccanica 15:9-20). It turns into the fastest growing direction during the
-transient. Lengths are measured in the natural scales of the states, which does not
-matter for the exponent.
+The deviation is integrated with the motion, by the tangent of the model. At intervals
+it is renormalised to length one and the logarithm of its length is recorded (Benettin
+et al. 1980, Meccanica 15:9-20). During the transient it aligns with the direction of
+fastest growth. Lengths are measured in the natural scales of the states; the exponent
+does not depend on that choice.
 
-The mean over the window is a weighted one: each rise of the logarithm counts by half a
-wave of a sine, nothing at the window's ends. A length that goes up and down without
-growing, as on a cycle or a torus, then hardly adds to the mean; the plain mean depends
-on the place in the cycle at which the window begins and ends (Das et al. 2017,
-Nonlinearity 30:4111-4140). For chaos it is as good as a plain mean over a window
-shorter by a fifth.
+The mean over the observation is weighted: each increment of the logarithm has the
+weight of half a period of a sine, which is zero at both ends. A length that oscillates
+without growing, as on a cycle or a torus, then contributes little to the mean, whereas
+the plain mean depends on the phases of the cycle at which the observation begins and
+ends (Das et al. 2017, Nonlinearity 30:4111-4140). For chaos the weighted mean is as
+accurate as a plain mean over an observation shorter by a fifth.
 
-The same rises, weighted by 1 to WAVES whole waves, of which a steady growth gives
-nothing, tell how much comes of mere fluctuation: the spectrum of the rate at its lowest
-frequencies, and with it the standard error (sine tapers: Riedel & Sidorenko 1995, IEEE
-Trans. Signal Process. 43:188-195). Nothing here knows the model: the same code measures
-Lorenz' system.
+The same increments, weighted by 1 to WAVES whole periods of a sine, to which a steady
+growth contributes nothing, give the spectrum of the growth rate at its lowest
+frequencies, and from it the standard error (sine tapers: Riedel & Sidorenko 1995, IEEE
+Trans. Signal Process. 43:188-195). The code does not depend on the model: it also
+measures Lorenz' system.
 """
 
 from __future__ import annotations
@@ -35,52 +35,57 @@ from nsdrill.abi import BUFFER, CLOSES, OPENS, Rows, compiled
 from nsdrill.elementary import lowest_bit, sincos
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-FEWEST_LOOKS = 20
-# seconds between looks at the length: a deviation that grows a hundredfold in 10 ms
-# still fits
-LONGEST_CHECK = 1.0
+LEAST_RENORMALISATIONS = 20
+# seconds between renormalisations: within this time a deviation that grows a
+# hundredfold in 10 ms does not overflow
+LONGEST_INTERVAL = 1.0
 WAVES = 8
-# The observer's rows: when to look next, the logarithm of the length so far, its value
-# and the time at the last look, when the window began, and sums over the looks.
+# The observer's rows: the time of the next renormalisation, the logarithm of the length
+# so far, its value and the time at the last one, when the observation began, and sums
+# over the renormalisations.
 GROWTH = (
-    "check_time",
+    "next_time",
     "log_length",
-    "log_before",
-    "looked",
-    "opened",
+    "last_log_length",
+    "last_time",
+    "began",
     "weight",
     "growth",
     *(f"wave_{k + 1}" for k in range(WAVES)),
 )
-REPORT = GROWTH[5:]
-# In the store: seconds between looks, length of the window; after what the observers of
-# a model have there first.
-INTERVAL, LENGTH = range(2)
+GROWTH_COLUMNS = GROWTH[5:]  # of the outcome
+# In the store: seconds between renormalisations, observation time [s]. The store of the
+# model's observer begins with GROWTH_HEADER entries of its own, before these.
+INTERVAL, DURATION = range(2)
 GROWTH_HEADER = 3
 
 
 def growth_header(observe: float) -> Array:
-    """What the store must hold at ``place`` for a window of ``observe`` seconds."""
-    return np.array([observe / max(FEWEST_LOOKS, math.ceil(observe / LONGEST_CHECK)), observe])
+    """The entries of the store, from ``place`` on, for ``observe`` seconds of
+    observation."""
+    return np.array(
+        [observe / max(LEAST_RENORMALISATIONS, math.ceil(observe / LONGEST_INTERVAL)), observe]
+    )
 
 
 def seed_deviation(state_scales: Array) -> Array:
-    """The deviation at the start of a run, shape like ``state_scales``: a bit of every
-    state, in no special direction."""
+    """The deviation at the start of a run, shape of ``state_scales``: all states
+    deviate, in no special direction."""
     weights = 0.5 + np.mod(np.arange(1, state_scales.shape[-1] + 1) * 0.6180339887498949, 1.0)
     return state_scales * weights
 
 
-def exponent_of(report: Array, observe: float, bias: Array | float = 0.0) -> dict[str, Array]:
-    """The exponent and its standard error [1/s] from the observer's columns, shape
-    (runs, len(REPORT)).
+def exponent_of(outcome: Array, observe: float, bias: Array | float = 0.0) -> dict[str, Array]:
+    """The exponent and its standard error [1/s] from the observer's outcome, shape
+    (runs, len(GROWTH_COLUMNS)).
 
-    ``bias`` [1/s] is what the steps may add to the rate: it is part of the error.
+    ``bias`` [1/s] is the possible contribution of the steps' errors to the rate: it is
+    part of the error.
     """
-    weight, growth, *waves = np.asarray(report, dtype=float).T
+    weight, growth, *waves = np.asarray(outcome, dtype=float).T
     with np.errstate(divide="ignore", invalid="ignore"):
-        # A rate of spectral density S at low frequencies gives each wave the variance S
-        # observe / 2, and the mean over half a wave S pi^2 / (8 observe).
+        # A rate of spectral density S at low frequencies gives each sum over whole
+        # periods the variance S observe / 2, and the mean S pi^2 / (8 observe).
         scatter = math.pi / (2.0 * observe) * np.sqrt(np.mean(np.square(waves), axis=0))
         return {"lyapunov_exponent": growth / weight, "lyapunov_error": np.hypot(scatter, bias)}
 
@@ -90,8 +95,8 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     """The compiled (observer, marker) that measure the growth of the tangent states,
     which are one deviation.
 
-    ``first`` is the place of their rows among those of the observer, ``place`` that of
-    their header in the store.
+    ``first`` is the position of their rows among those of the observer, ``place`` that
+    of their header in the store.
     """
     rows = rows.of_observer
     W, own, tangent_states = lanes, rows.own, rows.tangent_states
@@ -100,7 +105,7 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     pushes = len(rows.pushed) // 2
     push_ = W * (rows.push + pushes)
     time_, step_, moves_, window_ = W * rows.time, W * rows.step, W * rows.moves, W * rows.window
-    check_, log_, before_, looked_, opened_, weight_, growth_ = (
+    next_time_, log_, last_log_, last_time_, began_, weight_, growth_ = (
         W * (rows.observer + first + i) for i in range(7)
     )
     wave_ = growth_ + W
@@ -113,16 +118,16 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
         place,
     )
     def add(b, store, i, log, now):  # type: ignore[no-untyped-def]
-        # The rise since the last look, at the middle of the time between.
-        rise, before = log - b[before_ + i], b[looked_ + i]
-        turn = 2.0 * math.pi * ((0.5 * (before + now) - b[opened_ + i]) / store[place + LENGTH])
-        b[before_ + i] = log
-        b[looked_ + i] = now
-        half, _ = sincos(0.5 * turn)
+        # The increment since the last renormalisation, at the middle of the interval.
+        rise, before = log - b[last_log_ + i], b[last_time_ + i]
+        angle = 2.0 * math.pi * ((0.5 * (before + now) - b[began_ + i]) / store[place + DURATION])
+        b[last_log_ + i] = log
+        b[last_time_ + i] = now
+        half, _ = sincos(0.5 * angle)
         b[weight_ + i] += half * (now - before)
         b[growth_ + i] += half * rise
         for k in range(WAVES):
-            sine, _ = sincos((k + 1.0) * turn)
+            sine, _ = sincos((k + 1.0) * angle)
             b[wave_ + k * W + i] += sine * rise
 
     @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), first, place)
@@ -130,25 +135,25 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
         due = 0
         for i in range(W):
             h = b[step_ + i]
-            # A step of no length shows the start of a run.
-            wanted = b[time_ + i] + h >= b[check_ + i] or h == 0.0
-            due |= (1 << i) if wanted and b[moves_ + i] != 0.0 else 0
+            # A step of length zero is the start of a run.
+            is_due = b[time_ + i] + h >= b[next_time_ + i] or h == 0.0
+            due |= (1 << i) if is_due and b[moves_ + i] != 0.0 else 0
         while due != 0:
             i = lowest_bit(due)
             due &= due - 1
-            square = 0.0
+            squared_length = 0.0
             for j in range(0, tangent_states * W, W):
-                part = b[deviation_ + j + i] / b[scale_ + j + i]
-                square += part * part
+                component = b[deviation_ + j + i] / b[scale_ + j + i]
+                squared_length += component * component
             now = b[time_ + i] + b[step_ + i]
             if b[step_ + i] == 0.0:
                 b[log_ + i] = 0.0
-                b[check_ + i] = now + store[place + INTERVAL]
+                b[next_time_ + i] = now + store[place + INTERVAL]
                 continue
-            b[check_ + i] = max(b[check_ + i] + store[place + INTERVAL], now)
-            if 0.0 < square < np.inf:
-                b[log_ + i] += 0.5 * math.log(square)
-                scale = 1.0 / math.sqrt(square)
+            b[next_time_ + i] = max(b[next_time_ + i] + store[place + INTERVAL], now)
+            if 0.0 < squared_length < np.inf:
+                b[log_ + i] += 0.5 * math.log(squared_length)
+                scale = 1.0 / math.sqrt(squared_length)
                 for j in range(0, tangent_states * W, W):
                     b[deviation_ + j + i] *= scale
                 for j in range(0, slopes * W, W):
@@ -167,22 +172,26 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
         first,
         place,
     )
-    def growth_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
-        square = 0.0
+    def growth_marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
+        squared_length = 0.0
         for j in range(0, tangent_states * W, W):
-            part = b[deviation_ + j + i] / b[scale_ + j + i]
-            square += part * part
-        log = b[log_ + i] + 0.5 * math.log(square) if 0.0 < square < np.inf else np.nan
+            component = b[deviation_ + j + i] / b[scale_ + j + i]
+            squared_length += component * component
+        log = (
+            b[log_ + i] + 0.5 * math.log(squared_length)
+            if 0.0 < squared_length < np.inf
+            else np.nan
+        )
         if mark == OPENS:
-            b[check_ + i] = b[time_ + i] + store[place + INTERVAL]
-            b[before_ + i] = log
-            b[looked_ + i] = b[time_ + i]
-            b[opened_ + i] = b[time_ + i]
-            for j in range(len(REPORT)):
+            b[next_time_ + i] = b[time_ + i] + store[place + INTERVAL]
+            b[last_log_ + i] = log
+            b[last_time_ + i] = b[time_ + i]
+            b[began_ + i] = b[time_ + i]
+            for j in range(len(GROWTH_COLUMNS)):
                 b[weight_ + j * W + i] = 0.0
         elif mark == CLOSES:
-            add(b, store, i, log, b[time_ + i])  # what has come since the last look, if anything
-            for j in range(len(REPORT)):
-                report[column + j] = b[weight_ + j * W + i]
+            add(b, store, i, log, b[time_ + i])  # since the last renormalisation, if any
+            for j in range(len(GROWTH_COLUMNS)):
+                outcome[column + j] = b[weight_ + j * W + i]
 
     return growth, growth_marker

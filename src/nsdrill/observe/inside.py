@@ -1,5 +1,5 @@
-"""What a declared channel does inside a step: it turns, or passes its level. For one
-lane at a time, as this is rare; the polynomials are those of
+"""Events of a declared channel inside a step: extrema and level crossings. One lane is
+handled at a time, as they are rare; the polynomials are those of
 :mod:`nsdrill.observe.interpolant`.
 """
 
@@ -19,59 +19,61 @@ from nsdrill.observe.interpolant import (
     value,
 )
 
-# Of what has peaks, as many rows: the least value since the last one, the greatest
-# since then, if it may become one, and how far a peak stands out at a value of zero.
+# The rows of a channel with peaks: the least value since the last peak; the greatest
+# since then, if it may become a peak; and the prominence of a peak at a value of zero.
 LOW, HIGH, MARGIN = range(3)
 NONE = -1  # no row
 
 
 @inlined
-def turns(before, now):  # type: ignore[no-untyped-def]
-    """Whether a slope changes its sign; the turn is a maximum where it was positive
-    before."""
+def has_extremum(before, now):  # type: ignore[no-untyped-def]
+    """Whether a slope changes its sign between its values ``before`` and ``now``; the
+    extremum is a maximum where ``before`` is positive."""
     return (before > 0.0) != (now > 0.0)
 
 
 @inlined
-def look(b, store, i, W, found, low_, growth_, ring, peaks):  # type: ignore[no-untyped-def]
-    """The next value of something with peaks. A greatest value becomes a peak as soon
-    as the quantity has fallen far enough below it. (The packed loop does the same where
-    no peak comes of it.)"""
+def update_peaks(b, store, i, W, current, low_, growth_, ring, peaks):  # type: ignore[no-untyped-def]
+    """Process the next value, ``current``, of a channel of lane i with peaks. A
+    greatest value becomes a peak as soon as the quantity has fallen by the prominence
+    below it. ``low_`` is the offset of the channel's rows LOW, HIGH and MARGIN,
+    ``growth_`` that of the relative prominence; the last ``peaks`` are stored in the
+    ring at ``ring``. (The packed loop does the same where no peak results.)"""
     low, high = b[low_ + i], b[low_ + HIGH * W + i]
-    margin = fma(b[growth_ + i], abs(found), b[low_ + MARGIN * W + i])
-    if high - found > margin:
+    margin = fma(b[growth_ + i], abs(current), b[low_ + MARGIN * W + i])
+    if high - current > margin:
         if peaks > 0:
             count = int(store[ring])
             store[ring + 1 + count % peaks] = high
             store[ring] = count + 1
-        b[low_ + i] = found
+        b[low_ + i] = current
         b[low_ + HIGH * W + i] = -np.inf
     else:
-        b[low_ + i] = min(low, found)
-        b[low_ + HIGH * W + i] = max(high, found) if found - low > margin else high
+        b[low_ + i] = min(low, current)
+        b[low_ + HIGH * W + i] = max(high, current) if current - low > margin else high
 
 
 @inlined
-def passage(p0, p1, p2, p3, p4, p5, low, high, above_at_low):  # type: ignore[no-untyped-def]
-    """Where the polynomial passes zero between ``low``, from which it comes from above
-    or from below, and ``high``: to 1e-13. Newton, kept inside a shrinking bracket by
-    bisection. (On which side it comes is told, as a run may start on zero itself.)"""
+def level_crossing(p0, p1, p2, p3, p4, p5, low, high, above_at_low):  # type: ignore[no-untyped-def]
+    """Where the polynomial crosses zero between ``low`` and ``high``, to 1e-13, from
+    above if ``above_at_low``. Newton's method, kept inside a shrinking bracket by
+    bisection. (The side is an argument, as a run may start on zero itself.)"""
     theta = 0.5 * (low + high)
     for _ in range(60):
-        rest, bend = value(p0, p1, p2, p3, p4, p5, theta), slope(p1, p2, p3, p4, p5, theta)
-        before = (rest > 0.0) == above_at_low
+        residual, gradient = value(p0, p1, p2, p3, p4, p5, theta), slope(p1, p2, p3, p4, p5, theta)
+        before = (residual > 0.0) == above_at_low
         low, high = theta if before else low, high if before else theta
-        following = theta - rest / bend
-        if not (low <= following <= high):
-            following = 0.5 * (low + high)
-        if abs(following - theta) < 1e-13:
+        next_theta = theta - residual / gradient
+        if not (low <= next_theta <= high):
+            next_theta = 0.5 * (low + high)
+        if abs(next_theta - theta) < 1e-13:
             break
-        theta = following
+        theta = next_theta
     return theta
 
 
 @inlined
-def locate(  # type: ignore[no-untyped-def]
+def measure_events(  # type: ignore[no-untyped-def]
     b,
     store,
     i,
@@ -95,43 +97,47 @@ def locate(  # type: ignore[no-untyped-def]
     ring,
     peaks,
 ):
-    """What a channel of lane i does inside a step of length ``h``, from its polynomial,
-    the values ``begin`` and ``end`` and the slope at the end. Then come the rows where
-    its findings stand, or NONE: the least value, before the greatest; the time above;
-    the passages; the least value since the last peak."""
-    turning = turns(p1, end_slope)
-    turn, found = 1.0, end
-    if turning:
-        turn = extreme(p1, p2, p3, p4, p5, end_slope)
-        found = value(p0, p1, p2, p3, p4, p5, turn)
+    """Update the measurements of a channel of lane i by the events inside a step of
+    length ``h``: extrema, peaks, and crossings of ``level``.
+
+    The channel is given by its polynomial p0 to p5, its values ``begin`` and ``end``
+    and ``end_slope``, by theta. Offsets of its rows, or NONE, are ``least_`` (the least
+    value, followed by the greatest), ``above_`` (the time above the level),
+    ``passages_`` and ``low_`` (see :func:`update_peaks`).
+    """
+    extremum_inside = has_extremum(p1, end_slope)
+    theta, at_extremum = 1.0, end
+    if extremum_inside:
+        theta = extreme(p1, p2, p3, p4, p5, end_slope)
+        at_extremum = value(p0, p1, p2, p3, p4, p5, theta)
     if least_ != NONE:
-        b[least_ + i] = min(b[least_ + i], found)
-        b[least_ + W + i] = max(b[least_ + W + i], found)
+        b[least_ + i] = min(b[least_ + i], at_extremum)
+        b[least_ + W + i] = max(b[least_ + W + i], at_extremum)
     if low_ != NONE:
-        if turning:
-            look(b, store, i, W, found, low_, growth_, ring, peaks)
-        look(b, store, i, W, end, low_, growth_, ring, peaks)
+        if extremum_inside:
+            update_peaks(b, store, i, W, at_extremum, low_, growth_, ring, peaks)
+        update_peaks(b, store, i, W, end, low_, growth_, ring, peaks)
     if above_ != NONE:
-        # The turn, or else the end, divides the step into two parts with at most one
-        # crossing each.
-        above0, top, above1 = begin > level, found > level, end > level
-        if above0 != top or above1 != top:
-            first, second = turn, 1.0
-            if above0 != top:
-                first = passage(p0 - level, p1, p2, p3, p4, p5, 0.0, turn, above0)
-            if above1 != top:
-                second = passage(p0 - level, p1, p2, p3, p4, p5, turn, 1.0, top)
-            # a visit to one side, which the ends do not show
+        # The extremum, or else the end, divides the step into two parts with at most
+        # one crossing each.
+        above0, above_inside, above1 = begin > level, at_extremum > level, end > level
+        if above0 != above_inside or above1 != above_inside:
+            first, second = theta, 1.0
+            if above0 != above_inside:
+                first = level_crossing(p0 - level, p1, p2, p3, p4, p5, 0.0, theta, above0)
+            if above1 != above_inside:
+                second = level_crossing(p0 - level, p1, p2, p3, p4, p5, theta, 1.0, above_inside)
+            # an excursion inside the step, which the values at its ends do not show
             if passages_ != NONE and above0 == above1:
                 b[passages_ + i] += 1.0
-            # A step with both ends above was counted as a whole.
-            b[above_ + i] += h * above(first, second, 1.0, above0, top, above1) - (
+            # The packed loop has added the whole step if both ends are above.
+            b[above_ + i] += h * above(first, second, 1.0, above0, above_inside, above1) - (
                 h if above0 and above1 else 0.0
             )
 
 
 @inlined
-def note_returns(  # type: ignore[no-untyped-def]
+def record_returns(  # type: ignore[no-untyped-def]
     b,
     store,
     i,
@@ -156,8 +162,10 @@ def note_returns(  # type: ignore[no-untyped-def]
     slope1_,
     frame_rate_,
 ):
-    """Note all states where the polynomial reaches the next multiples of
-    ``spacing``."""
+    """Record all states of lane i where the section's angle, the polynomial p0 to p5,
+    reaches the next multiples of ``spacing``. The last ``returns`` are stored in the
+    ring at ``ring``; then come the numbers of pairs of states and of states of first
+    order, and the offsets of their rows at the start and the end of the step."""
     entry = 2 * pairs + singles + 1
     level = b[level_ + i]
     while end >= level:
@@ -189,8 +197,8 @@ def note_returns(  # type: ignore[no-untyped-def]
             store[place + 2 * pairs + k] = value(q0, q1, q2, q3, q4, q5, theta)
         store[place + entry - 1] = level
         store[ring] = count + 1
-        # By number, not by adding up: the levels of a long run are multiples of the
-        # spacing.
-        following = (np.rint(level / spacing) + 1.0) * spacing
-        level = following if following > level else np.inf
+        # Computed from the number of the multiple: in a long run repeated addition
+        # would accumulate rounding errors.
+        next_level = (np.rint(level / spacing) + 1.0) * spacing
+        level = next_level if next_level > level else np.inf
     b[level_ + i] = level

@@ -1,9 +1,9 @@
 """The continuous solution between steps: two-point Hermite polynomials.
 
-Positions come with their velocities and accelerations at both ends of a step, so the
-quintic through these six numbers follows them to sixth order in the step: finer than
-the pair's own free interpolant, and the same for any stepper. All polynomials are in
-theta from 0 to 1 over the step, as coefficients of rising powers.
+The velocities and accelerations of positions are known at both ends of a step, so the
+quintic Hermite polynomial through these six numbers is of sixth order in the step: more
+accurate than the dense output of the pair, and the same for any stepper. All
+polynomials are in theta from 0 to 1 over the step, as coefficients of rising powers.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def quintic(g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
 
 @inlined
 def derivative(p1, p2, p3, p4, p5):  # type: ignore[no-untyped-def]
-    """Coefficients of the derivative by theta of p0 + p1 theta + ..., the last zero."""
+    """Coefficients of the derivative of p0 + p1 theta + ... by theta, the last zero."""
     return p1, 2.0 * p2, 3.0 * p3, 4.0 * p4, 5.0 * p5, 0.0
 
 
@@ -40,7 +40,7 @@ def value(p0, p1, p2, p3, p4, p5, theta):  # type: ignore[no-untyped-def]
 
 @inlined
 def slope(p1, p2, p3, p4, p5, theta):  # type: ignore[no-untyped-def]
-    """Its derivative by theta at theta."""
+    """The derivative of the polynomial by theta, at theta."""
     return fma(
         theta, fma(theta, fma(theta, fma(theta, 5.0 * p5, 4.0 * p4), 3.0 * p3), 2.0 * p2), p1
     )
@@ -48,114 +48,127 @@ def slope(p1, p2, p3, p4, p5, theta):  # type: ignore[no-untyped-def]
 
 @inlined
 def extreme(p1, p2, p3, p4, p5, end_slope):  # type: ignore[no-untyped-def]
-    """Where the slope, of opposite signs at both ends, vanishes: the secant's zero and
-    two Newton steps.
+    """The theta of the extremum: where the slope, which has opposite signs at both
+    ends, vanishes. The zero of the secant and two Newton steps.
 
-    The value at an extreme is flat, so an error of 1e-4 in theta is 1e-8 of the
-    variation. Branch-free.
+    At an extremum the value depends on theta to second order, so an error of 1e-4 in
+    theta is 1e-8 of the variation. Branch-free.
     """
     theta = p1 / (p1 - end_slope)
     for _ in range(2):
-        bend = fma(theta, fma(theta, fma(theta, 20.0 * p5, 12.0 * p4), 6.0 * p3), 2.0 * p2)
-        theta = theta - slope(p1, p2, p3, p4, p5, theta) / bend
-        # in this order NaN, where the bend vanishes, gives a bound
+        curvature = fma(theta, fma(theta, fma(theta, 20.0 * p5, 12.0 * p4), 6.0 * p3), 2.0 * p2)
+        theta = theta - slope(p1, p2, p3, p4, p5, theta) / curvature
+        # In this order NaN, where the second derivative vanishes, gives a bound.
         theta = max(min(1.0, theta), 0.0)
     return theta
 
 
 @inlined
 def crossing(p0, p1, p2, p3, p4, p5, low, high):  # type: ignore[no-untyped-def]
-    """Where the polynomial vanishes between ``low`` and ``high``, at which it lies on
-    different sides of zero.
+    """Where the polynomial vanishes between ``low`` and ``high``, where its values have
+    opposite signs.
 
-    Newton, kept inside a shrinking bracket by bisection, to 1e-13. For one lane: it
-    branches. (:func:`root` is for many.)
+    Newton's method, kept inside a shrinking bracket by bisection, to 1e-13. It
+    branches, so it is for one lane; :func:`root` is for all lanes at once.
     """
     below_at_start = value(p0, p1, p2, p3, p4, p5, low) < 0.0
     theta = 0.5 * (low + high)
     for _ in range(60):
-        rest = value(p0, p1, p2, p3, p4, p5, theta)
-        if (rest < 0.0) == below_at_start:
+        residual = value(p0, p1, p2, p3, p4, p5, theta)
+        if (residual < 0.0) == below_at_start:
             low = theta
         else:
             high = theta
-        bend = slope(p1, p2, p3, p4, p5, theta)
-        following = theta - rest / bend if bend != 0.0 else 0.5 * (low + high)
-        if not (low < following < high):
-            following = 0.5 * (low + high)
-        if abs(following - theta) < 1e-13:
+        gradient = slope(p1, p2, p3, p4, p5, theta)
+        next_theta = theta - residual / gradient if gradient != 0.0 else 0.5 * (low + high)
+        if not (low < next_theta < high):
+            next_theta = 0.5 * (low + high)
+        if abs(next_theta - theta) < 1e-13:
             break
-        theta = following
+        theta = next_theta
     return theta
 
 
 @inlined
 def root(p0, p1, p2, p3, p4, p5, theta, low, high):  # type: ignore[no-untyped-def]
-    """The polynomial's zero between ``low`` and ``high``, where it lies on different
-    sides of it, from a guess ``theta``: six Newton steps, each replaced by halving the
-    bracket where it would leave it. Branch-free."""
+    """The polynomial's zero between ``low`` and ``high``, where its values have
+    opposite signs, from a guess ``theta``: six Newton steps, each replaced by bisection
+    where it would leave the bracket. Branch-free."""
     above_at_low = value(p0, p1, p2, p3, p4, p5, low) > 0.0
     for _ in range(6):
-        rest = value(p0, p1, p2, p3, p4, p5, theta)
-        before = (rest > 0.0) == above_at_low
+        residual = value(p0, p1, p2, p3, p4, p5, theta)
+        before = (residual > 0.0) == above_at_low
         low, high = theta if before else low, high if before else theta
-        following = theta - rest / slope(p1, p2, p3, p4, p5, theta)
-        inside = following >= low and following <= high
-        theta = following if inside else 0.5 * (low + high)
+        next_theta = theta - residual / slope(p1, p2, p3, p4, p5, theta)
+        inside = next_theta >= low and next_theta <= high
+        theta = next_theta if inside else 0.5 * (low + high)
     return theta
 
 
 @inlined
 def zero_of_parabola(near, steep, far):  # type: ignore[no-untyped-def]
-    """Where the parabola vanishes that has value ``near`` and slope ``steep`` at 0, and
-    ``far``, on the other side of zero, at 1."""
-    bend = far - near - steep
-    root_ = np.sqrt(max(fma(steep, steep, -4.0 * bend * near), 0.0))
-    return 2.0 * near / ((root_ if near > 0.0 else -root_) - steep)
+    """The zero between 0 and 1 of the parabola with value ``near`` and slope ``steep``
+    at 0 and value ``far``, of the opposite sign, at 1."""
+    quadratic = far - near - steep
+    square_root = np.sqrt(max(fma(steep, steep, -4.0 * quadratic * near), 0.0))
+    return 2.0 * near / ((square_root if near > 0.0 else -square_root) - steep)
 
 
 @inlined
 def divide(p0, p1, p2, p3, p4, p5, end_slope, level):  # type: ignore[no-untyped-def]
-    """Where the polynomial crosses ``level``, with at most one extreme inside the step:
-    two places (0 to 1), and whether it is above the level up to the first of them, from
-    there to the second, and from there on.
+    """Divide the step at the crossings of ``level`` by the polynomial, which has at
+    most one extremum inside the step: two values of theta, and whether the polynomial
+    is above the level before the first, between the two, and after the second.
 
-    The extreme, or else the end, divides the step into two parts with at most one
-    crossing each. The guess is the zero of the parabola about the extreme or, without
-    one, about the flatter end: from a line, Newton's method would be long in coming
-    where the extreme lies just outside the step. Branch-free.
+    The extremum, or else the end, divides the step into two parts with at most one
+    crossing each. The guess is the zero of the parabola about the extremum or, without
+    one, about the flatter end: from a linear guess, Newton's method would converge
+    slowly where the extremum is just outside the step. Branch-free.
     """
     p0 = p0 - level
-    turning = (p1 > 0.0) != (end_slope > 0.0)
-    turn = extreme(p1, p2, p3, p4, p5, end_slope) if turning else 1.0
-    top, end = value(p0, p1, p2, p3, p4, p5, turn), value(p0, p1, p2, p3, p4, p5, 1.0)
-    above_start, above_top, above_end = p0 > 0.0, top > 0.0, end > 0.0
-    from_start = not turning and abs(p1) < abs(end_slope)
-    steep = p1 if from_start else (0.0 if turning else -end_slope)
-    guess = zero_of_parabola(p0 if from_start else top, steep, top if from_start else p0)
-    first = root(p0, p1, p2, p3, p4, p5, guess if from_start else turn * (1.0 - guess), 0.0, turn)
-    second = root(
-        p0, p1, p2, p3, p4, p5, fma(1.0 - turn, zero_of_parabola(top, 0.0, end), turn), turn, 1.0
+    extremum_inside = (p1 > 0.0) != (end_slope > 0.0)
+    extremum = extreme(p1, p2, p3, p4, p5, end_slope) if extremum_inside else 1.0
+    value_inside, end = value(p0, p1, p2, p3, p4, p5, extremum), value(p0, p1, p2, p3, p4, p5, 1.0)
+    above_start, above_inside, above_end = p0 > 0.0, value_inside > 0.0, end > 0.0
+    about_start = not extremum_inside and abs(p1) < abs(end_slope)
+    steep = p1 if about_start else (0.0 if extremum_inside else -end_slope)
+    guess = zero_of_parabola(
+        p0 if about_start else value_inside, steep, value_inside if about_start else p0
     )
-    first = first if above_start != above_top else turn
-    second = second if above_top != above_end else 1.0
-    return first, second, above_start, above_top, above_end
+    first = root(
+        p0, p1, p2, p3, p4, p5, guess if about_start else extremum * (1.0 - guess), 0.0, extremum
+    )
+    second = root(
+        p0,
+        p1,
+        p2,
+        p3,
+        p4,
+        p5,
+        fma(1.0 - extremum, zero_of_parabola(value_inside, 0.0, end), extremum),
+        extremum,
+        1.0,
+    )
+    first = first if above_start != above_inside else extremum
+    second = second if above_inside != above_end else 1.0
+    return first, second, above_start, above_inside, above_end
 
 
 @inlined
-def above(at_first, at_second, at_end, above_start, above_top, above_end):  # type: ignore[no-untyped-def]
-    """What gathers above the level in a step that :func:`divide` has divided, from what
-    gathers in all up to the first place, up to the second and up to the end. Of theta
-    itself it is the fraction of the step."""
+def above(at_first, at_second, at_end, above_start, above_inside, above_end):  # type: ignore[no-untyped-def]
+    """The part of an integral over the step that belongs to the times above the level,
+    from the integrals from the start to the first and to the second crossing of
+    :func:`divide` and to the end. With theta in place of the integrals it is the
+    fraction of the step."""
     total = at_first if above_start else 0.0
-    total += at_second - at_first if above_top else 0.0
+    total += at_second - at_first if above_inside else 0.0
     return total + (at_end - at_second if above_end else 0.0)
 
 
 @inlined
 def integral_of_cubic(g0, d0, g1, d1, theta):  # type: ignore[no-untyped-def]
-    """From 0 to theta, of the cubic with these values and slopes by theta at 0 and
-    1."""
+    """The integral from 0 to theta of the cubic with these values and slopes by theta
+    at 0 and 1."""
     rise = g1 - g0
     p2 = fma(3.0, rise, -fma(2.0, d0, d1))
     p3 = fma(-2.0, rise, d0 + d1)
@@ -164,8 +177,8 @@ def integral_of_cubic(g0, d0, g1, d1, theta):  # type: ignore[no-untyped-def]
 
 @inlined
 def top_of_cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
-    """Where the cubic with these values and slopes is greatest that rises at 0 and
-    falls at 1; else in the middle."""
+    """The theta of the maximum of the cubic with these values and slopes, if it rises
+    at 0 and falls at 1; else 0.5."""
     rise = g1 - g0
     p2 = fma(3.0, rise, -fma(2.0, d0, d1))
     p3 = fma(-2.0, rise, d0 + d1)
@@ -196,7 +209,8 @@ def middle_of_quintic(g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
 
 @inlined
 def mean_square(e0, e2, e4, o1, o3, o5):  # type: ignore[no-untyped-def]
-    """Of a polynomial about the middle of the step over the step; exact."""
+    """The mean square over the step of a polynomial about the middle of the step;
+    exact."""
     even = fma(
         e0,
         fma(2.0 / 3.0, e2, e0),
@@ -212,7 +226,7 @@ def mean_square(e0, e2, e4, o1, o3, o5):  # type: ignore[no-untyped-def]
 
 @inlined
 def middle_of_cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
-    """As :func:`middle_of_quintic`, of the cubic through values and slopes."""
+    """As :func:`middle_of_quintic`, for the cubic through values and slopes."""
     even, odd, half_even_slope = 0.5 * (g0 + g1), 0.5 * (g1 - g0), 0.125 * (d1 - d0)
     less = 0.5 * fma(0.25, d0 + d1, -odd)
     return even - half_even_slope, half_even_slope, 0.0, odd - less, less, 0.0
@@ -220,7 +234,7 @@ def middle_of_cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
 
 @inlined
 def middle_of_rate(e2, e4, o1, o3, o5, per_h, frame):  # type: ignore[no-untyped-def]
-    """As :func:`middle_of_quintic`, of the rate of a quintic with these coefficients,
+    """As :func:`middle_of_quintic`, for the rate of a quintic with these coefficients,
     plus ``frame``; ``per_h`` is one over the length of the step."""
     twice = 2.0 * per_h
     return (
@@ -235,7 +249,9 @@ def middle_of_rate(e2, e4, o1, o3, o5, per_h, frame):  # type: ignore[no-untyped
 
 @inlined
 def position_and_velocity(b, i, theta, h, frame_rate, x0_, v0_, a0_, x1_, v1_, a1_):  # type: ignore[no-untyped-def]
-    """Position and velocity of one pair of states of lane i inside the step."""
+    """Position and velocity of a pair of states of lane i at theta inside the step.
+    The last arguments are the offsets of the rows of position, velocity and
+    acceleration at the start (0) and at the end (1) of the step."""
     p0, p1, p2, p3, p4, p5 = quintic(
         b[x0_ + i],
         h * (b[v0_ + i] + frame_rate),

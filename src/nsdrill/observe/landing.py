@@ -1,16 +1,17 @@
-"""Small deviations across contacts: steps in which a contact begins or ends are made
-anew, in parts that land on it.
+"""Small deviations across contacts: steps in which a contact begins or ends are
+repeated in parts that end at the contact's changes.
 
-At a contact the Jacobian jumps, and a Runge-Kutta step over the jump follows a
-deviation no better than to the first power of the step. The run itself does not mind:
-its vector field has a kink only. So its steps stay as they are, and after each of them
-the deviation alone is mended. Within a step the tangent dynamics takes every contact as
-it was at the step's start; where one changes inside, at a zero of its function on the
-continuous solution, the step is made again for that lane, from zero to zero, and the
-deviation at its end replaces the one that came out.
+Where a contact begins or ends the Jacobian is discontinuous, and a Runge-Kutta step
+over the discontinuity integrates a deviation to first order in the step only. The run
+itself keeps its accuracy, as its vector field is continuous. So its steps stay as they
+are, and after each of them only the deviation is corrected. Within a step the tangent
+dynamics keeps every contact as it was at the start of the step. If one changes inside,
+at a zero of its function on the continuous solution, the step is repeated for that
+lane in parts between these zeros, and the deviation at the end replaces that of the
+step.
 
-The model says what its contacts are, as functions of state and time that are positive
-where it touches.
+A model defines its contacts by functions of state and time that are positive where the
+contact is closed.
 """
 
 from __future__ import annotations
@@ -27,29 +28,30 @@ from nsdrill.elementary import lowest_bit
 from nsdrill.kernel.scheme import Scheme
 from nsdrill.observe.interpolant import crossing, extreme, quintic, value
 
-ROOTS = 2  # zeros of a contact function in a step, at most
-OVER = 2.0  # no place in a step
+MOST_ZEROS = 2  # zeros of a contact function in a step, at most
+NO_ZERO = 2.0  # a theta outside the step
 
 
 def landing_rows(contacts: int) -> int:
-    """Rows of the observer: each contact function and its rates at the start of the
-    step, then at its end."""
+    """The number of rows of the observer: each contact function and its rates at the
+    start of the step, then at its end."""
     return 2 * RATES * contacts
 
 
 def scratch_size(rows: Rows, contacts: int) -> int:
-    """Numbers at the end of the store: the buffer of one lane, and the zeros found."""
-    return rows.total + ROOTS * contacts
+    """The number of entries at the end of the store: the buffer of one lane, and the
+    zeros of the contact functions."""
+    return rows.total + MOST_ZEROS * contacts
 
 
-def _nothing(lanes: int, rows: Rows, first: int, *variant: int) -> Any:
+def _no_landing(lanes: int, rows: Rows, first: int, *variant: int) -> Any:
     """The observer of a model without contacts."""
 
     @compiled(types.void(BUFFER, BUFFER), lanes, *astuple(rows), first, *variant)
-    def no_landing(b, store):  # type: ignore[no-untyped-def]
+    def observe_nothing(b, store):  # type: ignore[no-untyped-def]
         pass
 
-    return no_landing
+    return observe_nothing
 
 
 @lru_cache
@@ -63,21 +65,20 @@ def make_landing(
     contacts: int,
     variant: tuple[int, ...] = (),
 ) -> Any:
-    """The compiled observer that mends the deviations, which are the tangent states of
-    the states.
+    """The compiled observer that corrects the deviations, which are the tangent states.
 
-    ``first`` is the place of its rows among those of the observer; ``measure(b)`` puts
-    the contact functions and their rates at the end of the step into the second half of
-    them, and the right-hand side ``tangent(b)``, of one lane, takes a contact as closed
-    where the value in the first half is positive. ``scheme`` is that of the run's
-    stepper. ``variant`` tells models and steppers apart.
+    ``first`` is the position of its rows among those of the observer. ``measure(b)``
+    writes the contact functions and their rates at the end of the step to the second
+    half of them. The right-hand side ``tangent(b)``, of one lane, takes a contact as
+    closed if the value in the first half is positive. ``scheme`` is that of the run's
+    stepper. ``variant`` distinguishes models and steppers.
     """
     if not contacts:
-        return _nothing(lanes, rows, first, *variant)
+        return _no_landing(lanes, rows, first, *variant)
     W, N, M, own, P = lanes, rows.states, rows.slopes, rows.own, rows.parameters
-    of_contacts = RATES * contacts
-    before, zeros = rows.observer + first, rows.total
-    now = before + of_contacts
+    contact_rows = RATES * contacts
+    at_start, zeros = rows.observer + first, rows.total
+    at_end = at_start + contact_rows
     stage, start, slope, slope_start, frame_rate = (
         rows.stage,
         rows.start,
@@ -87,80 +88,82 @@ def make_landing(
     )
     parameter, phase, stage_time = rows.parameter, rows.phase, rows.stage_time
     time, step, moves = rows.time, rows.step, rows.moves
-    size = scratch_size(rows, contacts)
+    scratch = scratch_size(rows, contacts)
     nodes, rates, positions = scheme.nodes, scheme.rates, scheme.positions
     slopes, pushes = np.array(scheme.slopes), np.array(scheme.pushes, np.int64)
-    more_rates, more_positions = scheme.more_rates, scheme.more_positions
+    push_rates, push_positions = scheme.push_rates, scheme.push_positions
     stages, diagonal = len(rates), scheme.diagonal
     # The push of each slope, -1 where it has none.
     push_of = np.array([rows.pushed.index(p) if p in rows.pushed else -1 for p in range(M)])
     own_slopes = rows.own_slopes
-    relax, apart, A = rows.relax, rows.apart != 0, M + len(rows.pushed)
+    relax, implicit, A = rows.relax, rows.apart != 0, M + len(rows.pushed)
     own_pushes = len(rows.pushed) // 2
-    # The first state of each slope, and whether it is a position, whose velocity
+    # The first state of each slope, and whether it is a position, which its velocity
     # follows.
     state_of = np.array(
         [f + o * k for o, count, f, _ in rows.blocks for k in range(count)], np.int64
     )
-    second = np.array([o == 2 for o, count, _, _ in rows.blocks for _ in range(count)])
+    has_velocity = np.array([o == 2 for o, count, _, _ in rows.blocks for _ in range(count)])
 
     @compiled(types.void(BUFFER), *astuple(rows), first, *variant)
-    def part(s):  # type: ignore[no-untyped-def]
-        # One step of the run's own pair in the buffer of one lane, from (time, start)
-        # to (time + step, stage).
+    def integrate_part(s):  # type: ignore[no-untyped-def]
+        # One step of the run's stepper in the buffer of one lane, from (time, start) to
+        # (time + step, stage).
         h = s[step]
         for n in range(stages):
             s[stage_time] = s[time] + nodes[n] * h
             for p in range(M):
-                x, v, own_ = start + state_of[p], start + state_of[p] + 1, stage + state_of[p]
-                rate = bend = 0.0
+                x, v, target_ = start + state_of[p], start + state_of[p] + 1, stage + state_of[p]
+                rate = position_change = 0.0
                 for m in range(n + 1):
                     rate += rates[n, m] * s[slopes[m] + p]
-                    bend += positions[n, m] * s[slopes[m] + p]
-                if apart and push_of[p] >= 0:
+                    position_change += positions[n, m] * s[slopes[m] + p]
+                if implicit and push_of[p] >= 0:
                     for m in range(n + 1):
-                        rate += more_rates[n, m] * s[pushes[m] + push_of[p]]
-                        bend += more_positions[n, m] * s[pushes[m] + push_of[p]]
-                if second[p]:
-                    s[own_] = s[x] + h * (nodes[n] * (s[v] + s[frame_rate + p]) + h * bend)
-                    s[own_ + 1] = s[v] + h * rate
+                        rate += push_rates[n, m] * s[pushes[m] + push_of[p]]
+                        position_change += push_positions[n, m] * s[pushes[m] + push_of[p]]
+                if has_velocity[p]:
+                    s[target_] = s[x] + h * (
+                        nodes[n] * (s[v] + s[frame_rate + p]) + h * position_change
+                    )
+                    s[target_ + 1] = s[v] + h * rate
                 else:
-                    s[own_] = s[x] + h * rate
-            if apart:
+                    s[target_] = s[x] + h * rate
+            if implicit:
                 s[relax] = diagonal * h
-            if apart or n < stages - 1:
+            if implicit or n < stages - 1:
                 tangent(s)
             if n < stages - 1:
                 for p in range(M):
                     s[slopes[n + 1] + p] = s[slope + p]
                 for p in range(A - M):
                     s[pushes[n + 1] + p] = s[slope + M + p]
-        if apart:
-            s[relax] = 0.0  # what follows is asked at the velocities as they are
+        if implicit:
+            s[relax] = 0.0  # further evaluations are at the given velocities
 
     @compiled(types.void(BUFFER, BUFFER, types.int64), W, *astuple(rows), first, *variant)
-    def mend(b, s, i):  # type: ignore[no-untyped-def]
-        # Lane i alone: its step in parts between the zeros of the contact functions.
+    def correct(b, s, i):  # type: ignore[no-untyped-def]
+        # Repeat the step of lane i in parts between the zeros of the contact functions.
         h = b[step * W + i]
-        found = 0
+        crossings = 0
         for c in range(contacts if h > 0.0 else 0):
-            k0, k1 = (before + RATES * c) * W + i, (now + RATES * c) * W + i
+            k0, k1 = (at_start + RATES * c) * W + i, (at_end + RATES * c) * W + i
             g0, d0, c0 = b[k0], b[k0 + W], b[k0 + 2 * W]
             g1, d1, c1 = b[k1], b[k1 + W], b[k1 + 2 * W]
             p0, p1, p2, p3, p4, p5 = quintic(g0, h * d0, h * h * c0, g1, h * d1, h * h * c1)
-            s[before + RATES * c] = g0
-            s[zeros + ROOTS * c] = OVER
-            s[zeros + ROOTS * c + 1] = OVER
+            s[at_start + RATES * c] = g0
+            s[zeros + MOST_ZEROS * c] = NO_ZERO
+            s[zeros + MOST_ZEROS * c + 1] = NO_ZERO
             if (g0 > 0.0) != (g1 > 0.0):
-                s[zeros + ROOTS * c] = crossing(p0, p1, p2, p3, p4, p5, 0.0, 1.0)
-                found += 1
+                s[zeros + MOST_ZEROS * c] = crossing(p0, p1, p2, p3, p4, p5, 0.0, 1.0)
+                crossings += 1
             elif (d0 > 0.0) != (d1 > 0.0) and (d0 > 0.0) != (g0 > 0.0):
-                turn = extreme(p1, p2, p3, p4, p5, h * d1)
-                if (value(p0, p1, p2, p3, p4, p5, turn) > 0.0) != (g0 > 0.0):
-                    s[zeros + ROOTS * c] = crossing(p0, p1, p2, p3, p4, p5, 0.0, turn)
-                    s[zeros + ROOTS * c + 1] = crossing(p0, p1, p2, p3, p4, p5, turn, 1.0)
-                    found += 2
-        if found == 0 and h > 0.0:
+                extremum = extreme(p1, p2, p3, p4, p5, h * d1)
+                if (value(p0, p1, p2, p3, p4, p5, extremum) > 0.0) != (g0 > 0.0):
+                    s[zeros + MOST_ZEROS * c] = crossing(p0, p1, p2, p3, p4, p5, 0.0, extremum)
+                    s[zeros + MOST_ZEROS * c + 1] = crossing(p0, p1, p2, p3, p4, p5, extremum, 1.0)
+                    crossings += 2
+        if crossings == 0 and h > 0.0:
             return
         s[phase] = b[phase * W + i]
         for j in range(P):
@@ -171,39 +174,39 @@ def make_landing(
             s[frame_rate + p] = b[(frame_rate + p) * W + i]
         for p in range(A):
             s[slope_start + p] = b[(slope_start + p) * W + i]
-        if apart:
+        if implicit:
             s[relax] = 0.0
-        at, begun = 0.0, b[time * W + i]
-        s[time] = begun
-        for _ in range(found):
-            which = 0
-            for k in range(ROOTS * contacts):
-                if s[zeros + k] < s[zeros + which]:
-                    which = k
-            s[step] = h * (s[zeros + which] - at)
-            part(s)
-            at = s[zeros + which]
-            s[zeros + which] = OVER
-            s[time] = begun + h * at
+        theta, start_time = 0.0, b[time * W + i]
+        s[time] = start_time
+        for _ in range(crossings):
+            contact_zero = 0
+            for k in range(MOST_ZEROS * contacts):
+                if s[zeros + k] < s[zeros + contact_zero]:
+                    contact_zero = k
+            s[step] = h * (s[zeros + contact_zero] - theta)
+            integrate_part(s)
+            theta = s[zeros + contact_zero]
+            s[zeros + contact_zero] = NO_ZERO
+            s[time] = start_time + h * theta
             s[stage_time] = s[time]
-            s[before + RATES * (which // ROOTS)] *= -1.0  # the contact changes
+            s[at_start + RATES * (contact_zero // MOST_ZEROS)] *= -1.0  # the contact changes
             tangent(s)
             for j in range(N):
                 s[start + j] = s[stage + j]
             for p in range(A):
                 s[slope_start + p] = s[slope + p]
         if h > 0.0:
-            s[step] = h * (1.0 - at)
-            part(s)
+            s[step] = h * (1.0 - theta)
+            integrate_part(s)
             for j in range(own, N):
                 b[(stage + j) * W + i] = s[stage + j]
-        # The next step begins with the accelerations at the run's own end, and with the
-        # contacts there.
+        # The next step begins with the accelerations and the contacts at the end of the
+        # run's step.
         for j in range(N):
             s[stage + j] = b[(stage + j) * W + i]
-        s[stage_time] = begun + h
+        s[stage_time] = start_time + h
         for c in range(contacts):
-            s[before + RATES * c] = b[(now + RATES * c) * W + i]
+            s[at_start + RATES * c] = b[(at_end + RATES * c) * W + i]
         tangent(s)
         for p in range(own_slopes, M):
             b[(slope + p) * W + i] = s[slope + p]
@@ -215,25 +218,25 @@ def make_landing(
         measure(b)
         due = 0
         for i in range(W):
-            # A contact function changes its sign, or turns on its way to zero. A step
-            # of no length shows the start of a run, whose accelerations were made with
-            # the contacts of the run before.
-            wanted = b[step * W + i] == 0.0
-            for k in range(0, of_contacts * W, RATES * W):
-                g0, d0 = b[before * W + k + i], b[(before + 1) * W + k + i]
-                g1, d1 = b[now * W + k + i], b[(now + 1) * W + k + i]
-                wanted |= (g0 > 0.0) != (g1 > 0.0) or (
+            # A contact function changes its sign, or has an extremum towards zero. A
+            # step of length zero is the start of a run, whose accelerations were
+            # computed with the contacts of the run before.
+            needs_correction = b[step * W + i] == 0.0
+            for k in range(0, contact_rows * W, RATES * W):
+                g0, d0 = b[at_start * W + k + i], b[(at_start + 1) * W + k + i]
+                g1, d1 = b[at_end * W + k + i], b[(at_end + 1) * W + k + i]
+                needs_correction |= (g0 > 0.0) != (g1 > 0.0) or (
                     (d0 > 0.0) != (d1 > 0.0) and (d0 > 0.0) != (g0 > 0.0)
                 )
-            due |= (1 << i) if wanted and b[moves * W + i] != 0.0 else 0
+            due |= (1 << i) if needs_correction and b[moves * W + i] != 0.0 else 0
         while due != 0:
             i = lowest_bit(due)
             due &= due - 1
-            mend(b, store[len(store) - size :], i)
+            correct(b, store[len(store) - scratch :], i)
         for i in range(W):
-            moved = b[moves * W + i] != 0.0
-            for k in range(0, of_contacts * W, W):
-                old, new = b[before * W + k + i], b[now * W + k + i]
-                b[before * W + k + i] = new if moved else old
+            accepted = b[moves * W + i] != 0.0
+            for k in range(0, contact_rows * W, W):
+                old, new = b[at_start * W + k + i], b[at_end * W + k + i]
+                b[at_start * W + k + i] = new if accepted else old
 
     return landing

@@ -1,5 +1,5 @@
-"""Where a response begins to count as critical. All can be changed on a finished file,
-but for ``stuck_below``."""
+"""The thresholds at which a response counts as critical. All but ``stuck_below`` can be
+changed on a finished file."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class BitBounce(Checked):
     """Bit-bounce: the bit is off the rock for more than ``lift_off_fraction`` of the
     time.
 
-    The other bounds grade it by the same fraction f. While it touches, the bit bears on
-    average 1/(1 - f) times the weight on bit, for over a long time the two balance: 1.1
-    times at the second bound, 1.4 and 2.5 at the last two.
+    The other bounds grade it by the same fraction f. While in contact the bit bears on
+    average 1/(1 - f) times the weight on bit, as the two balance over a long time: 1.1
+    times at the second bound, 1.4 and 2.5 times at the last two.
     """
 
     lift_off_fraction: float = parameter(
@@ -35,8 +35,8 @@ class StickSlip(Checked):
     percent, the onset of full stall.
 
     The other bounds are those of the severity table of the directional-drilling paper
-    (D): below the first no vibration to speak of, then torsional oscillation, then
-    medium (mitigate), onset of full stall, severe.
+    (D): below the first negligible vibration, then torsional oscillation, then medium
+    (mitigate), onset of full stall, severe.
     """
 
     stick_slip_index: float = parameter(
@@ -59,9 +59,9 @@ class Whirl(Checked):
     ``direction`` in size.
 
     The accelerations [m/s^2] grade it by the r.m.s. lateral acceleration of the collar,
-    on the wall or not, which is what a downhole tool reports: about a quarter, a half,
-    three quarters and one standard gravity. Every maker of tools has a table of its
-    own; these four are a convention to be adapted.
+    on the wall or not, which is what a downhole tool measures: about a quarter, a half,
+    three quarters and one standard gravity. Each manufacturer of tools has its own
+    table; these four are a convention to be adapted.
     """
 
     wall_contact_fraction: float = parameter(
@@ -80,7 +80,7 @@ class Whirl(Checked):
 
 @dataclass(frozen=True)
 class Settled(Checked):
-    """Settled: the halves of the observed window differ by less than ``tolerance`` (of
+    """Settled: the two halves of the observation differ by less than ``tolerance`` (of
     each quantity's range)."""
 
     tolerance: float = parameter(0.05, "", "R", "convention", high=100.0)
@@ -88,8 +88,9 @@ class Settled(Checked):
 
 @dataclass(frozen=True)
 class Trust(Checked):
-    """Trusted: the checks of a point find its response, and its features to
-    ``tolerance`` (of each one's natural scale: gap, lobe amplitude, drive speed)."""
+    """Trusted: the checks of a point give the same response, and the same features
+    within ``tolerance`` (of the natural scale of each: gap, lobe amplitude, drive
+    speed)."""
 
     tolerance: float = parameter(0.05, "", "R", "convention", high=100.0)
 
@@ -159,7 +160,7 @@ class Thresholds(Checked):
 class Record:
     """``peaks``: how many of the last local maxima are kept for each of bit position,
     bit speed and radius; ``poincare``: how many of the last returns to the Poincare
-    ``section``, a whole revolution of the bit or a lobe; ``exponent``: whether the
+    ``section``, a revolution of the bit or a lobe; ``exponent``: whether the
     largest Lyapunov exponent is measured."""
 
     peaks: int = parameter(32, high=1000)

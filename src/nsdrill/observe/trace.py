@@ -1,4 +1,4 @@
-"""The trajectory itself, sampled at even times from the continuous solution: the
+"""The trajectory, sampled at regular intervals from the continuous solution: the
 observer of ``simulate``."""
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma
 from nsdrill.observe.interpolant import quintic, slope, value
 
-# The store: next sample, interval [s], capacity, when the lane's clock was set to zero
-# [s], then the samples, each with all states.
+# The store: number of the next sample, interval [s], capacity, time at which the run
+# began [s], then the samples, each with all states.
 NEXT, INTERVAL, CAPACITY, BEGAN, HEADER = range(5)
 
 
 def trace_store(samples: int, interval: float, states: int) -> np.ndarray:
-    """A store for this many samples of so many states, ``interval`` seconds apart, the
-    first at time zero."""
+    """A store for ``samples`` samples of ``states`` states, ``interval`` seconds apart,
+    the first at time zero."""
     store = np.zeros(HEADER + samples * states)
     store[INTERVAL], store[CAPACITY] = interval, samples
     return store
 
 
 def samples_of(store: np.ndarray, states: int) -> np.ndarray:
-    """The samples taken, shape (samples, states)."""
-    taken = int(store[NEXT])
-    return store[HEADER : HEADER + taken * states].reshape(taken, states)
+    """The samples recorded so far, shape (samples, states)."""
+    count = int(store[NEXT])
+    return store[HEADER : HEADER + count * states].reshape(count, states)
 
 
 def make_tracer(lanes: int, rows: Rows) -> tuple[Any, Any]:
@@ -97,7 +97,7 @@ def _make(lanes: int, rows: Rows) -> tuple[Any, Any]:
         W,
         *astuple(rows),
     )
-    def trace_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
+    def trace_marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
         pass
 
     return tracer, trace_marker

@@ -1,8 +1,8 @@
-"""Whether a point holds when it is run more carefully: labels made from what the checks
-of the point measured.
+"""Whether the response of a point holds in more accurate runs: labels from the results
+of the point's checks.
 
-Two checks: ``tight``, the same run with a smaller tolerance, and ``long``, the run
-continued for as long again.
+There are two checks: ``tight``, the same run with a smaller tolerance, and ``long``,
+the run continued for the same time again.
 """
 
 from __future__ import annotations
@@ -20,47 +20,52 @@ UNCHECKED, AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS, CHECK_FAILED = range(5)  #
 
 
 def trust_labels(
-    found: Mapping[str, Array],
+    checks: Mapping[str, Array],
     response: Array,
     thresholds: Thresholds,
     responses: Callable[[Mapping[str, Array], Thresholds], Array],
 ) -> dict[str, Array]:
     """The labels ``tight_response``, ``long_response`` and ``trusted`` of points with
-    this ``response``; ``found`` holds how their checks ended, the features that the
-    ``responses`` are made from, and the differences."""
+    this ``response``; ``checks`` has the status of their checks, the features from
+    which ``responses`` are determined, and the differences."""
     labels = {}
     trusted = np.ones(np.shape(response), dtype=bool)
     for check in CHECKS:
-        ended = found[f"{check}_status"] == OK
-        start, other = f"{check}_", (f"{check}_status", f"{check}_difference", f"{check}_response")
+        succeeded = checks[f"{check}_status"] == OK
+        prefix, other = f"{check}_", (f"{check}_status", f"{check}_difference", f"{check}_response")
         measured = {
-            name.removeprefix(start): found[name]
-            for name in found
-            if name.startswith(start) and name not in other
+            name.removeprefix(prefix): checks[name]
+            for name in checks
+            if name.startswith(prefix) and name not in other
         }
-        labels[f"{check}_response"] = np.where(ended, responses(measured, thresholds), 0).astype(
-            np.int8
-        )
+        labels[f"{check}_response"] = np.where(
+            succeeded, responses(measured, thresholds), 0
+        ).astype(np.int8)
         with np.errstate(invalid="ignore"):
-            near = found[f"{check}_difference"] <= thresholds.trust.tolerance
-        trusted &= ended & near & (labels[f"{check}_response"] == response)
+            near = checks[f"{check}_difference"] <= thresholds.trust.tolerance
+        trusted &= succeeded & near & (labels[f"{check}_response"] == response)
     return {**labels, "trusted": trusted.astype(np.int8)}
 
 
-class Named(Protocol):
+class ArraysByName(Protocol):
     """Arrays by name."""
 
     def __getitem__(self, name: str, /) -> Array: ...
 
 
-def verdict(values: Named) -> Array:
-    """What the checks say of each point: :data:`UNCHECKED`; :data:`AGREES`;
-    :data:`FEATURES_DIFFER`, the response holds and its numbers do not (chaotic motion,
-    or one that has not settled); :data:`RESPONSE_DIFFERS`; and :data:`CHECK_FAILED`,
-    where a check did not end well and none that did found another response. From
-    ``response``, the labels of :func:`trust_labels` and the status of the checks."""
+def verdict(values: ArraysByName) -> Array:
+    """The result of the checks of each point, from ``response``, the labels of
+    :func:`trust_labels` and the status of the checks:
+
+    - :data:`UNCHECKED`;
+    - :data:`AGREES`;
+    - :data:`FEATURES_DIFFER`: the response is the same and the features are not
+      (chaotic motion, or one that has not settled);
+    - :data:`RESPONSE_DIFFERS`;
+    - :data:`CHECK_FAILED`: a check failed, and no other gave another response.
+    """
     shape = np.shape(values["trusted"])
-    checked, ended, differs = (
+    checked, succeeded, differs = (
         np.ones(shape, dtype=bool),
         np.ones(shape, dtype=bool),
         np.zeros(shape, dtype=bool),
@@ -68,10 +73,10 @@ def verdict(values: Named) -> Array:
     for check in CHECKS:
         ok = values[f"{check}_status"] == OK
         checked &= values[f"{check}_status"] != PENDING
-        ended &= ok
+        succeeded &= ok
         differs |= ok & (values[f"{check}_response"] != values["response"])
     return np.select(
-        [~checked, values["trusted"] == 1, differs, ended],
+        [~checked, values["trusted"] == 1, differs, succeeded],
         [UNCHECKED, AGREES, RESPONSE_DIFFERS, FEATURES_DIFFER],
         CHECK_FAILED,
     )

@@ -1,10 +1,11 @@
-"""The engine: keeps the batches of all workers fed, over any ``concurrent.futures``
+"""The engine: keeps the batches of all workers filled, over any ``concurrent.futures``
 executor.
 
-Every worker has one batch. A slice advances it for a fraction of a second and gives
-back the runs that ended; the engine delivers those, tops the batch up and submits it
-again. So results come steadily, a stop takes no longer than a slice, and nothing is
-lost but the runs in flight. Which batch runs a point changes nothing in its numbers.
+Every worker has one batch. A task advances it for a *quantum*, a fraction of a second,
+and returns the runs that ended; the engine delivers those, refills the batch and
+submits it again. So results arrive continuously, a stop takes no longer than a quantum,
+and only the runs in progress are lost. The results of a point do not depend on the
+batch that runs it.
 """
 
 from __future__ import annotations
@@ -25,20 +26,20 @@ from nsdrill.sweep.work import Work, advance
 from nsdrill.variables import OK
 
 Array = np.ndarray[Any, np.dtype[Any]]
-SEGMENT = 64  # points of a chain handed over at once
-SLICE = 0.25  # seconds that a batch is advanced at once in a thread
-REMOTE_SLICE = 1.0  # in another process: a batch is then a message of some megabytes
-# seconds without a slice, after which there is a look for an interrupt and for a
-# cluster that is gone
-PATIENCE = 0.5
+SEGMENT = 64  # points of a chain added to a batch at once
+QUANTUM = 0.25  # seconds for which a batch is advanced at once in a thread
+REMOTE_QUANTUM = 1.0  # in another process: a batch is then a message of some megabytes
+# Seconds between checks for an interrupt and for a lost cluster while no task ends.
+POLL_SECONDS = 0.5
 SHORT = 10.0  # simulated seconds up to which a run is short
-MOST_LOSSES = 10  # workers that may die under the slices of one batch
+MOST_LOSSES = 10  # times that the task of one batch may be lost with its worker
 
 
 @dataclass
 class Progress:
-    """How far a sweep is: points done (of which failed, and done before this session),
-    steps tried so far; and, where it is one of several stages, which."""
+    """The progress of a sweep: numbers of points, ``done`` and ``failed`` in this
+    session and done ``before`` it, of ``total``; steps tried so far; and, if the run
+    has several stages, the present one in ``note``."""
 
     total: int
     before: int = 0
@@ -51,9 +52,9 @@ class Progress:
 
 @dataclass
 class Starts:
-    """Where chains are to begin: their numbers [n], the places [n], and
-    ``state(chain, place)``, the state (9) that a chain has got to at a place after its
-    first, None where its last point failed."""
+    """Where chains are to begin: their numbers [n], the places in them [n], and
+    ``state(chain, place)``, the state [states + 1] that a chain has reached at a place
+    after its first, or None if the point before failed."""
 
     chains: Array
     places: Array
@@ -67,14 +68,14 @@ class Starts:
         return Starts(self.chains[mask], self.places[mask], self.state)
 
     def with_more(self, handed: list[tuple[int, int, Array | None]]) -> Starts:
-        """These and the chains that are ``handed`` over: (chain, place, the state
-        there)."""
+        """These and the chains ``handed`` over by another method: (chain, place, state
+        at that place)."""
         states, before = {(chain, place): state for chain, place, state in handed}, self.state
 
         def state(chain: int, place: int) -> Array | None:
             return states[chain, place] if (chain, place) in states else before(chain, place)
 
-        numbers = np.array([one[:2] for one in handed], np.int64).reshape(-1, 2)
+        numbers = np.array([(chain, place) for chain, place, _ in handed], np.int64).reshape(-1, 2)
         return Starts(
             np.concatenate([self.chains, numbers[:, 0]]),
             np.concatenate([self.places, numbers[:, 1]]),
@@ -82,17 +83,18 @@ class Starts:
         )
 
     def next_points(self, plan: Plan) -> Array:
-        """The points with which they begin."""
+        """The points at which the chains begin."""
         return plan.points_of(self.chains, self.places)
 
     def runs(self, plan: Plan) -> int:
-        """How many points there are from here to the ends of the chains."""
+        """The number of points from these places to the ends of the chains."""
         return len(self) * plan.chain_length - int(np.sum(self.places))
 
 
 @dataclass
 class _WorkerSlot:
-    """A batch with what the engine knows of it."""
+    """A worker's batch, the ends of the chain segments in it, the number of points that
+    it gets at once, and how often its task was lost."""
 
     batch: Batch
     # Last point of every segment of a chain in the batch -> (chain, next place), or
@@ -106,15 +108,15 @@ class Engine:
     """Runs a :class:`Work` on ``workers`` batches of ``lanes`` lanes.
 
     ``deliver(points, columns)`` is called, in the calling thread, with the numbers of
-    finished points and their results; ``watch(progress)`` after each slice. With
-    ``remote`` the executor's workers are other processes: slices are longer, and one
-    whose worker has died is given to another; a method ``check`` of the executor, where
-    it has one, raises if nothing can come any more. ``slice_seconds`` bounds how long a
-    stop takes.
+    finished points and their results; ``watch(progress)`` after each task. With
+    ``remote`` the executor's workers are other processes: quanta are longer, and the
+    task of a worker that died is submitted again; a method ``check`` of the executor,
+    if it has one, raises if no more results can arrive. A stop takes at most
+    ``quantum_seconds``.
 
-    ``reach(points)`` says how many of the first of these points of a chain this work is
-    for, where another method integrates the others; a chain that has come to one of
-    those is ``handed`` over: (chain, place, the state there).
+    ``reach(points)`` returns how many of the first of these points of a chain this work
+    integrates, if another method integrates the others. A chain that has reached one of
+    those is appended to ``handed``: (chain, place, state at that place).
     """
 
     def __init__(
@@ -125,7 +127,7 @@ class Engine:
         lanes: int,
         deliver: Callable[[Array, dict[str, Array]], None],
         watch: Callable[[Progress], None] = lambda progress: None,
-        slice_seconds: float | None = None,
+        quantum_seconds: float | None = None,
         remote: bool = False,
         reach: Callable[[Array], int] = len,
     ) -> None:
@@ -133,18 +135,18 @@ class Engine:
         self.handed: list[tuple[int, int, Array | None]] = []
         self.work, self.executor, self.workers, self.lanes = work, executor, workers, lanes
         self.deliver, self.watch, self.remote = deliver, watch, remote
-        self.slice_seconds = slice_seconds or (REMOTE_SLICE if remote else SLICE)
+        self.quantum_seconds = quantum_seconds or (REMOTE_QUANTUM if remote else QUANTUM)
         self._segments = lanes * (1 if remote else 2)  # that a batch holds, at least
         self.slots = max(4 * SEGMENT, SEGMENT * self._segments)
         self.progress = Progress(total=work.plan.points)
 
     def run(self, starts: Starts | None = None, pending: Array | None = None) -> Progress:
-        """Run everything, or only these: for carried chains ``starts``, for single
-        points the numbers ``pending``.
+        """Run all points, or only some: the chains ``starts`` if the state is carried,
+        else the points with the numbers ``pending``.
 
         An interrupt, as a signal or as an exception in the calling thread, ends the run
-        after the slices under way; their results are delivered, and then a
-        KeyboardInterrupt goes on to the caller.
+        after the tasks in progress; their results are delivered, and then a
+        KeyboardInterrupt is raised to the caller.
         """
         plan = self.work.plan
         self._carried = plan.chain_length > 1
@@ -164,7 +166,7 @@ class Engine:
         self._next = 0  # of the pending points, or starts
         self.progress.before = plan.points - runs
 
-        count = max(1, min(self.workers, self._left()))
+        count = max(1, min(self.workers, self._pending_count()))
         slots = [_WorkerSlot(self.work.new_batch(self.lanes, self.slots)) for _ in range(count)]
         self._segment = min(SEGMENT, slots[0].batch.slots // self._segments)
         futures: dict[Future[Any], _WorkerSlot] = {}
@@ -173,21 +175,21 @@ class Engine:
                 for worker in slots:
                     self._submit(worker, futures)
                 while futures:
-                    finished, _ = wait(futures, PATIENCE, FIRST_COMPLETED)
+                    finished, _ = wait(futures, POLL_SECONDS, FIRST_COMPLETED)
                     interrupt.look()
                     if not finished and (check := getattr(self.executor, "check", None)):
                         check()
                     for future in finished:
                         worker = futures.pop(future)
-                        if not self._lost(worker, future):
+                        if not self._is_lost(worker, future):
                             self._receive(worker, future)
                         self._submit(worker, futures)
                     self._count_lanes(slots)
                     self.watch(self.progress)
             except BaseException:
-                # Let the slices under way end and keep what they finished.
+                # Wait for the tasks in progress and deliver their results.
                 ended, _ = wait(
-                    futures, timeout=None if not self.remote else 2 * self.slice_seconds
+                    futures, timeout=None if not self.remote else 2 * self.quantum_seconds
                 )
                 for future in ended:
                     if not future.cancelled() and future.exception() is None:
@@ -196,35 +198,35 @@ class Engine:
         return self.progress
 
     def _longest_first(self, points: Array) -> Array:
-        """Fast rotation first: the collar then rolls along the wall, which takes the
-        most steps. And neighbouring lanes get points of one speed and so mostly of one
-        regime, in which all of them may be off the wall. Short runs keep the order of
-        the file, in which they are quickest to store."""
+        """The points in order of falling speed: at fast rotation the collar rolls along
+        the wall, which takes the most steps. Also, adjacent lanes then have points of
+        one speed and so mostly of one regime, in which all of them may be off the wall.
+        Short runs keep the order of the file, in which they are stored fastest."""
         if self.work.simulation.transient + self.work.simulation.observe < SHORT:
             return points
         plan = self.work.plan
         axis = 1 + list(plan.axes).index("rotary_speed")
-        # points that run through while the speed stands still
-        faster = math.prod(plan.grid[axis + 1 :])
-        speed = (points // faster % plan.shape[axis]).astype(np.int32)  # its place on the axis
+        # the number of successive points with the same speed
+        same_speed = math.prod(plan.grid[axis + 1 :])
+        speed = (points // same_speed % plan.shape[axis]).astype(np.int32)  # its index on the axis
         return points[np.argsort(-speed, kind="stable")]
 
-    def _left(self) -> int:
+    def _pending_count(self) -> int:
         return len(self._pending) - self._next
 
     def _submit(self, worker: _WorkerSlot, futures: dict[Future[Any], _WorkerSlot]) -> None:
-        self._feed(worker)
+        self._refill(worker)
         if worker.batch.idle:
             return
-        drain = self._left() == 0 and not any(worker.ends.values())
+        drain = self._pending_count() == 0 and not any(worker.ends.values())
         future = self.executor.submit(
-            advance, worker.batch, self.work.variant, self.slice_seconds, drain
+            advance, worker.batch, self.work.variant, self.quantum_seconds, drain
         )
         futures[future] = worker
 
-    def _lost(self, worker: _WorkerSlot, future: Future[Any]) -> bool:
-        """Whether the slice was lost with its worker; the batch here is still as it was
-        sent, and is sent again."""
+    def _is_lost(self, worker: _WorkerSlot, future: Future[Any]) -> bool:
+        """Whether the task was lost with its worker. The batch in this process is still
+        as it was sent, and is sent again."""
         if not self.remote or (not future.cancelled() and future.exception() is None):
             return False
         worker.losses += 1
@@ -232,8 +234,8 @@ class Engine:
             cause = None if future.cancelled() else future.exception()
             raise NsdrillError(
                 f"A part of the sweep was lost {worker.losses} times with its worker "
-                f"({cause or 'cancelled'}). Finished "
-                "points are safe: look after the cluster, then give the same command with --resume."
+                f"({cause or 'cancelled'}). Finished points are safe: look after the cluster, "
+                "then give the same command with --resume."
             ) from cause
         return True
 
@@ -243,26 +245,27 @@ class Engine:
             sum(worker.batch.lane_steps for worker in slots) / packed if packed else 1.0
         )
 
-    def _feed(self, worker: _WorkerSlot) -> None:
-        """Top up: a lone worker with all that fits, several with at most a fair share
-        of what is left, so that they end together."""
-        room = self._left()
+    def _refill(self, worker: _WorkerSlot) -> None:
+        """Refill the batch of a worker: a single worker's with as many points as fit,
+        those of several with at most an equal share of the rest, so that all end at
+        about the same time."""
+        quota = self._pending_count()
         if self.workers > 1:
-            room = (
-                min(worker.batch_size, max(self.lanes, -(-room // (2 * self.workers))))
+            quota = (
+                min(worker.batch_size, max(self.lanes, -(-quota // (2 * self.workers))))
                 - worker.batch.waiting
             )
         if not self._carried:
-            count = min(room, worker.batch.free, self._left())
+            count = min(quota, worker.batch.free, self._pending_count())
             if count > 0:
                 points = self._pending[self._next : self._next + count]
                 self._next += count
                 worker.batch.add_many(points, self.work.prepare(points))
             return
-        # A segment keeps the room of its finished points: its chain goes on there.
+        # The slots of finished points stay reserved for the next segments of the chain.
         while (
-            room > 0
-            and self._left()
+            quota > 0
+            and self._pending_count()
             and (len(worker.ends) + 1) * self._segment <= worker.batch.slots
         ):
             number = self._pending[self._next]
@@ -271,7 +274,7 @@ class Engine:
                 worker, chain, place, self._starts.state(chain, place) if place else None
             )
             self._next += 1
-            room -= 1
+            quota -= 1
 
     def _add_segment(
         self, worker: _WorkerSlot, chain: int, place: int, state: Array | None
@@ -285,8 +288,8 @@ class Engine:
             self.handed.append((chain, place, state))
             return
         runs = self.work.prepare(points)
-        if (alike := self.work.alike(runs.initial)) < len(points):
-            end, points = place + alike, points[:alike]
+        if (same_held := self.work.same_held(runs.initial)) < len(points):
+            end, points = place + same_held, points[:same_held]
             runs = self.work.prepare(points)
         if state is not None:
             self.work.begin(runs.initial[0], state)
@@ -294,19 +297,19 @@ class Engine:
         worker.batch.add(points, runs)
 
     def _receive(self, worker: _WorkerSlot, future: Future[Any]) -> None:
-        batch, done = future.result()
+        batch, finished = future.result()
         worker.batch = batch
-        n = len(done.job)
+        n = len(finished.job)
         if n == 0:
             return
-        # A batch that eats its portion in much less than a slice gets a larger one.
+        # A batch that finishes its points in much less than a quantum gets more.
         if not self._carried and n >= worker.batch_size // 2:
             worker.batch_size = min(2 * worker.batch_size, self.slots)
-        for i, point in enumerate(done.job.tolist()):
+        for i, point in enumerate(finished.job.tolist()):
             if (following := worker.ends.pop(point, None)) is not None:
-                state = self.work.own_state(done.final[i]) if done.status[i] == OK else None
+                state = self.work.own_state(finished.final[i]) if finished.status[i] == OK else None
                 self._add_segment(worker, *following, state)
         self.progress.done += n
-        self.progress.failed += int(np.count_nonzero(done.status != OK))
-        self.deliver(done.job, self.work.columns(done))
-        self.progress.lane_steps += int(np.sum(done.accepted + done.rejected))
+        self.progress.failed += int(np.count_nonzero(finished.status != OK))
+        self.deliver(finished.job, self.work.columns(finished))
+        self.progress.lane_steps += int(np.sum(finished.accepted + finished.rejected))

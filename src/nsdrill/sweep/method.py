@@ -1,4 +1,4 @@
-"""Which points of a sweep are integrated implicitly. Imports nothing that compiles."""
+"""Which points of a sweep are integrated implicitly. Imports no compiler."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from nsdrill.models.steepness import implicit
 from nsdrill.sweep.plan import Plan
 
 Array = np.ndarray[Any, np.dtype[Any]]
-_BLOCK = 1 << 16  # points looked at at once
+_BLOCK = 1 << 16  # points decided at once
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """The choice for the points of a plan, by the ``method`` of a study of this model."""
+    """The choice of the method for the points of a plan, by the key
+    ``simulation.method`` of a study of this model."""
 
     plan: Plan
     parameters: Any
@@ -27,25 +28,25 @@ class Chosen:
     method: str
 
     def points(self, points: Array) -> Array:
-        """Whether each of these points is integrated implicitly, shape (n,): as the
-        study asks, or as friction is steep there."""
+        """Whether each of these points is integrated implicitly, shape (n,): by the
+        study's method or, with ``auto``, where friction is steep."""
         points = np.asarray(points)
-        values, found = self.plan.values(points), np.zeros(np.shape(points), dtype=bool)
-        for apart, there in in_parts(self.model, values):
-            here = {key: value[there] for key, value in values.items()} | apart
-            found[there] = implicit(
-                self.method, self.model, values_at(self.parameters, self.initial, here)
+        values, is_implicit = self.plan.values(points), np.zeros(np.shape(points), dtype=bool)
+        for apart, mask in in_parts(self.model, values):
+            values_at_part = {key: value[mask] for key, value in values.items()} | apart
+            is_implicit[mask] = implicit(
+                self.method, self.model, values_at(self.parameters, self.initial, values_at_part)
             )
-        return found
+        return is_implicit
 
     def words(self) -> tuple[str, ...]:
         """The methods that the whole plan uses: explicit, implicit, or both."""
         if self.method == "explicit":
             return ("explicit",)
-        found: set[bool] = set()
+        choices: set[bool] = set()
         for first in range(0, self.plan.points, _BLOCK):
             block = np.arange(first, min(first + _BLOCK, self.plan.points))
-            found |= set(self.points(block).tolist())
+            choices |= set(self.points(block).tolist())
         return tuple(
-            word for word, value in (("explicit", False), ("implicit", True)) if value in found
+            word for word, value in (("explicit", False), ("implicit", True)) if value in choices
         )

@@ -1,10 +1,10 @@
-"""From axes to points to chains: which operating points there are, and in which order
-the state is carried.
+"""From axes to points to chains: the operating points of a sweep, and the order in
+which the state is carried.
 
-Points are numbered over (procedure, axes), the last axis fastest; where every operating
-point is run with several samples of uncertain numbers, or started from several states,
-each is a point of its own, and these run fastest. A chain is a row of points that
-follow one another; without carried state every point is a chain of its own.
+Points are numbered over (procedure, axes), the last axis fastest. Where every operating
+point is run with several samples of uncertain numbers, or from several starts, each of
+these is a point, and their index varies fastest. A chain is a sequence of points along
+which the state is carried; if it is not carried, every point is a chain.
 """
 
 from __future__ import annotations
@@ -22,12 +22,15 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 @dataclass(frozen=True)
 class Plan:
-    """``axes``: the ascending values in SI of each axis by its key, in order;
-    ``procedure`` same, up, down or up-down; ``along`` the key of the axis along which
-    the state is carried; ``starts`` from how many states each operating point is
-    started, 0 where from one; there are several with procedure same only. ``drawn`` has
-    the samples of the uncertain numbers by key, arrays of one length; a state is
-    carried along an axis in each sample by itself.
+    """The points of a sweep.
+
+    - ``axes``: the ascending values in SI of each axis by its key, in order;
+    - ``procedure``: same, up, down or up-down;
+    - ``along``: the key of the axis along which the state is carried;
+    - ``starts``: the number of states from which each operating point is started, 0
+      where it is one; several with procedure same only;
+    - ``drawn``: the samples of the uncertain numbers by key, arrays of the same length.
+      A state is carried along an axis in each sample separately.
 
     Up-down is one chain: up to the end and back down from there, so that the end point
     is run twice.
@@ -56,13 +59,13 @@ class Plan:
 
     @property
     def samples(self) -> int:
-        """With how many samples of the uncertain numbers every operating point is run;
-        0 where none is uncertain."""
+        """The number of samples of the uncertain numbers with which every operating
+        point is run; 0 where none is uncertain."""
         return len(next(iter(self.drawn.values()))) if self.drawn else 0
 
     @property
     def varied(self) -> dict[str, Array]:
-        """All values of every number that differs from point to point, by key."""
+        """The values of every number that varies between points, by key."""
         return {**self.axes, **self.drawn}
 
     @property
@@ -118,24 +121,24 @@ class Plan:
     def values(self, points: Array) -> dict[str, Array]:
         """The values of every axis, and of the uncertain numbers, at these points."""
         _, *indices = np.unravel_index(points, self.grid)
-        found = {
+        on_axes = {
             name: values[index]
             for (name, values), index in zip(self.axes.items(), indices, strict=False)
         }
-        return found | {
+        return on_axes | {
             name: values[indices[len(self.axes)]] for name, values in self.drawn.items()
         }
 
     def starts_of(self, points: Array) -> Array:
-        """The number of the start of these points."""
+        """The numbers of the starts of these points."""
         return np.asarray(points) % max(self.starts, 1)
 
     def find(
         self, wanted: Mapping[str, float], procedure: str, start: int = 0, sample: int = 0
     ) -> tuple[int, dict[str, float]]:
-        """The point nearest to the values ``wanted`` of all axes in a procedure, and
-        its values, those of the uncertain numbers among them. ValueError for a
-        procedure, a start or a sample that is not there."""
+        """The number of the point nearest to the values ``wanted`` of all axes in a
+        procedure, and its values, with those of the uncertain numbers. ValueError for a
+        procedure, a start or a sample that does not exist."""
         if not 0 <= sample < max(self.samples, 1):
             raise ValueError(f"sample: found {sample}, allowed: 0 to {max(self.samples, 1) - 1}")
         if not 0 <= start < max(self.starts, 1):
@@ -145,10 +148,11 @@ class Plan:
         nearest = [
             int(np.argmin(np.abs(values - wanted[name]))) for name, values in self.axes.items()
         ]
-        found = {
+        point_values = {
             name: float(values[i])
             for (name, values), i in zip(self.axes.items(), nearest, strict=True)
         }
-        found |= {name: float(values[sample]) for name, values in self.drawn.items()}
-        place = (self.procedures.index(procedure), *nearest, *([sample] if self.samples else []))
-        return int(np.ravel_multi_index(place, self.shape)) * max(self.starts, 1) + start, found
+        point_values |= {name: float(values[sample]) for name, values in self.drawn.items()}
+        index = (self.procedures.index(procedure), *nearest, *([sample] if self.samples else []))
+        number = int(np.ravel_multi_index(index, self.shape)) * max(self.starts, 1) + start
+        return number, point_values

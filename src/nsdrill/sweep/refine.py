@@ -1,10 +1,10 @@
-"""Where a coarse grid needs finer spacing: level by level, wherever neighbouring
-responses differ.
+"""Adaptive refinement of a grid: level by level, wherever neighbouring responses
+differ.
 
 Pure logic on arrays. A *unit* is what is run as a whole, a point or a carried chain;
 its *class* is a number that two units share if their responses are the same. The
-outcome follows from the classes alone: not from the order in which units were run, and
-not from how often the work was interrupted.
+result depends on the classes only, not on the order in which units were run or on
+interruptions.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from typing import Any
 import numpy as np
 
 Array = np.ndarray[Any, np.dtype[Any]]
-_NONE = np.iinfo(np.int64).max  # greater than any class
+_NO_CLASS = np.iinfo(np.int64).max  # greater than any class
 
 
 @dataclass(frozen=True)
 class Refinement:
-    """How far it is: ``needed`` (bool, grid) says which units must be run as far as is
-    known, at ``level`` (0: the coarse grid). When all of them are known ``filled``
-    (int, grid) holds a class for every unit, run or not."""
+    """The state of a refinement: ``needed`` (bool, grid) are the units that must be run
+    as far as is known, at ``level`` (0: the coarse grid). When all of them are known,
+    ``filled`` (int, grid) has a class for every unit, run or not."""
 
     needed: Array
     level: int
@@ -31,64 +31,69 @@ class Refinement:
 
 
 def fine_length(points: int, depth: int) -> int:
-    """How many values an axis of ``points`` coarse values has when its spacing can be
-    halved ``depth`` times."""
+    """The number of values of an axis with ``points`` coarse values whose spacing can
+    be halved ``depth`` times."""
     return (points - 1) * 2**depth + 1
 
 
 def refine(
     classes: Array, known: Array, axes: Sequence[bool], depth: int, *, everything: bool = False
 ) -> Refinement:
-    """Retrace the refinement of a grid from what is known of it.
+    """Repeat the refinement of a grid from the units that are known.
 
-    ``classes`` (int, fine grid) holds the class of each unit for which ``known`` (bool,
-    fine grid) is true. ``axes`` says which axes of the grid are refined, ``depth``
-    times; along these the length is that of :func:`fine_length`. The values of the
-    other axes are grids of their own.
+    ``classes`` (int, fine grid) has the class of each unit for which ``known`` (bool,
+    fine grid) is true. ``axes`` (bool) are the axes of the grid that are refined,
+    ``depth`` times; along these the length is that of :func:`fine_length`. For each
+    value of the other axes there is a separate grid.
 
     Every level halves the spacing. A cell is divided, and all units of the divided cell
     are needed, if two of the known units on its corners, edges and faces at the halved
-    spacing have different classes; so a unit that came out different on the edge of a
-    neighbour divides that neighbour too, until nothing changes. A unit that is not
-    needed has, when all is known, the class of all needed ones around it.
+    spacing have different classes. So a unit of another class on the edge of an
+    adjacent cell divides that cell too, until nothing changes. A unit that is not
+    needed has, when all needed ones are known, the class of those around it.
 
-    Units are looked at only when they are needed, so that superfluous ones change
-    nothing; with ``everything`` all that are known are looked at in the end, at the
-    finest spacing. Not before: a unit of a coarse spacing that a finer one needed says
-    no more about its coarse neighbours than it did then.
+    Units count only when they are needed, so that superfluous ones change nothing. With
+    ``everything`` all known units count at the end, at the finest spacing. Not before:
+    a unit on the coarse grid that only a finer level needed must not divide a cell of
+    the coarse grid.
     """
     needed = np.zeros(classes.shape, dtype=bool)
     corners = _every(axes, 2)
-    place = _every(axes, 2**depth)
-    needed[place] = True
+    at_spacing = _every(axes, 2**depth)
+    needed[at_spacing] = True
     if (needed & ~known).any():
         return Refinement(needed, 0)
-    filled = classes[place]
+    filled = classes[at_spacing]
     for level in range(1, depth + 1):
-        place = _every(axes, 2 ** (depth - level))
+        at_spacing = _every(axes, 2 ** (depth - level))
         divided: Array | None = None
         while True:
-            seen = known[place] if everything and level == depth else needed[place] & known[place]
-            low, high = (
-                np.where(seen, classes[place], _NONE),
-                np.where(seen, classes[place], -_NONE),
+            counted = (
+                known[at_spacing]
+                if everything and level == depth
+                else needed[at_spacing] & known[at_spacing]
             )
-            low[corners] = np.where(seen[corners], low[corners], filled)
-            high[corners] = np.where(seen[corners], high[corners], filled)
+            low, high = (
+                np.where(counted, classes[at_spacing], _NO_CLASS),
+                np.where(counted, classes[at_spacing], -_NO_CLASS),
+            )
+            low[corners] = np.where(counted[corners], low[corners], filled)
+            high[corners] = np.where(counted[corners], high[corners], filled)
             differs = _over_cells(low, axes, np.minimum) != _over_cells(high, axes, np.maximum)
             divided = differs if divided is None else divided | differs
-            wanted = _units_of(divided, axes)
-            if not (wanted & ~needed[place]).any():
+            in_divided = _units_of(divided, axes)
+            if not (in_divided & ~needed[at_spacing]).any():
                 break
-            needed[place] |= wanted
+            needed[at_spacing] |= in_divided
             if (needed & ~known).any():
                 return Refinement(needed, level)
-        filled = np.where(seen, classes[place], _nearer_corner(filled, axes))
+        filled = np.where(counted, classes[at_spacing], _nearer_corner(filled, axes))
     return Refinement(needed, depth, filled)
 
 
 def _every(axes: Sequence[bool], step: int) -> tuple[slice, ...]:
-    """The place of every so many values of the refined axes, and all of the others."""
+    """The index of every ``step``-th value of the refined axes, and of all values of
+    the others."""
     return tuple(slice(None, None, step) if refined else slice(None) for refined in axes)
 
 
@@ -97,8 +102,8 @@ def _along(axis: int, *bounds: int | None) -> tuple[slice, ...]:
 
 
 def _over_cells(values: Array, axes: Sequence[bool], join: Any) -> Array:
-    """``join`` of all units of each cell: three along every refined axis, of which
-    neighbours share the outer ones."""
+    """``join`` of all units of each cell: three along every refined axis, the outer of
+    which are shared with the adjacent cells."""
     for axis, refined in enumerate(axes):
         if refined:
             parts = [
@@ -122,8 +127,8 @@ def _units_of(cells: Array, axes: Sequence[bool]) -> Array:
 
 
 def _nearer_corner(filled: Array, axes: Sequence[bool]) -> Array:
-    """The class of a corner for every unit of the halved spacing. In a cell that is not
-    divided all corners agree."""
+    """The class of a corner of its cell for every unit of the halved spacing. In a cell
+    that is not divided all corners have the same class."""
     for axis, refined in enumerate(axes):
         if refined:
             filled = np.repeat(filled, 2, axis)[_along(axis, 0, -1)]

@@ -1,4 +1,4 @@
-"""Points of a sweep run once more, each on its own, from states that are given."""
+"""Points of a sweep that are run again, each separately, from given states."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.kernel.batch import Finished, Runs
+from nsdrill.kernel.batch import FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.method import Chosen
@@ -18,19 +18,18 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class Rerun(Work):
-    """The points ``numbers`` (ascending) of a sweep, from the states ``begun``
-    [points, states]. A state that was carried is given like any other, so there are no
-    chains; each point is integrated by the method that ``first``, the choice of the
-    sweep, has for it."""
+    """The points ``point_numbers`` (ascending) of a sweep, from ``start_states``
+    [points, states]. Carried states are given like all others, so there are no chains.
+    Each point is integrated by the same method as in the sweep, ``sweep_choice``."""
 
-    numbers: Array
-    begun: Array
-    first: Chosen
+    point_numbers: Array
+    start_states: Array
+    sweep_choice: Chosen
 
     @classmethod
-    def of(cls, work: Work, simulation: Simulation, numbers: Array, states: Array) -> Rerun:
-        """The same model over another time or to another tolerance, measuring features
-        only."""
+    def of(cls, work: Work, simulation: Simulation, point_numbers: Array, states: Array) -> Rerun:
+        """The same model with another ``simulation`` time or tolerance, recording
+        features only."""
         return cls(
             replace(work.plan, along=None),
             work.parameters,
@@ -39,23 +38,25 @@ class Rerun(Work):
             work.thresholds,
             Record(peaks=0),
             work.model,
-            numbers=numbers,
-            begun=states,
-            first=work.chosen,
+            point_numbers=point_numbers,
+            start_states=states,
+            sweep_choice=work.chosen,
         )
 
     @property
     def chosen(self) -> Chosen:
-        return self.first
+        return self.sweep_choice
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
         return replace(
             super().prepare(points),
-            initial=self.own(self.begun[np.searchsorted(self.numbers, points)]),
+            initial=self.to_own_states(
+                self.start_states[np.searchsorted(self.point_numbers, points)]
+            ),
         )
 
-    def columns(self, done: Finished) -> dict[str, Array]:
-        """Status and features of finished runs, and the scales in which their
-        differences are measured."""
+    def columns(self, done: FinishedRuns) -> dict[str, Array]:
+        """Status and features of finished runs, and the natural scales of the
+        features."""
         return {"status": done.status, **self.measured(done), **self.kind.scales(done.parameters)}

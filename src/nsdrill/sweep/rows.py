@@ -1,4 +1,4 @@
-"""Points that lie on no grid: each with values of its own, as measurements have them."""
+"""Points that do not form a grid, such as measurements: each has its own values."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 @dataclass(frozen=True)
 class Rows(Plan):
-    """One point for each row of a table: ``axes`` has the values of each key, arrays
-    [rows], those of the operation among them. The rows go by ascending speed, as the
-    engine takes the last ones first, and fast rotation takes the most steps."""
+    """One point for each row of a table: ``axes`` has the values of each key, including
+    those of the operation, arrays [rows]. The rows are in order of ascending speed: the
+    engine begins with the last ones, and fast rotation takes the most steps."""
 
     @classmethod
     def of(cls, table: dict[str, Array]) -> tuple[Self, Array]:
-        """The rows of ``table``, and the place of each in it: [rows]."""
+        """The rows of ``table``, and the index of each in it: [rows]."""
         order = np.argsort(table["rotary_speed"], kind="stable")
-        last = {key: table[key][order] for key in table if key != "rotary_speed"}
-        return cls({**last, "rotary_speed": table["rotary_speed"][order]}, "same", None), order
+        others = {key: table[key][order] for key in table if key != "rotary_speed"}
+        return cls({**others, "rotary_speed": table["rotary_speed"][order]}, "same", None), order
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -1,4 +1,4 @@
-"""What a sweep computes: the plan, the model and how it is watched; and one slice of
+"""What a sweep computes: the plan, the model and what is observed; and one quantum of
 that work on one batch."""
 
 from __future__ import annotations
@@ -12,12 +12,12 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, RATES, Rows, compiled
-from nsdrill.kernel.batch import Batch, Compiled, Finished, Runs
+from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model
-from nsdrill.models.base import Variant as Fixed
+from nsdrill.models.base import Variant as ModelVariant
 from nsdrill.models.leaves import (
     Values,
     in_parts,
@@ -33,13 +33,13 @@ from nsdrill.models.starts import Starts
 from nsdrill.models.steepness import METHODS
 from nsdrill.observe.exponent import (
     GROWTH,
+    GROWTH_COLUMNS,
     GROWTH_HEADER,
     exponent_of,
     growth_header,
     make_growth,
     seed_deviation,
 )
-from nsdrill.observe.exponent import REPORT as GROWTH_REPORT
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.motion import period, zero_one
 from nsdrill.observe.thresholds import Record, Thresholds
@@ -48,38 +48,37 @@ from nsdrill.sweep.plan import Plan
 from nsdrill.variables import MODEL, OK
 
 Array = np.ndarray[Any, np.dtype[Any]]
-OUTBOX_FLOATS = 1 << 23  # 64 MB: with many returns to the section fewer runs wait in a batch
+OUTBOX_FLOATS = 1 << 23  # 64 MB: with many returns to the section a batch has fewer slots
 FEWEST_SLOTS = 256
 
 
 @dataclass(frozen=True)
 class Variant:
-    """What is fixed when a sweep is compiled: the name of the model and what it has
-    compiled in, whether the Lyapunov exponent is measured, and the name of the
-    stepper."""
+    """What is fixed when a sweep is compiled: the name of the model and its own
+    variant, whether the Lyapunov exponent is measured, and the name of the stepper."""
 
     model: str
-    fixed: Fixed
+    fixed: ModelVariant
     exponent: bool = False
     stepper: str = "tsitouras"
 
     @property
     def rows(self) -> Rows:
-        """The lane buffer, with the tangent states and the rows for the Lyapunov
-        exponent or without."""
+        """The layout of the lane buffer, with tangent states and the rows for the
+        Lyapunov exponent if that is measured."""
         model = model_named(self.model)
-        observed = model.observed + (_others(model) if self.exponent else 0)
+        observed = model.observed + (_deviation_rows(model) if self.exponent else 0)
         return STEPPERS[self.stepper].rows(model.rows(self.fixed, observed, tangent=self.exponent))
 
 
-def _others(model: Model) -> int:
-    """How many rows the observers have that follow the deviation."""
+def _deviation_rows(model: Model) -> int:
+    """The number of rows of the observers of the deviation."""
     return len(GROWTH) + landing_rows(len(model.contacts))
 
 
 @dataclass(frozen=True)
 class Work:
-    """All that decides the numbers of a sweep."""
+    """All that determines the results of a sweep."""
 
     plan: Plan
     parameters: Any
@@ -97,37 +96,38 @@ class Work:
     @property
     def variant(self) -> Variant:
         """What is fixed when it is compiled."""
-        # An option is compiled in where an axis needs it at some point.
+        # An option is compiled in if some value of an axis needs it.
         fixed = self.kind.variant(self.at(self.plan.varied).parameters)
         if self.simulation.method == "implicit":
             fixed = self.kind.apart(fixed)
         return Variant(self.model, fixed, self.record.exponent, self.simulation.stepper)
 
     def at(self, values: Mapping[str, Any]) -> Values:
-        """What the points have at these values of the axes, scalars or arrays [points];
-        of what is compiled in all have what the parameters say (:meth:`parts`)."""
-        unread = getattr(self.parameters, "unread", ()) if any(map(words_of, self.compiled)) else ()
+        """Parameters, operation and start of the points at these values of the axes,
+        scalars or arrays [points]. What is compiled in is that of the work's own
+        parameters (:meth:`parts`)."""
+        unused = getattr(self.parameters, "unread", ()) if any(map(words_of, self.compiled)) else ()
         free = {
             key: value
             for key, value in values.items()
-            if key not in self.compiled and key not in unread
+            if key not in self.compiled and key not in unused
         }
         return values_at(self.parameters, self.initial, free)
 
     @property
     def compiled(self) -> tuple[str, ...]:
-        """The axes over what is fixed when the model is compiled."""
+        """The axes of numbers that are fixed when the model is compiled."""
         return tuple(key for key in self.plan.axes if is_apart(self.model, key))
 
     def parts(self, points: Array) -> Iterator[tuple[Self, Array]]:
-        """These points by what is compiled in: the work of each part, with parameters
-        of its own, and its points."""
+        """These points divided by what is compiled in: the work of each part, with its
+        own parameters, and its points."""
         if not self.compiled:
             yield self, points
             return
-        for apart, there in in_parts(self.model, self.plan.values(points)):
+        for apart, in_part in in_parts(self.model, self.plan.values(points)):
             parameters, initial = part_at(self.parameters, self.initial, apart)
-            yield replace(self, parameters=parameters, initial=initial), points[there]
+            yield replace(self, parameters=parameters, initial=initial), points[in_part]
 
     @property
     def chosen(self) -> Chosen:
@@ -135,28 +135,29 @@ class Work:
         return Chosen(self.plan, self.parameters, self.initial, self.model, self.simulation.method)
 
     def by(self, method: Literal["explicit", "implicit"]) -> Self:
-        """The same with a method that is not left open."""
+        """The same work with this ``method``."""
         return replace(self, simulation=replace(self.simulation, method=method))
 
     def by_method(self, points: Array) -> Iterator[tuple[Self, Array]]:
-        """These points by the method that integrates them: the work of each part, with
-        a method that is not left open."""
+        """These points divided by the method that integrates them: the work of each
+        part, whose method is explicit or implicit, and its points."""
         if self.simulation.method == "explicit":
             yield self, points
             return
         chosen = self.chosen.points(points)
         for method in METHODS:
-            if (there := points[chosen == (method == METHODS[1])]).size:
-                yield self.by(method), there
+            if (selected := points[chosen == (method == METHODS[1])]).size:
+                yield self.by(method), selected
 
     def new_batch(self, lanes: int, slots: int) -> Batch:
+        """An empty batch for these runs, with at most ``slots`` slots."""
         model, record, rows = self.kind, self.record, self.variant.rows
         more = scratch_size(rows, len(model.contacts)) if record.exponent else 0
         store = model.store(lanes, self.parameters, record, more)
         width = model.report_width(record, self.variant.fixed)
         if record.exponent:
             store[GROWTH_HEADER : GROWTH_HEADER + 2] = growth_header(self.simulation.observe)
-            width += len(GROWTH_REPORT)
+            width += len(GROWTH_COLUMNS)
         slots = min(slots, max(FEWEST_SLOTS, OUTBOX_FLOATS // width))
         return Batch(lanes, slots, rows, store, width, self.simulation)
 
@@ -165,8 +166,8 @@ class Work:
         model, fixed, at = self.kind, self.variant.fixed, self.at(self.plan.values(points))
         table = model.pack(at, self.thresholds)
         runs = model.runs(table, fixed, model.starts(at, self.plan.starts_of(points)))
-        # the deviation stands between the states and the phase, and its frame does not
-        # move
+        # The deviation comes between the states and the phase, and its frame does not
+        # rotate.
         if self.record.exponent:
             seeds = seed_deviation(runs.state_scales)
             names = model.states(fixed)
@@ -183,121 +184,122 @@ class Work:
 
     @property
     def states(self) -> tuple[str, ...]:
-        """The states of all points, the angle of the drive last; each may have only
+        """The states of all points, the angle of the drive last. A point may have only
         some of them."""
-        every = parts_of(self.model, self.parameters, self.initial, self.plan.axes)
-        return states_of_all([described(self.model).states(parameters) for parameters, _ in every])
+        variants = parts_of(self.model, self.parameters, self.initial, self.plan.axes)
+        return states_of_all(
+            [described(self.model).states(parameters) for parameters, _ in variants]
+        )
 
-    def kept(self, state: Array) -> Array:
-        """States with the phase last [points, own states + 1] among the states of all
-        points; NaN for others."""
+    def to_all_states(self, state: Array) -> Array:
+        """States with the phase last [points, own states + 1] as values of the states
+        of all points (:attr:`states`), NaN for those that these points do not have."""
         names, own = self.states, described(self.model).states(self.parameters)
         if names == own:
             return state
-        found = np.full((len(state), len(names)), np.nan)
-        found[:, [names.index(name) for name in own]] = state
-        return found
+        values = np.full((len(state), len(names)), np.nan)
+        values[:, [names.index(name) for name in own]] = state
+        return values
 
-    def own(self, state: Array) -> Array:
-        """The inverse of :meth:`kept`."""
+    def to_own_states(self, state: Array) -> Array:
+        """The inverse of :meth:`to_all_states`."""
         names, own = self.states, described(self.model).states(self.parameters)
         return state if names == own else state[:, [names.index(name) for name in own]]
 
     @property
     def state_count(self) -> int:
-        """How many states the model has."""
+        """The number of states of the model."""
         return len(self.kind.states(self.variant.fixed))
 
     def own_state(self, state: Array) -> Array:
         """States with the phase last, shape (..., states + 1), without the deviation
-        that may stand before it."""
+        that may precede it."""
         return np.concatenate([state[..., : self.state_count], state[..., -1:]], axis=-1)
 
     def begin(self, initial: Array, state: Array) -> None:
-        """Let the run of the row ``initial`` begin in ``state`` (states + 1), whatever
-        deviation it has, but for what does not move."""
-        moves = [i for i in range(self.state_count) if i not in self._held]
-        initial[moves], initial[-1] = state[moves], state[-1]
+        """Set the start of the run of row ``initial`` to ``state`` (states + 1), except
+        the held states and the deviation."""
+        moving = [i for i in range(self.state_count) if i not in self._held]
+        initial[moving], initial[-1] = state[moving], state[-1]
 
-    def alike(self, initial: Array) -> int:
-        """How many of the first rows of ``initial`` have all that does not move where
-        the first has it: so many runs may follow one another without :meth:`begin`."""
+    def same_held(self, initial: Array) -> int:
+        """The number of rows at the beginning of ``initial`` with the same held states:
+        so many runs may form a chain without :meth:`begin`."""
         differs = np.any(initial[:, self._held] != initial[:1, self._held], axis=1)
         return int(np.argmax(differs)) if differs.any() else len(initial)
 
     @property
     def _held(self) -> list[int]:
-        """The places of the states that do not move."""
+        """The positions of the held states, which do not move."""
         names = self.kind.states(self.variant.fixed)
         return [names.index(name) for name in self.kind.held(self.parameters)]
 
-    def measured(self, done: Finished) -> dict[str, Array]:
-        """The features of finished runs; NaN where a run did not end well."""
-        found = self.kind.features(
+    def measured(self, done: FinishedRuns) -> dict[str, Array]:
+        """The features of finished runs; NaN where a run failed."""
+        features = self.kind.features(
             done.report, done.parameters, self.simulation.observe, self.variant.fixed
         )
-        return _where(done.status == OK, found)
+        return _or_nan(done.status == OK, features)
 
-    def columns(self, done: Finished) -> dict[str, Array]:
+    def columns(self, done: FinishedRuns) -> dict[str, Array]:
         """The results of finished runs, one array per variable of the results file."""
         model, record, ok = self.kind, self.record, done.status == OK
         measured = self.measured(done)
         if record.exponent:
-            # In a step the deviation is about as wrong as the motion.
+            # In a step the relative error of the deviation is about that of the motion.
             duration = self.simulation.transient + self.simulation.observe
             bias = self.simulation.rtol * done.accepted / duration
-            growth = done.report[:, -len(GROWTH_REPORT) :]
-            measured |= _where(ok, exponent_of(growth, self.simulation.observe, bias))
-        measured |= _where(ok, model.derived(measured, self.at(self.plan.values(done.job))))
-        size = model.state_scales(done.parameters, self.variant.fixed)
+            growth = done.report[:, -len(GROWTH_COLUMNS) :]
+            measured |= _or_nan(ok, exponent_of(growth, self.simulation.observe, bias))
+        measured |= _or_nan(ok, model.derived(measured, self.at(self.plan.values(done.job))))
+        state_scales = model.state_scales(done.parameters, self.variant.fixed)
         if record.poincare:
-            measured |= _where(
+            measured |= _or_nan(
                 ok, model.section(done.report, record, done.parameters, self.variant.fixed)
             )
-            measured["zero_one"] = self._zero_one(model.returns(measured), size)
-        labels = model.classify(measured, done.status, self.thresholds, size)
+            measured["zero_one"] = self._zero_one(model.returns(measured), state_scales)
+        labels = model.classify(measured, done.status, self.thresholds, state_scales)
         return {
             "status": done.status,
             "steps": done.accepted,
             "rejected": done.rejected,
             **measured,
             **labels,
-            "method": np.full(len(size), self.simulation.method == "implicit", np.int8),
-            # known when all starts are
-            **({"attractor": np.zeros(len(size), np.int16)} if self.plan.starts else {}),
-            **_where(ok, model.peaks(done.report, record)),
-            "initial_state": self.kept(self.own_state(done.initial)),
-            "final_state": self.kept(self.own_state(done.final)),
+            "method": np.full(len(state_scales), self.simulation.method == "implicit", np.int8),
+            # numbered once all starts have been run
+            **({"attractor": np.zeros(len(state_scales), np.int16)} if self.plan.starts else {}),
+            **_or_nan(ok, model.peaks(done.report, record)),
+            "initial_state": self.to_all_states(self.own_state(done.initial)),
+            "final_state": self.to_all_states(self.own_state(done.final)),
         }
 
-    def _zero_one(self, returns: Array, size: Array) -> Array:
-        """The 0-1 test where it says something: on motions without a period."""
-        # not all states need be seen at a return
-        size = self.kind.seen(size)[:, : returns.shape[-1]]
-        index = np.full(len(size), np.nan)
-        open_ = np.flatnonzero(period(returns, size, self.thresholds.motion) == 0)
-        index[open_] = zero_one(returns[open_], size[open_])
+    def _zero_one(self, returns: Array, state_scales: Array) -> Array:
+        """The 0-1 test of motions without a period, for which it is meaningful."""
+        # The returns may be without some of the states.
+        state_scales = self.kind.seen(state_scales)[:, : returns.shape[-1]]
+        index = np.full(len(state_scales), np.nan)
+        aperiodic = np.flatnonzero(period(returns, state_scales, self.thresholds.motion) == 0)
+        index[aperiodic] = zero_one(returns[aperiodic], state_scales[aperiodic])
         return index
 
 
-def _where(ok: Array, found: dict[str, Array]) -> dict[str, Array]:
+def _or_nan(ok: Array, arrays: dict[str, Array]) -> dict[str, Array]:
     """These arrays [n, ...] with NaN where not ``ok`` [n]."""
     return {
         name: np.where(ok.reshape(-1, *[1] * (value.ndim - 1)), value, np.nan)
-        for name, value in found.items()
+        for name, value in arrays.items()
     }
 
 
 @lru_cache
 def compiled_parts(lanes: int, variant: Variant) -> Compiled:
-    """The model and the observer, compiled for a number of lanes; from the disk cache
-    where it has them. The kernel is compiled along, before several threads ask for it
-    at once."""
+    """The model and the observer, compiled for a number of lanes or loaded from the
+    disk cache. The kernel is compiled too, before several threads need it at once."""
     model, rows = model_named(variant.model), variant.rows
     STEPPERS[variant.stepper].make(lanes, rows)
     make_advance()
     if variant.exponent:
-        observer, marker = make_watch(lanes, variant)
+        observer, marker = make_observers(lanes, variant)
         return Compiled(
             model.tangent(lanes, variant.fixed, _landing_place(model)), observer, marker
         )
@@ -306,28 +308,31 @@ def compiled_parts(lanes: int, variant: Variant) -> Compiled:
 
 
 def _landing_place(model: Model) -> int:
-    """The place of its rows among those of the observers."""
+    """The position of the rows of the landing observer among those of all observers."""
     return model.observed + len(GROWTH)
 
 
 @lru_cache
-def make_watch(lanes: int, variant: Variant) -> tuple[Any, Any]:
-    """The compiled (observer, marker) that do all: mend the deviation across contacts,
-    measure features of the motion and growth of its deviation."""
+def make_observers(lanes: int, variant: Variant) -> tuple[Any, Any]:
+    """The compiled (observer, marker) that combine all observers: they correct the
+    deviation across contacts, and measure the features of the motion and the growth of
+    its deviation."""
     model, rows, stepper = model_named(variant.model), variant.rows, STEPPERS[variant.stepper]
     place, contacts = _landing_place(model), len(model.contacts)
     identity = (NAMES.index(variant.model), *variant.fixed, list(STEPPERS).index(variant.stepper))
-    observer, marker = model.observer(lanes, variant.fixed, tangent=True, others=_others(model))
+    observer, marker = model.observer(
+        lanes, variant.fixed, tangent=True, others=_deviation_rows(model)
+    )
     measure = model.contact_functions(lanes, variant.fixed, place + RATES * contacts)
     tangent = model.tangent(1, variant.fixed, place)
     landing = make_landing(
         lanes, rows, stepper.scheme(rows), place, measure, tangent, contacts, identity
     )
     growth, growth_marker = make_growth(lanes, rows, model.observed, GROWTH_HEADER)
-    columns = len(GROWTH_REPORT)
+    columns = len(GROWTH_COLUMNS)
 
     @compiled(types.void(BUFFER, BUFFER), lanes, *identity)
-    def watch(b, store):  # type: ignore[no-untyped-def]
+    def observe(b, store):  # type: ignore[no-untyped-def]
         landing(b, store)
         observer(b, store)
         growth(b, store)
@@ -337,14 +342,17 @@ def make_watch(lanes: int, variant: Variant) -> tuple[Any, Any]:
         lanes,
         *identity,
     )
-    def watch_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
-        marker(b, store, i, mark, report, column)
-        growth_marker(b, store, i, mark, report, len(report) - columns)
+    def observe_mark(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
+        marker(b, store, i, mark, outcome, column)
+        growth_marker(b, store, i, mark, outcome, len(outcome) - columns)
 
-    return watch, watch_marker
+    return observe, observe_mark
 
 
-def advance(batch: Batch, variant: Variant, seconds: float, drain: bool) -> tuple[Batch, Finished]:
-    """One slice of work: a task for any executor, in this process or in another."""
+def advance(
+    batch: Batch, variant: Variant, seconds: float, drain: bool
+) -> tuple[Batch, FinishedRuns]:
+    """Advance a batch for one quantum: a task for any executor, in this process or in
+    another."""
     done = batch.advance(compiled_parts(batch.lanes, variant), seconds, drain)
     return batch, done
