@@ -43,14 +43,14 @@ import numpy as np
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.laws import running_arm, static_arm
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.christoforou_yigit.rhs import frozen, initial_states
+from nsdrill.models.christoforou_yigit.rhs import with_frozen_modes, initial_states
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.starts import checked_starts, hypercube, in_the_disc, slice_points
 
 Array = np.ndarray[Any, np.dtype[Any]]
 DRAWS = 9
-BEYOND = 1.5  # times the wind-up under the torque at rest
-OFF_THE_ROCK = 2.0  # times static penetration and lobe amplitude together
+WIND_UP = 1.5  # times the wind-up under the torque at rest
+AXIAL_REACH = 2.0  # times static penetration and lobe amplitude together
 LOBE_SPEEDS = 2.0  # times the greatest speed of the rock under the bit
 
 
@@ -74,8 +74,8 @@ def starting_states(
     )
     checked_starts(initial, start)
     if initial.slice:
-        return _slice(parameters, initial, depth, wob, rotary_speed, start)
-    return _ensemble(parameters, initial, depth, wob, rotary_speed, start)
+        return _slice_states(parameters, initial, depth, wob, rotary_speed, start)
+    return _ensemble_states(parameters, initial, depth, wob, rotary_speed, start)
 
 
 def reach_of_collar(k: Coefficients, speed: Any, spread: float) -> tuple[Any, Any]:
@@ -105,44 +105,46 @@ def string_and_bit(
     static = (wob * static_arm(parameters, k) + damping) / k.k_t
     steady = (wob * running_arm(parameters, k, speed) + damping) / k.k_t
     return {
-        "z": q * OFF_THE_ROCK * (rest + bit.surface_amplitude) * z - rest,
+        "z": q * AXIAL_REACH * (rest + bit.surface_amplitude) * z - rest,
         "vz": q * LOBE_SPEEDS * lobes * vz,
-        "twist": -((1 - q) * steady + q * BEYOND * static * twist),
+        "twist": -((1 - q) * steady + q * WIND_UP * static * twist),
         "bit_speed": speed * (1 + q * bit_speed),
     }
 
 
-def _slice(
+def _slice_states(
     parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array
 ) -> Array:
     states = initial_states(parameters, initial, depth, wob, speed)
     for name, values in slice_points(initial, STATE_NAMES, start).items():
         states[:, -1 if name == STATE_NAMES[-1] else STATE_NAMES.index(name)] = values
-    return frozen(parameters, states, wob, speed)
+    return with_frozen_modes(parameters, states, wob, speed)
 
 
-def _ensemble(
+def _ensemble_states(
     parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array
 ) -> Array:
     k, q = derive(parameters, depth, wob, speed), initial.spread
     u = _shapes(initial.seed, initial.ensemble)[start]
-    gap, fastest = reach_of_collar(k, speed, q)
+    reach, fastest = reach_of_collar(k, speed, q)
     by_name = {
-        "x": gap * u[:, 0],
-        "y": gap * u[:, 1],
+        "x": reach * u[:, 0],
+        "y": reach * u[:, 1],
         "vx": fastest * u[:, 2],
         "vy": fastest * u[:, 3],
         **string_and_bit(parameters, k, wob, speed, q, *u[:, 4:8].T),
         "drive_angle": u[:, 8],
     }
-    drawn = np.stack([by_name[name] for name in STATE_NAMES], axis=1)
+    states = np.stack([by_name[name] for name in STATE_NAMES], axis=1)
     if not parameters.drive.ideal:  # it begins at the set point
-        drawn = np.concatenate(
-            [drawn[:, :-1], np.zeros((len(drawn), 1)), speed[:, None], drawn[:, -1:]], axis=1
+        states = np.concatenate(
+            [states[:, :-1], np.zeros((len(states), 1)), speed[:, None], states[:, -1:]], axis=1
         )
     if parameters.drive.kind == "dc_motor":
-        drawn = np.concatenate([drawn[:, :-1], np.zeros((len(drawn), 2)), drawn[:, -1:]], axis=1)
-    return frozen(parameters, drawn, wob, speed)
+        states = np.concatenate(
+            [states[:, :-1], np.zeros((len(states), 2)), states[:, -1:]], axis=1
+        )
+    return with_frozen_modes(parameters, states, wob, speed)
 
 
 @lru_cache(maxsize=4)

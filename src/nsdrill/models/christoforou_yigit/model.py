@@ -125,7 +125,7 @@ class ChristoforouYigit(Model):
                 )
         smooth = parameters.modes.axial == "frozen" or not is_used(parameters.bit.surface_amplitude)
         folds = 1 if options.weight else 0 if smooth else options.lobes
-        still = {*rhs.held(parameters), "motor_impulse"}
+        still = {*rhs.frozen_states(parameters), "motor_impulse"}
         names = rhs.states_of(options)
         free = tuple(place for place, name in enumerate(names) if name not in still)
         return Symmetry(folds, free, ((0, 2), (1, 3)))
@@ -149,7 +149,7 @@ class ChristoforouYigit(Model):
         )
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:
-        return rhs.held(parameters)
+        return rhs.frozen_states(parameters)
 
     def state_scales(self, table: Array, variant: Variant) -> Array:
         return rhs.state_scales(table, Options(*variant))
@@ -178,7 +178,7 @@ class ChristoforouYigit(Model):
         return layout.new_store(lanes, record.peaks, record.poincare, spacing, more)
 
     def report_width(self, record: Record, variant: Variant) -> int:
-        return layout.report_width(record.peaks, record.poincare)
+        return layout.outcome_width(record.peaks, record.poincare)
 
     def features(
         self, report: Array, table: Array, observe: float, variant: Variant
