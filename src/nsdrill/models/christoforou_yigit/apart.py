@@ -33,9 +33,9 @@ from nsdrill.models.christoforou_yigit.lobes import multiple_cosine
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.unit_loads import (
     FEW,
+    apply_push,
     bit_law_rates,
     first_bit_speed,
-    apply_push,
     slip_deceleration,
     unit_friction,
     unit_torque,

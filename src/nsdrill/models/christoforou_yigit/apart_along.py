@@ -31,9 +31,9 @@ from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.unit_loads import (
     FEW,
+    apply_push,
     bit_law_rates,
     first_bit_speed,
-    apply_push,
     slip_deceleration,
     unit_friction,
     wall_force,

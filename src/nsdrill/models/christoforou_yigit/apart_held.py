@@ -26,9 +26,9 @@ from nsdrill.elementary import fma
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.unit_loads import (
+    apply_push,
     bit_law_rates,
     first_bit_speed,
-    apply_push,
     unit_friction,
     wall_force,
 )

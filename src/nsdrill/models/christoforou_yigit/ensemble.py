@@ -43,7 +43,7 @@ import numpy as np
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.laws import running_arm, static_arm
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.christoforou_yigit.rhs import with_frozen_modes, initial_states
+from nsdrill.models.christoforou_yigit.rhs import initial_states, with_frozen_modes
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.starts import checked_starts, hypercube, in_the_disc, slice_points
 

@@ -35,19 +35,19 @@ from nsdrill.abi import BUFFER, Rows, compiled, inlined
 from nsdrill.elementary import fma, lowest_bit
 from nsdrill.models.christoforou_yigit.friction import bit_law
 from nsdrill.models.christoforou_yigit.layout import (
+    CAPACITY,
     COLUMNS,
-    EVENT_COUNT,
     CROSSINGS,
+    EVENT_COUNT,
+    EXTREMA,
     OBSERVED,
-    TIME_PARTS,
     PEAK_ROWS,
     PEAKS,
     RINGS,
     RINGS_OF_PEAKS,
-    CAPACITY,
     SPARE,
+    TIME_PARTS,
     TORQUE_MAXIMA,
-    EXTREMA,
 )
 from nsdrill.models.christoforou_yigit.rhs import PARAMETERS
 from nsdrill.observe.interpolant import (

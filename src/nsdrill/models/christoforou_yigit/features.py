@@ -24,35 +24,35 @@ from numba import types
 from nsdrill.abi import BUFFER, CLOSES, CONTROL, OPENS, Rows, compiled, inlined
 from nsdrill.elementary import fma, lowest_bit
 from nsdrill.models.christoforou_yigit.events import (
-    store_peak,
     lower_estimate,
     make_events,
+    store_peak,
     tangential_speed,
 )
 from nsdrill.models.christoforou_yigit.friction import bit_slope
 from nsdrill.models.christoforou_yigit.layout import (
     ANCHORS,
-    WAS_RISING,
     ENDS,
     EXTREMES,
+    HAD_SPEED_EXTREMUM,
     HALF,
     HALF_OUTCOME,
     OBSERVED,
-    TIME_PARTS,
-    PEAK_ROWS,
     PEAK_QUANTITIES,
+    PEAK_ROWS,
     PEAKS,
     PROMINENCE,
     RETURNS,
     RINGS,
     RINGS_OF_PEAKS,
-    WALL_PATHS,
     SPACING,
-    HAD_SPEED_EXTREMUM,
     SUMS,
+    TIME_PARTS,
+    WALL_PATHS,
+    WAS_RISING,
 )
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
-from nsdrill.models.christoforou_yigit.options import Options, ObserverOptions
+from nsdrill.models.christoforou_yigit.options import ObserverOptions, Options
 from nsdrill.models.christoforou_yigit.rhs import (
     AUX,
     MAIN,
