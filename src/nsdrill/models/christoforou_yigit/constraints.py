@@ -1,5 +1,5 @@
-"""What several values of a study of this model must satisfy together. Each fault names
-the key that the user wrote."""
+"""Constraints between several values of a study of this model. Each fault names the key
+that the user wrote."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ ORDERS = (
 
 
 def constraints(check: Any) -> Iterator[Fault]:
-    """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
+    """The faults of all constraints but the :data:`ORDERS`; ``check`` is the Checker of
+    the study."""
     yield from _initial(check)
     yield from _modes(check)
     yield from _law(check)
@@ -49,8 +50,8 @@ def constraints(check: Any) -> Iterator[Fault]:
 
 
 def _initial(check: Any) -> Iterator[Fault]:
-    """The collar starts inside the hole, or on its wall: no deeper in it than the
-    greatest force presses."""
+    """The collar starts inside the hole or on its wall, which it penetrates no deeper
+    than by the greatest force."""
     keys = (
         "initial.x",
         "initial.y",
@@ -96,7 +97,7 @@ def _initial(check: Any) -> Iterator[Fault]:
 
 
 def _modes(check: Any) -> Iterator[Fault]:
-    """Some mode is free, and no value and no axis is of a frozen one alone."""
+    """At least one mode is free, and no value and no axis affects a frozen mode alone."""
     if not check.sound("modes", "drive", "drive.kind", *(f"modes.{mode}" for mode in FROZEN)):
         return
     stay = [name for name in FROZEN if check.value(f"modes.{name}") == "frozen"]
@@ -138,8 +139,8 @@ def _modes(check: Any) -> Iterator[Fault]:
 
 
 def _stabilizer(check: Any) -> Iterator[Fault]:
-    """Stabilisers that touch before the collar does, and no friction of stabilisers
-    without a clearance."""
+    """Stabilisers touch before the collar does, and have friction only with a
+    clearance."""
     clearance = "stabilizer.clearance"
     if not check.sound("stabilizer"):
         return

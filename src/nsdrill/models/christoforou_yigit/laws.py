@@ -108,7 +108,7 @@ def static_arm(parameters: Parameters, k: Coefficients) -> Any:
     return 2 / 3 * k.bit_radius * law.static + k.cutting_arm
 
 
-def steepest(parameters: Parameters, k: Coefficients) -> Any:
+def slope_at_rest(parameters: Parameters, k: Coefficients) -> Any:
     """The slope of the friction torque over the force at rest [m s/rad], without that
     of cutting."""
     law = parameters.bit.friction
