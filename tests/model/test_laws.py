@@ -23,7 +23,14 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
 from nsdrill.models.christoforou_yigit.forces import energy, powers
-from nsdrill.models.christoforou_yigit.laws import LAWS, bit_arm, fall, onset, static_arm, slope_at_rest
+from nsdrill.models.christoforou_yigit.laws import (
+    LAWS,
+    bit_arm,
+    fall,
+    onset,
+    slope_at_rest,
+    static_arm,
+)
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.rhs import STATES, pack
 from nsdrill.observe.thresholds import Record

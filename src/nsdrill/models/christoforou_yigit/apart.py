@@ -4,8 +4,8 @@
 The torque of the bit is its force F times an arm a(omega), the friction of the wall its
 normal force N times a coefficient f(v_w), v_w = omega R_c + (x vy - y vx)/r. Forces
 depend on positions alone, and all accelerations are linear in both loads: per unit of
-torque they are u_b = (u_x, u_y, u_alpha), with the moment of the softened span, per unit
-of friction u_w. A stage that moves velocities by c times the push therefore has
+torque they are u_b = (u_x, u_y, u_alpha), with the moment of the softened span, per
+unit of friction u_w. A stage that moves velocities by c times the push therefore has
 
     omega = omega* - c (K_bb F a(omega) + K_bw N f(v_w))
     v_w   = v_w*   - c (K_wb F a(omega) + K_ww N f(v_w))

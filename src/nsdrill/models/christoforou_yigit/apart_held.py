@@ -33,9 +33,9 @@ from nsdrill.models.christoforou_yigit.unit_loads import (
     wall_force,
 )
 
-# Auxiliary rows: slip at the stabilisers, an unknown of the solve, and without friction;
-# the force there without bit torque and its decrease by a unit of torque; c K of slips
-# and loads; accelerations by a unit of friction there.
+# Auxiliary rows: slip at the stabilisers, an unknown of the solve, and without
+# friction; the force there without bit torque and its decrease by a unit of torque; c K
+# of slips and loads; accelerations by a unit of friction there.
 STABILIZER_AUX = (
     "solved_stabilizer_slip",
     "free_stabilizer_slip",
@@ -157,9 +157,9 @@ def make_stabilizer_solve(
 
     @inlined
     def free_slip_beside(free, c_ii, c_io, free_other, c_oi, normal, eps, tau, rise, mu):  # type: ignore[no-untyped-def]
-        # The slip of contact i without its own friction, while the other contact o, with
-        # this normal force and law, slips as it does where contact i sticks; the c_ij are
-        # c K.
+        # The slip of contact i without its own friction, while the other contact o,
+        # with this normal force and law, slips as it does where contact i sticks; the
+        # c_ij are c K.
         slip_other = free_other - c_oi * free / max(c_ii, 1e-300)
         f, _ = hyperbolic(slip_other, eps, tau, rise, mu)
         return free - c_io * (normal * f)

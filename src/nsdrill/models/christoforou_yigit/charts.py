@@ -21,7 +21,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     torsional_matrix,
 )
 from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
-from nsdrill.models.christoforou_yigit.further import (
+from nsdrill.models.christoforou_yigit.further_quantities import (
     HALF_WAVES,
     HORIZONTAL,
     WAVES,
@@ -102,7 +102,8 @@ def _buckling(
 
 
 def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
-    """The chart ``drive-card``: every kind of drive with the parameters of the study."""
+    """The chart ``drive-card``: every kind of drive with the parameters of the
+    study."""
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
 
     def slope_and_reflection(kind: str, frequency: np.ndarray) -> tuple[float, np.ndarray | None]:

@@ -16,7 +16,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     mean_torque,
     wall_speed,
 )
-from nsdrill.models.christoforou_yigit.further import further_quantities
+from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
 from nsdrill.models.christoforou_yigit.laws import slope_at_rest
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.drives import overloaded, swinging
@@ -79,8 +79,8 @@ def every_derived_quantity(
 
 
 def warnings(study: Any, corners: list[Values], format_value: Told) -> list[str | None]:
-    """Warnings of a study, each None where it does not apply. ``corners`` are the points
-    at the ends of all axes and ramps."""
+    """Warnings of a study, each None where it does not apply. ``corners`` are the
+    points at the ends of all axes and ramps."""
     texts = [
         warning(study, corners, format_value)
         for warning in (
@@ -160,8 +160,8 @@ def _many_steps(study: Any, corners: list[Values], format_value: Told) -> str | 
 
 
 def _peak_smoothed(study: Any, corners: list[Values], format_value: Told) -> str | None:
-    """The smoothing removes the peak of the linear law, whose fall is confined to speeds
-    below dynamic_from."""
+    """The smoothing removes the peak of the linear law, whose fall is confined to
+    speeds below dynamic_from."""
     laws = [law for corner in corners if (law := corner.parameters.bit.friction).law == "linear"]
     if not laws:
         return None
@@ -361,8 +361,8 @@ def _greatest_eccentricity(corner: Values) -> float:
 
 
 def _sensitive(study: Any, corners: list[Values], format_value: Told) -> str | None:
-    """Poorly known numbers: half or twice the value of one moves a critical speed through
-    much of the sweep."""
+    """Poorly known numbers: half or twice the value of one moves a critical speed
+    through much of the sweep."""
     slowest, fastest = _speeds(study, corners)
     middle = Operation(
         *(

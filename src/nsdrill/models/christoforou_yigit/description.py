@@ -29,7 +29,8 @@ def states(parameters: Parameters) -> tuple[str, ...]:
 def options(parameters: Parameters) -> tuple[str, ...]:
     """The options that have features of their own: stabilisers with a clearance or
     friction, and an inclined hole."""
-    # Not from the compiled options, as one of them, the number of lobes, may be an axis.
+    # Not from the compiled options, as one of them, the number of lobes, may be an
+    # axis.
     used = {
         "stabilizers": parameters.stabilizer.clearance is not None,
         "inclined": is_used(parameters.well.inclination),
@@ -40,11 +41,13 @@ def options(parameters: Parameters) -> tuple[str, ...]:
 def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Any]) -> dict[str, Any]:
     """The ``gap`` [m] between collar and wall, which pictures show; None where it
     differs between points."""
-    values = [axes.get(key, ()) for key in ("well.diameter", "drillstring.collar.outer_diameter")]
-    if any(len(axis) > 1 for axis in values):
+    axis_values = [
+        axes.get(key, ()) for key in ("well.diameter", "drillstring.collar.outer_diameter")
+    ]
+    if any(len(axis) > 1 for axis in axis_values):
         return {"gap": None}
-    at = values_at(parameters, initial, {key: float(axis[0]) for key, axis in axes.items()})
-    return {"gap": float(derive(at.parameters, *at.operation).gap)}
+    point = values_at(parameters, initial, {key: float(axis[0]) for key, axis in axes.items()})
+    return {"gap": float(derive(point.parameters, *point.operation).gap)}
 
 
 def hole(parameters: Parameters) -> tuple[float, float]:

@@ -99,11 +99,11 @@ def make_observer(
 ) -> tuple[Any, Any]:
     """The compiled (observer, marker) for a number of lanes and these options.
 
-    ``tangent`` is for a buffer with a deviation beside the states, ``others`` the number
-    of rows of other observers. ``observer(b, store)`` measures a step; ``marker(b,
-    store, i, mark, outcome, column)`` is called for a lane i at the marks of the
-    observation, its beginning, its middle and its end, and writes the measurements of
-    each half to ``outcome`` from ``column`` on.
+    ``tangent`` is for a buffer with a deviation beside the states, ``others`` the
+    number of rows of other observers. ``observer(b, store)`` measures a step;
+    ``marker(b, store, i, mark, outcome, column)`` is called for a lane i at the marks
+    of the observation, its beginning, its middle and its end, and writes the
+    measurements of each half to ``outcome`` from ``column`` on.
     """
     rows = rows_of(options, len(OBSERVED) + others, tangent=tangent)
     return _make(lanes, rows.of_observer, observer_options(options))
@@ -299,8 +299,8 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
             if apart:
                 # Friction holds the bit at the end of a step that is much longer than
                 # the time constant of friction. The acceleration jumps inside such a
-                # step, so its polynomial undershoots; and the bit creeps, so the sign of
-                # the acceleration is that of rounding. The speed at the end is used
+                # step, so its polynomial undershoots; and the bit creeps, so the sign
+                # of the acceleration is that of rounding. The speed at the end is used
                 # instead. The torque of a bit that is held during the whole step
                 # balances that of the string and has no maximum inside.
                 is_held = b[bb_ + i] * b[slope_ + i] > LEAST_HOLD

@@ -13,8 +13,8 @@ from nsdrill.observe.exponent import GROWTH_HEADER
 # with its first and second derivatives, bit torque and its rate, radius with its rate
 # and its inverse.
 ENDS = ("u", "du", "ddu", "torque", "dtorque", "radius", "dradius", "per_radius")
-# Measured in each half of the observation: extremes, then sums over time, then values at
-# the start of the half.
+# Measured in each half of the observation: extremes, then sums over time, then values
+# at the start of the half.
 EXTREMES = (
     "z_min",
     "z_max",
@@ -86,8 +86,8 @@ PROMINENCE = 10.0
 # whirl angle within its half plane and the lag.
 HALF_OUTCOME = (*HALF, "twist_end", "angle_end", "lag_end")
 
-# A list of events (:mod:`.events`): COLUMNS columns of CAPACITY rows, then the number of
-# events. Every column begins on a cache line.
+# A list of events (:mod:`.events`): COLUMNS columns of CAPACITY rows, then the number
+# of events. Every column begins on a cache line.
 COLUMNS = 24
 CAPACITY = 2 * CACHE_LINE  # two vector registers, so that their latencies overlap
 

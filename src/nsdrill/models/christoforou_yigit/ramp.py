@@ -148,7 +148,8 @@ def make_ramped(lanes: int, options: Options = MAIN) -> Any:
 def pack_ramp(
     parameters: Parameters, schedule: Schedule, cuts: Array, stuck_below: float = 0.0
 ) -> Array:
-    """Lane parameters of the segments between ``cuts`` [s], shape (segments, columns)."""
+    """Lane parameters of the segments between ``cuts`` [s], shape (segments,
+    columns)."""
     point = schedule.at(cuts)
     ends = pack(parameters, point.depth, point.wob, point.rotary_speed, stuck_below)
     length = np.diff(cuts)[:, np.newaxis]

@@ -178,8 +178,8 @@ def _half_difference(
 ) -> Array:
     """The largest difference between the halves: of the mean bit speed relative to the
     set speed, of the extremes of bit position, bit speed and radius relative to their
-    range (plus a hundredth of the natural scale: lobe amplitude, set speed, gap), and of
-    the fractions of time. ``half_time`` [s] is the length of a half."""
+    range (plus a hundredth of the natural scale: lobe amplitude, set speed, gap), and
+    of the fractions of time. ``half_time`` [s] is the length of a half."""
     natural_scales = {"z": np.maximum(p["surface_amplitude"], 1e-6), "speed": p["drive_speed"]}
     worst = np.abs(bit_1 - bit_2) / p["drive_speed"]
     for name, scale in natural_scales.items():

@@ -21,7 +21,12 @@ from nsdrill.models.christoforou_yigit.apart_along import AXIAL_AUX
 from nsdrill.models.christoforou_yigit.apart_held import STABILIZER_AUX
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
-from nsdrill.models.christoforou_yigit.friction import bit_arm, bit_factors, shared, slip_factors
+from nsdrill.models.christoforou_yigit.friction import (
+    bit_arm,
+    bit_factors,
+    friction_per_slip,
+    slip_factors,
+)
 from nsdrill.models.christoforou_yigit.lateral import (
     AXIAL_PARAMETERS,
     STABILIZER_PARAMETERS,
@@ -101,8 +106,8 @@ MOTOR_PARAMETERS = ("motor_damping", "per_circuit_time")
 # The law of the motor's voltage, where it has gains.
 REGULATOR_PARAMETERS = tuple(f"regulator_{name}" for name in Regulator._fields)
 CONTACTS = 2  # rock and wall
-# Bit masks of the slopes in which friction acts: those of vx, vy and the bit speed; with
-# friction along the axis that of vz as well.
+# Bit masks of the slopes in which friction acts: those of vx, vy and the bit speed;
+# with friction along the axis that of vz as well.
 PUSHED, PUSHED_ALONG = 0b1011, 0b1111
 IGNORED_SCALE = 1e30  # the scale of a state that does not affect the step size
 
@@ -282,8 +287,8 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                     law_of_bit, omega, g, decayed, b[rise_b_ + i], b[mu_b_ + i]
                 )
 
-        # Wall, if some lane touches: penetration, normal force, friction against the slip
-        # of the collar's surface (the row has slip times radius).
+        # Wall, if some lane touches: penetration, normal force, friction against the
+        # slip of the collar's surface (the row has slip times radius).
         if apart:
             solve(b, touching)
         elif touching != 0:
@@ -295,7 +300,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                     normal = normal * np.sqrt(penetration)
                 if axial_friction:
                     slip, along = b[slip_ + i], b[vz_ + i] - b[rop_ + i]
-                    share, per_r = shared(
+                    share, per_r = friction_per_slip(
                         slip,
                         along * r,
                         r,
@@ -338,7 +343,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 )
                 if axial_friction:
                     along = (b[vz_ + i] - b[rop_ + i]) * unit
-                    share, per_unit = shared(
+                    share, per_unit = friction_per_slip(
                         slip,
                         along,
                         unit,

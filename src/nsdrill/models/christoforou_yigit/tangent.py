@@ -98,8 +98,8 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     )
     motor, regulated = options.motor, options.regulated
     limited, set_speed_ = options.limited, W * (rows.parameter + PARAMETERS.index("drive_speed"))
-    # The auxiliary outputs of the right-hand side that no observer reads are overwritten
-    # by their deviations.
+    # The auxiliary outputs of the right-hand side that no observer reads are
+    # overwritten by their deviations.
     (
         cosine_,
         sine_,
@@ -170,9 +170,9 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
             deviate(b)
 
         # Deviations of the loads of the bit, and of the lateral forces without the
-        # changes at the wall. They are stored in the rows of the accelerations that they
-        # enter. The row of the bit force takes the lateral force along the eccentricity,
-        # whose moment changes as the bit rotates.
+        # changes at the wall. They are stored in the rows of the accelerations that
+        # they enter. The row of the bit force takes the lateral force along the
+        # eccentricity, whose moment changes as the bit rotates.
         touching = 0
         for i in range(W):
             x, vx, y, vy, omega = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i]
@@ -388,10 +388,10 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
 
 @lru_cache
 def make_contacts(lanes: int, options: Options, place: int) -> Any:
-    """The compiled ``contacts(buffer)``, which writes value, slope and second derivative
-    of each contact's function at the end of the step to the observer's rows from
-    ``place`` on: the interference with the rock, and the squared radius of the collar's
-    centre less the squared gap, which is smooth at the hole's centre too."""
+    """The compiled ``contacts(buffer)``, which writes value, slope and second
+    derivative of each contact's function at the end of the step to the observer's rows
+    from ``place`` on: the interference with the rock, and the squared radius of the
+    collar's centre less the squared gap, which is smooth at the hole's centre too."""
     rows = rows_of(options, tangent=True)
     W, lobes = lanes, options.lobes
     x_, vx_, y_, vy_, z_, vz_, _, speed_ = (W * (rows.stage + i) for i in range(len(STATES)))

@@ -31,8 +31,8 @@ def unit_torque(x, y, c, s, q, soft, per_mass, per_inertia):  # type: ignore[no-
 @inlined
 def unit_friction(x, y, per_r, c, s, q, radius, per_mass, per_inertia):  # type: ignore[no-untyped-def]
     """Accelerations (x, y, angular) by a unit of friction that acts around the hole at
-    this ``radius`` from the axis of the collar, whose centre is at (x, y), 1 / ``per_r``
-    from the axis of the hole."""
+    this ``radius`` from the axis of the collar, whose centre is at (x, y), 1 /
+    ``per_r`` from the axis of the hole."""
     tangent_x, tangent_y = y * per_r, -x * per_r
     angular = -fma(q, fma(tangent_y, c, -(tangent_x * s)), radius) * per_inertia
     return (
