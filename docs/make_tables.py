@@ -21,7 +21,7 @@ from nsdrill.cli.main import COMMANDS, group
 from nsdrill.models.christoforou_yigit.checks import MEANINGS as COEFFICIENTS
 from nsdrill.models.christoforou_yigit.coefficients import UNITS
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
-from nsdrill.models.christoforou_yigit.further import further_quantities
+from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described

@@ -26,8 +26,8 @@ ASSEMBLY = """
 import sys
 from nsdrill.kernel.steppers import IMPLICIT, STEPPERS
 from nsdrill.models.christoforou_yigit.apart import make_solve
-from nsdrill.models.christoforou_yigit.apart_along import make_along
-from nsdrill.models.christoforou_yigit.apart_held import make_held
+from nsdrill.models.christoforou_yigit.apart_along import make_axial_solve
+from nsdrill.models.christoforou_yigit.apart_held import make_stabilizer_solve
 from nsdrill.models.christoforou_yigit.rhs import aux_of, columns_of, rows_of
 from nsdrill.models.christoforou_yigit.rhs import make_right_hand_side
 from nsdrill.models.christoforou_yigit.options import Options
@@ -47,8 +47,8 @@ function = {
     **{f"slips {W}": lambda W=W: make_solve(W, APART, rows_of(APART), columns_of(APART), aux_of(APART))
        for W in (8, 16)},
     **{f"{name} {W}": lambda W=W, make=make, o=o: make(W, o, rows_of(o), columns_of(o), aux_of(o))
-       for name, make, o in (("held", make_held, APART._replace(stabilizer=1)),
-                             ("along", make_along, APART._replace(axial_friction=1))) for W in (8, 16)},
+       for name, make, o in (("held", make_stabilizer_solve, APART._replace(stabilizer=1)),
+                             ("along", make_axial_solve, APART._replace(axial_friction=1))) for W in (8, 16)},
     **{f"implicit {W}": lambda W=W: STEPPERS[IMPLICIT].make(W, STEPPERS[IMPLICIT].rows(rows_of(APART)))
        for W in (8, 16)},
     **{name: lambda stepper=stepper: stepper.make(8, stepper.rows(rows)) for name, stepper in STEPPERS.items()},

@@ -29,7 +29,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     torsional_matrix,
 )
 from nsdrill.models.christoforou_yigit.drives import gains, impedance
-from nsdrill.models.christoforou_yigit.further import (
+from nsdrill.models.christoforou_yigit.further_quantities import (
     further_quantities,
     lateral_frequencies,
     low_side_swing,

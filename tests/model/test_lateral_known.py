@@ -18,7 +18,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     derived_quantities,
     lateral_stiffness,
 )
-from nsdrill.models.christoforou_yigit.further import wall_inclination
+from nsdrill.models.christoforou_yigit.further_quantities import wall_inclination
 from nsdrill.models.christoforou_yigit.lateral import weights
 from nsdrill.models.leaves import with_values
 from nsdrill.study import Study, parse_study

@@ -23,7 +23,14 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
 from nsdrill.models.christoforou_yigit.forces import energy, powers
-from nsdrill.models.christoforou_yigit.laws import LAWS, bit_arm, fall, onset, static_arm, steepest
+from nsdrill.models.christoforou_yigit.laws import (
+    LAWS,
+    bit_arm,
+    fall,
+    onset,
+    slope_at_rest,
+    static_arm,
+)
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.rhs import STATES, pack
 from nsdrill.observe.thresholds import Record
@@ -78,7 +85,7 @@ def test_the_array_form_is_odd_and_falls_as_it_says(law: str) -> None:
     assert np.all(arm < static_arm(parameters, k) * (1 + 1e-9))
     soft = parameters_of(Case(bit_law=law, bit_smoothing=5.0, zeta=0.0))
     near = derive(soft, 5000.0, 22.24e3, 3.0)
-    assert bit_arm(soft, near, 1e-7) / 1e-7 == pytest.approx(steepest(soft, near), rel=1e-5)
+    assert bit_arm(soft, near, 1e-7) / 1e-7 == pytest.approx(slope_at_rest(soft, near), rel=1e-5)
 
 
 @pytest.mark.parametrize("law", OTHERS)

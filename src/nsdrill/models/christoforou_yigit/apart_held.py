@@ -1,17 +1,17 @@
-"""Friction of bit, stabilisers and wall kept apart, in the lanes whose collar is as far
-out as the stabilisers reach.
+"""The friction of bit, stabilisers and wall kept apart, for lanes some of whose
+stabilisers touch.
 
 Stabilisers and wall brake the same mass, at slips v_s = omega R_s + theta' s0 and v_w =
-omega R_c + theta' r that are nearly the same where the collar whirls. Three slips,
-then, and three loads, of a stage that moves velocities by c times the push:
+omega R_c + theta' r that are nearly equal where the collar whirls. The three slips and
+loads of a stage that moves velocities by c times the push satisfy
 
     v_i = v_i* - c (K_ib T(omega) + K_is N_s f(v_s) + K_iw N_w f(v_w)),   i = b, s, w,
     N_s = |k_0 - k_T T| max(r - s0, 0)
 
-as :mod:`.apart` has it for two. As the two contacts hardly differ, one of them mostly
-holds while the other slips, and Newton's method needs a good guess: the slip of each
-with the load that the other has where this one holds. Iterations go on in the lanes
-that are not done; what a lane gets does not depend on its neighbours.
+as :mod:`.apart` has it for two. As the two contacts hardly differ, usually one sticks
+while the other slips, and Newton's method needs a good initial guess: the slip of each
+contact with the load that the other has while this one sticks. Each lane iterates until
+it has converged; its result does not depend on the neighbouring lanes.
 """
 
 from __future__ import annotations
@@ -26,44 +26,44 @@ from nsdrill.elementary import fma
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.unit_loads import (
-    bit_rates,
-    first_speed,
-    push_on,
+    apply_push,
+    bit_law_rates,
+    first_bit_speed,
     unit_friction,
     wall_force,
 )
 
-# Auxiliary rows: slip at the stabilisers as it is found and without friction, the force
-# there with no bit torque and what a unit of torque takes from it; what loads take from
-# slips; accelerations of a unit of friction there.
-HELD = (
-    "found_held",
-    "free_held",
-    "held_force",
-    "held_loss",
+# Auxiliary rows: slip at the stabilisers, an unknown of the solve, and without
+# friction; the force there without bit torque and its decrease by a unit of torque; c K
+# of slips and loads; accelerations by a unit of friction there.
+STABILIZER_AUX = (
+    "solved_stabilizer_slip",
+    "free_stabilizer_slip",
+    "stabilizer_force",
+    "stabilizer_force_loss",
     "bs",
     "sb",
     "ss",
     "sw",
     "ws",
-    "held_x",
-    "held_y",
-    "held_turn",
+    "stabilizer_unit_x",
+    "stabilizer_unit_y",
+    "stabilizer_unit_angular",
 )
-MOST = 12  # iterations
-CLOSE = 1e-5  # of the loads, which one iteration more squares
+MAX_ITERATIONS = 12  # iterations
+LOAD_TOLERANCE = 1e-5  # relative, of the loads; one more iteration squares it
 
 
 @lru_cache
-def make_held(
+def make_stabilizer_solve(
     lanes: int, options: Options, rows: Rows, columns: tuple[str, ...], aux: tuple[str, ...]
 ) -> Any:
-    """The compiled ``rub(buffer)`` for a number of lanes and these options, after the
-    part of :func:`.apart.make_solve` that concerns the bit alone."""
+    """The compiled ``solve_touching(buffer)`` for a number of lanes and these options,
+    which follows the part of :func:`.apart.make_solve` that concerns the bit alone."""
     W, law, hertz = lanes, options.friction, options.hertz
     x_, vx_, y_, vy_ = (W * (rows.stage + i) for i in range(4))
     speed_ = W * (rows.stage + 7)
-    push_x_, push_y_, push_ = (W * (rows.push + i) for i in range(3))
+    push_x_, push_y_, push_angular_ = (W * (rows.push + i) for i in range(3))
     relax_, falling_ = W * rows.relax, W * rows.falling
     A = {name: W * (rows.aux_now + i) for i, name in enumerate(aux)}
     (
@@ -94,11 +94,24 @@ def make_held(
             "friction",
         )
     )
-    omega_, rubbing_, free_, normal_, bb_, bw_, wb_, ww_, wx_, wy_, wt_, slope_ = (
+    (
+        omega_,
+        v_w_,
+        v_w_free_,
+        normal_,
+        bb_,
+        bw_,
+        wb_,
+        ww_,
+        unit_x_,
+        unit_y_,
+        unit_angular_,
+        slope_,
+    ) = (
         A[name]
         for name in (
-            "found_speed",
-            "found_slip",
+            "solved_speed",
+            "solved_slip",
             "free_slip",
             "normal",
             "bb",
@@ -107,15 +120,15 @@ def make_held(
             "ww",
             "unit_x",
             "unit_y",
-            "unit_turn",
+            "unit_angular",
             "slope",
         )
     )
-    held_, free_s_, force_s_, loss_, bs_, sb_, ss_, sw_, ws_, sx_, sy_, st_ = (
-        A[name] for name in HELD
+    v_s_, v_s_free_, force_s_, loss_, bs_, sb_, ss_, sw_, ws_, sx_, sy_, st_ = (
+        A[name] for name in STABILIZER_AUX
     )
     P = {name: W * (rows.parameter + i) for i, name in enumerate(columns)}
-    gap_, k_w_, room_, R_s_, arm_s_ = (
+    gap_, k_w_, clearance_, R_s_, arm_s_ = (
         P[name]
         for name in ("gap", "wall_stiffness", "clearance", "stabilizer_radius", "stabilizer_arm")
     )
@@ -140,42 +153,43 @@ def make_held(
     eps_b_, tau_b_, rise_b_, mu_b_ = (
         P[f"bit_{name}"] for name in ("smoothing", "decay", "rise", "dynamic")
     )
-    places = (push_x_, push_y_, push_, vx_, vy_, speed_)
+    push_rows = (push_x_, push_y_, push_angular_, vx_, vy_, speed_)
 
     @inlined
-    def beside(free, own, across, free_other, back, normal, eps, tau, rise, mu):  # type: ignore[no-untyped-def]
-        # The slip of one contact while the other one, of load ``normal``, slips as it
-        # does where this one holds.
-        there = free_other - back * free / max(own, 1e-300)
-        f, _ = hyperbolic(there, eps, tau, rise, mu)
-        return free - across * (normal * f)
+    def free_slip_beside(free, c_ii, c_io, free_other, c_oi, normal, eps, tau, rise, mu):  # type: ignore[no-untyped-def]
+        # The slip of contact i without its own friction, while the other contact o,
+        # with this normal force and law, slips as it does where contact i sticks; the
+        # c_ij are c K.
+        slip_other = free_other - c_oi * free / max(c_ii, 1e-300)
+        f, _ = hyperbolic(slip_other, eps, tau, rise, mu)
+        return free - c_io * (normal * f)
 
     @inlined
-    def corrected(b, i):  # type: ignore[no-untyped-def]
-        omega, v_s, v_w = b[omega_ + i], b[held_ + i], b[rubbing_ + i]
+    def newton_step(b, i):  # type: ignore[no-untyped-def]
+        omega, v_s, v_w = b[omega_ + i], b[v_s_ + i], b[v_w_ + i]
         c_bb, c_bs, c_bw = b[bb_ + i], b[bs_ + i], b[bw_ + i]
         c_sb, c_ss, c_sw = b[sb_ + i], b[ss_ + i], b[sw_ + i]
         c_wb, c_ws, c_ww = b[wb_ + i], b[ws_ + i], b[ww_ + i]
         F, N = b[force_ + i], b[normal_ + i]
-        arm, slope, g, dg, decayed, ddecayed = bit_rates(
+        arm, slope, g, dg, decayed, ddecayed = bit_law_rates(
             law, omega, b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
         )
         torque, dT = F * arm, F * slope
         f_s, df_s = hyperbolic(v_s, b[eps_s_ + i], b[tau_s_ + i], b[rise_s_ + i], b[mu_s_ + i])
         f_w, df_w = hyperbolic(v_w, b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i])
-        pressed = fma(-b[loss_ + i], torque, b[force_s_ + i])
-        # what a unit of torque adds to the force
-        lost = -b[loss_ + i] if pressed > 0.0 else b[loss_ + i]
+        force_s = fma(-b[loss_ + i], torque, b[force_s_ + i])
+        # the change of its size with a unit of torque
+        dforce_s = -b[loss_ + i] if force_s > 0.0 else b[loss_ + i]
         L_s, dL_s, L_sb, L_w, dL_w = (
-            abs(pressed) * f_s,
-            abs(pressed) * df_s,
-            lost * f_s * dT,
+            abs(force_s) * f_s,
+            abs(force_s) * df_s,
+            dforce_s * f_s * dT,
             N * f_w,
             N * df_w,
         )
-        rest_b = b[speed_ + i] - omega - fma(c_bb, torque, fma(c_bs, L_s, c_bw * L_w))
-        rest_s = b[free_s_ + i] - v_s - fma(c_sb, torque, fma(c_ss, L_s, c_sw * L_w))
-        rest_w = b[free_ + i] - v_w - fma(c_wb, torque, fma(c_ws, L_s, c_ww * L_w))
+        residual_b = b[speed_ + i] - omega - fma(c_bb, torque, fma(c_bs, L_s, c_bw * L_w))
+        residual_s = b[v_s_free_ + i] - v_s - fma(c_sb, torque, fma(c_ss, L_s, c_sw * L_w))
+        residual_w = b[v_w_free_ + i] - v_w - fma(c_wb, torque, fma(c_ws, L_s, c_ww * L_w))
         a_bb, a_sb, a_wb = (
             fma(c_bb, dT, fma(c_bs, L_sb, 1.0)),
             fma(c_sb, dT, c_ss * L_sb),
@@ -183,36 +197,43 @@ def make_held(
         )
         a_bs, a_ss, a_ws = c_bs * dL_s, fma(c_ss, dL_s, 1.0), c_ws * dL_s
         a_bw, a_sw, a_ww = c_bw * dL_w, c_sw * dL_w, fma(c_ww, dL_w, 1.0)
-        # Cramer's rule, of cofactors of the first row.
-        one, two, three = (
+        # Cramer's rule, with the cofactors of the first row.
+        cofactor_b, cofactor_s, cofactor_w = (
             fma(a_ss, a_ww, -(a_sw * a_ws)),
             fma(a_sw, a_wb, -(a_sb * a_ww)),
             fma(a_sb, a_ws, -(a_ss * a_wb)),
         )
-        per = 1.0 / fma(a_bb, one, fma(a_bs, two, a_bw * three))
-        mixed_w, mixed_s = fma(rest_s, a_ww, -(a_sw * rest_w)), fma(rest_s, a_ws, -(a_ss * rest_w))
-        mixed = fma(a_sb, rest_w, -(rest_s * a_wb))
-        step = fma(rest_b, one, fma(a_bw, mixed_s, -(a_bs * mixed_w))) * per
-        step_s = fma(a_bb, mixed_w, fma(rest_b, two, a_bw * mixed)) * per
-        step_w = fma(rest_b, three, -fma(a_bb, mixed_s, a_bs * mixed)) * per
-        most_b = CLOSE * F * (b[rise_b_ + i] + b[mu_b_ + i])
-        most_s = CLOSE * abs(pressed) * (b[rise_s_ + i] + b[mu_s_ + i])
-        most_w = CLOSE * N * (b[rise_w_ + i] + b[mu_w_ + i])
-        far = max(
-            abs(rest_b)
-            - fma(c_bb, most_b, fma(c_bs, most_s, fma(c_bw, most_w, 1e-14 * abs(b[speed_ + i])))),
+        per_det = 1.0 / fma(a_bb, cofactor_b, fma(a_bs, cofactor_s, a_bw * cofactor_w))
+        det_w, det_s = (
+            fma(residual_s, a_ww, -(a_sw * residual_w)),
+            fma(residual_s, a_ws, -(a_ss * residual_w)),
+        )
+        det_b = fma(a_sb, residual_w, -(residual_s * a_wb))
+        step = fma(residual_b, cofactor_b, fma(a_bw, det_s, -(a_bs * det_w))) * per_det
+        step_s = fma(a_bb, det_w, fma(residual_b, cofactor_s, a_bw * det_b)) * per_det
+        step_w = fma(residual_b, cofactor_w, -fma(a_bb, det_s, a_bs * det_b)) * per_det
+        tolerance_b = LOAD_TOLERANCE * F * (b[rise_b_ + i] + b[mu_b_ + i])
+        tolerance_s = LOAD_TOLERANCE * abs(force_s) * (b[rise_s_ + i] + b[mu_s_ + i])
+        tolerance_w = LOAD_TOLERANCE * N * (b[rise_w_ + i] + b[mu_w_ + i])
+        excess = max(
+            abs(residual_b)
+            - fma(
+                c_bb,
+                tolerance_b,
+                fma(c_bs, tolerance_s, fma(c_bw, tolerance_w, 1e-14 * abs(b[speed_ + i]))),
+            ),
             max(
-                abs(rest_s)
+                abs(residual_s)
                 - fma(
                     abs(c_sb),
-                    most_b,
-                    fma(c_ss, most_s, fma(c_sw, most_w, 1e-14 * abs(b[free_s_ + i]))),
+                    tolerance_b,
+                    fma(c_ss, tolerance_s, fma(c_sw, tolerance_w, 1e-14 * abs(b[v_s_free_ + i]))),
                 ),
-                abs(rest_w)
+                abs(residual_w)
                 - fma(
                     abs(c_wb),
-                    most_b,
-                    fma(c_ws, most_s, fma(c_ww, most_w, 1e-14 * abs(b[free_ + i]))),
+                    tolerance_b,
+                    fma(c_ws, tolerance_s, fma(c_ww, tolerance_w, 1e-14 * abs(b[v_w_free_ + i]))),
                 ),
             ),
         )
@@ -223,7 +244,7 @@ def make_held(
             step,
             step_s,
             step_w,
-            far,
+            excess,
             fma(dT, step, torque),
             fma(dL_s, step_s, fma(L_sb, step, L_s)),
             fma(dL_w, step_w, L_w),
@@ -233,7 +254,7 @@ def make_held(
         )
 
     @compiled(types.void(BUFFER), W, *options)
-    def rub(b):  # type: ignore[no-untyped-def]
+    def solve_touching(b):  # type: ignore[no-untyped-def]
         for i in range(W):
             x, y, r, relax, q, c, s = (
                 b[x_ + i],
@@ -247,79 +268,83 @@ def make_held(
             per_mass, per_inertia, R_c, R_s = b[iml_ + i], b[iJ_ + i], b[R_c_ + i], b[R_s_ + i]
             per_r = 1.0 / r
             normal = wall_force(r, b[gap_ + i], b[k_w_ + i], hertz)
-            lever, length = b[room_ + i] * per_r, max(r - b[room_ + i], 0.0)
-            wx, wy, turn_w = unit_friction(x, y, per_r, c, s, q, R_c, per_mass, per_inertia)
-            ux, uy, turn_s = unit_friction(x, y, per_r, c, s, q, R_s, per_mass, per_inertia)
-            bx, by, turn = b[push_x_ + i], b[push_y_ + i], b[push_ + i]
-            # What each load takes from each slip, per unit: the slip of the collar's
-            # centre around the hole, and omega.
-            around_w, around_s = fma(x, wy, -(y * wx)) * per_r, fma(x, uy, -(y * ux)) * per_r
+            lever, bent = b[clearance_ + i] * per_r, max(r - b[clearance_ + i], 0.0)
+            wx, wy, angular_w = unit_friction(x, y, per_r, c, s, q, R_c, per_mass, per_inertia)
+            sx, sy, angular_s = unit_friction(x, y, per_r, c, s, q, R_s, per_mass, per_inertia)
+            bx, by, angular = b[push_x_ + i], b[push_y_ + i], b[push_angular_ + i]
+            # The decrease of each slip by each load, per unit: the parts of the
+            # collar's centre around the hole, and of omega.
+            around_w, around_s = fma(x, wy, -(y * wx)) * per_r, fma(x, sy, -(y * sx)) * per_r
             around_b = fma(x, by, -(y * bx)) * per_r
-            c_bb, c_bs, c_bw = -relax * turn, -relax * turn_s, -relax * turn_w
-            K_ss, K_ww = -fma(lever, around_s, R_s * turn_s), -fma(R_c, turn_w, around_w)
-            c_ss, c_sw = relax * K_ss, -relax * fma(lever, around_w, R_s * turn_w)
-            c_ws, c_ww = -relax * fma(R_c, turn_s, around_s), relax * K_ww
+            c_bb, c_bs, c_bw = -relax * angular, -relax * angular_s, -relax * angular_w
+            K_ss, K_ww = -fma(lever, around_s, R_s * angular_s), -fma(R_c, angular_w, around_w)
+            c_ss, c_sw = relax * K_ss, -relax * fma(lever, around_w, R_s * angular_w)
+            c_ws, c_ww = -relax * fma(R_c, angular_s, around_s), relax * K_ww
             b[bb_ + i] = c_bb
             b[bs_ + i] = c_bs
             b[bw_ + i] = c_bw
-            b[sb_ + i] = -relax * fma(lever, around_b, R_s * turn)
+            b[sb_ + i] = -relax * fma(lever, around_b, R_s * angular)
             b[ss_ + i] = c_ss
             b[sw_ + i] = c_sw
-            b[wb_ + i] = -relax * fma(R_c, turn, around_b)
+            b[wb_ + i] = -relax * fma(R_c, angular, around_b)
             b[ws_ + i] = c_ws
             b[ww_ + i] = c_ww
-            b[wx_ + i] = wx
-            b[wy_ + i] = wy
-            b[wt_ + i] = turn_w
-            b[sx_ + i] = ux
-            b[sy_ + i] = uy
-            b[st_ + i] = turn_s
-            free = b[slip_ + i] * per_r
-            free_s = fma(b[speed_ + i], fma(-R_c, lever, R_s), lever * free)
-            b[free_ + i] = free
-            b[free_s_ + i] = free_s
+            b[unit_x_ + i] = wx
+            b[unit_y_ + i] = wy
+            b[unit_angular_ + i] = angular_w
+            b[sx_ + i] = sx
+            b[sy_ + i] = sy
+            b[st_ + i] = angular_s
+            v_w_free = b[slip_ + i] * per_r
+            v_s_free = fma(b[speed_ + i], fma(-R_c, lever, R_s), lever * v_w_free)
+            b[v_w_free_ + i] = v_w_free
+            b[v_s_free_ + i] = v_s_free
             b[normal_ + i] = normal
-            held = fma(-b[soft_F_ + i], b[force_ + i], b[bend_ + i]) * length
-            b[force_s_ + i] = held
-            b[loss_ + i] = b[soft_T_ + i] * length
-            falls_s = K_ss * abs(held) * (b[rise_s_ + i] * b[tau_s_ + i])
-            b[falling_ + i] += fma(K_ww * normal, b[rise_w_ + i] * b[tau_w_ + i], falls_s)
+            force_s = fma(-b[soft_F_ + i], b[force_ + i], b[bend_ + i]) * bent
+            b[force_s_ + i] = force_s
+            b[loss_ + i] = b[soft_T_ + i] * bent
+            falling_s = K_ss * abs(force_s) * (b[rise_s_ + i] * b[tau_s_ + i])
+            b[falling_ + i] += fma(K_ww * normal, b[rise_w_ + i] * b[tau_w_ + i], falling_s)
         for i in range(W):
-            normal, pressed = b[normal_ + i], abs(b[force_s_ + i])
+            normal, normal_s = b[normal_ + i], abs(b[force_s_ + i])
             c_ss, c_sw, c_ws, c_ww = b[ss_ + i], b[sw_ + i], b[ws_ + i], b[ww_ + i]
-            free, free_s = b[free_ + i], b[free_s_ + i]
+            v_w_free, v_s_free = b[v_w_free_ + i], b[v_s_free_ + i]
             eps, tau, rise, mu = b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i]
             eps_s, tau_s, rise_s, mu_s = b[eps_s_ + i], b[tau_s_ + i], b[rise_s_ + i], b[mu_s_ + i]
-            alone = beside(free, c_ww, c_ws, free_s, c_sw, pressed, eps_s, tau_s, rise_s, mu_s)
-            alone_s = beside(free_s, c_ss, c_sw, free, c_ws, normal, eps, tau, rise, mu)
-            slip = first_slip(alone, c_ww * normal, eps, tau, rise, mu)
-            slip_s = first_slip(alone_s, c_ss * pressed, eps_s, tau_s, rise_s, mu_s)
-            b[rubbing_ + i] = slip
-            b[held_ + i] = slip_s
-            f, _ = hyperbolic(slip, eps, tau, rise, mu)
-            f_s, _ = hyperbolic(slip_s, eps_s, tau_s, rise_s, mu_s)
-            free_b = b[speed_ + i] - fma(b[bs_ + i], pressed * f_s, b[bw_ + i] * normal * f)
+            v_w_alone = free_slip_beside(
+                v_w_free, c_ww, c_ws, v_s_free, c_sw, normal_s, eps_s, tau_s, rise_s, mu_s
+            )
+            v_s_alone = free_slip_beside(
+                v_s_free, c_ss, c_sw, v_w_free, c_ws, normal, eps, tau, rise, mu
+            )
+            v_w = first_slip(v_w_alone, c_ww * normal, eps, tau, rise, mu)
+            v_s = first_slip(v_s_alone, c_ss * normal_s, eps_s, tau_s, rise_s, mu_s)
+            b[v_w_ + i] = v_w
+            b[v_s_ + i] = v_s
+            f, _ = hyperbolic(v_w, eps, tau, rise, mu)
+            f_s, _ = hyperbolic(v_s, eps_s, tau_s, rise_s, mu_s)
+            free_b = b[speed_ + i] - fma(b[bs_ + i], normal_s * f_s, b[bw_ + i] * normal * f)
             relaxed = b[bb_ + i] * b[force_ + i]
-            b[omega_ + i] = first_speed(
+            b[omega_ + i] = first_bit_speed(
                 law, free_b, relaxed, b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
             )
-        for _ in range(MOST):
-            some = 0
+        for _ in range(MAX_ITERATIONS):
+            any_unfinished = 0
             for i in range(W):
-                omega, v_s, v_w, step, step_s, step_w, far, _, _, _, _, _, _ = corrected(b, i)
-                # a product, as a choice of stores would not be packed
-                more = 1.0 if far > 0.0 else 0.0
-                b[omega_ + i] = kept(omega, fma(more, step, omega))
-                b[held_ + i] = kept(v_s, fma(more, step_s, v_s))
-                b[rubbing_ + i] = kept(v_w, fma(more, step_w, v_w))
-                some |= 1 if far > 0.0 else 0
-            if some == 0:
+                omega, v_s, v_w, step, step_s, step_w, excess, _, _, _, _, _, _ = newton_step(b, i)
+                # a product, as conditional stores would not be packed
+                unfinished = 1.0 if excess > 0.0 else 0.0
+                b[omega_ + i] = kept(omega, fma(unfinished, step, omega))
+                b[v_s_ + i] = kept(v_s, fma(unfinished, step_s, v_s))
+                b[v_w_ + i] = kept(v_w, fma(unfinished, step_w, v_w))
+                any_unfinished |= 1 if excess > 0.0 else 0
+            if any_unfinished == 0:
                 break
         for i in range(W):
-            _, _, _, _, _, _, _, torque, friction_s, friction, slope, g, decayed = corrected(b, i)
+            _, _, _, _, _, _, _, torque, friction_s, friction, slope, g, decayed = newton_step(b, i)
             b[torque_ + i] = torque
             b[friction_ + i] = friction
-            b[held_ + i] = friction_s
+            b[v_s_ + i] = friction_s
             b[slope_ + i] = slope
             b[direction_ + i] = g
             b[decay_ + i] = decayed
@@ -328,16 +353,24 @@ def make_held(
                 b[relax_ + i],
                 b[torque_ + i],
                 b[friction_ + i],
-                b[held_ + i],
+                b[v_s_ + i],
             )
-            push_x = fma(b[sx_ + i], friction_s, fma(b[wx_ + i], friction, b[push_x_ + i] * torque))
-            push_y = fma(b[sy_ + i], friction_s, fma(b[wy_ + i], friction, b[push_y_ + i] * torque))
-            push = fma(b[st_ + i], friction_s, fma(b[wt_ + i], friction, b[push_ + i] * torque))
+            push_x = fma(
+                b[sx_ + i], friction_s, fma(b[unit_x_ + i], friction, b[push_x_ + i] * torque)
+            )
+            push_y = fma(
+                b[sy_ + i], friction_s, fma(b[unit_y_ + i], friction, b[push_y_ + i] * torque)
+            )
+            push_angular = fma(
+                b[st_ + i],
+                friction_s,
+                fma(b[unit_angular_ + i], friction, b[push_angular_ + i] * torque),
+            )
             per_r = 1.0 / b[radius_ + i]
             b[bb_ + i] *= b[force_ + i]  # as without stabilisers
             b[radial_ + i] = (b[normal_ + i] + fma(-b[loss_ + i], torque, b[force_s_ + i])) * per_r
             b[tangential_ + i] = (friction + friction_s) * per_r
             b[friction_ + i] = fma(b[arm_s_ + i], friction_s, friction)
-            push_on(b, i, places, relax, push_x, push_y, push)
+            apply_push(b, i, push_rows, relax, push_x, push_y, push_angular)
 
-    return rub
+    return solve_touching

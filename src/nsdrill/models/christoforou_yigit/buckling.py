@@ -1,5 +1,5 @@
 """The axial loads at which a tube buckles: between supports, on the low side of an
-inclined hole, under its own weight.
+inclined hole, and under its own weight.
 
 Sources: Euler for the span. On the low side of a hole of inclination alpha the sinusoid
 begins at ``F_s = 2 sqrt(E I w sin(alpha) / c)`` (Dawson & Paslay 1984) with the half
@@ -24,7 +24,7 @@ from nsdrill.models.christoforou_yigit.tubes import Tube
 # Effective length over length. A beam fixed at one end and pinned at the other has
 # tan(x) = x, x = 4.4934...
 ENDS = {"fixed_free": 2.0, "fixed_pinned": math.pi / 4.493409457909064, "fixed_fixed": 0.5}
-LONGEST = 100.0  # units of length; a longer column takes more terms than are made
+MOST_UNITS = 100.0  # units of length; a longer column needs more terms than are computed
 
 
 def euler(bending: float, span: float, ends: str | None = None) -> float:
@@ -45,41 +45,43 @@ def sinusoidal(tube: Tube, inclination: Any) -> Any:
 
 
 def half_wave(tube: Tube, inclination: float) -> float | None:
-    """Half a wave [m] of that sinusoid; None where the tube does not lie on the low
-    side."""
+    """The half wavelength [m] of the sinusoid at an ``inclination`` [rad]; None where
+    the tube does not lie on the low side."""
     if not tube.clearance > 0.0:
         return None
-    pressing = tube.weight * math.sin(inclination)
-    return math.pi * (tube.bending * tube.clearance / pressing) ** 0.25 if pressing > 0.0 else None
+    side_load = tube.weight * math.sin(inclination)
+    return (
+        math.pi * (tube.bending * tube.clearance / side_load) ** 0.25 if side_load > 0.0 else None
+    )
 
 
 def vertical(tube: Tube) -> float | None:
     """Force [N] on the lower end of a vertical tube, hinged at both ends, at which it
-    buckles under its own weight; None where the weight does not count, or the tube is
-    longer than :data:`LONGEST` units.
+    buckles under its own weight; None where it has no weight in mud, or is longer than
+    :data:`MOST_UNITS` units of length.
 
-    The least W of E I y'''' + ((W - w x) y')' = 0, by sines of both ends: a generalised
-    eigenproblem.
+    It is the least W of E I y'''' + ((W - w x) y')' = 0, expanded in sines that vanish
+    at both ends: a generalised eigenproblem.
     """
     if not tube.weight > 0.0:
         return None
     unit = (tube.bending / tube.weight) ** (1 / 3)
     length = tube.length / unit
-    if length > LONGEST:
+    if length > MOST_UNITS:
         return None
-    number = np.arange(1, int(40 + 3 * length))
-    wave = number * math.pi / length
+    order = np.arange(1, int(40 + 3 * length))
+    wavenumber = order * math.pi / length
 
-    def part(difference: np.ndarray) -> np.ndarray:
+    def moment(difference: np.ndarray) -> np.ndarray:
         """The integral of x cos(difference pi x / length) over the length."""
         safe = np.where(difference == 0, 1, difference)
         odd = (-1.0) ** np.abs(difference) - 1.0
         return np.where(difference == 0, 0.5 * length**2, (length / (safe * math.pi)) ** 2 * odd)
 
-    apart = number[:, None] - number[None, :]
-    together = number[:, None] + number[None, :]
-    hung = np.outer(wave, wave) * 0.5 * (part(apart) + part(together))
-    bent = np.diag(wave**4 * length / 2) + hung
-    shortened = wave * math.sqrt(length / 2)  # the roots of what the force does, which is diagonal
-    least = np.linalg.eigvalsh(bent / np.outer(shortened, shortened))[0]
-    return float(least) * (tube.bending * tube.weight**2) ** (1 / 3)
+    differences = order[:, None] - order[None, :]
+    sums = order[:, None] + order[None, :]
+    work = np.outer(wavenumber, wavenumber) * 0.5 * (moment(differences) + moment(sums))
+    stiffness = np.diag(wavenumber**4 * length / 2) + work
+    scale = wavenumber * math.sqrt(length / 2)  # square roots of the diagonal matrix of the force
+    eigenvalue = np.linalg.eigvalsh(stiffness / np.outer(scale, scale))[0]
+    return float(eigenvalue) * (tube.bending * tube.weight**2) ** (1 / 3)

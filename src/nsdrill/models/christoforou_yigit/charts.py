@@ -1,8 +1,8 @@
 """The numbers of the charts that need no integration: critical speeds, buckling loads,
-what drives do with torsional waves, and how to tune one.
+the reflection of torsional waves by drives, and the tuning of a soft-torque drive.
 
-Each chart is along values of one axis, of which the caller gives the parameters and the
-operation one by one.
+The critical speeds and buckling loads are along the values of one axis; the caller
+gives parameters and operation of each value.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     torsional_matrix,
 )
 from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
-from nsdrill.models.christoforou_yigit.further import (
+from nsdrill.models.christoforou_yigit.further_quantities import (
     HALF_WAVES,
     HORIZONTAL,
     WAVES,
@@ -36,9 +36,9 @@ from nsdrill.models.operation import Operation
 
 Point = tuple[Parameters, Operation]
 REFLECTING = ("ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "pi")
-"""The drives whose law may be an impedance at the top."""
-MATCHING = (0.5, 8.0)  # of the tuning map, in impedances of the pipe
-TUNED = (0.5, 2.0)  # its frequencies, in that of the string
+"""The drives whose law can be an impedance at the top."""
+MATCHING = (0.5, 8.0)  # range of the tuning map, in impedances of the pipe
+TUNED = (0.5, 2.0)  # range of its frequencies, over that of the string
 CELLS = 49
 
 
@@ -83,18 +83,18 @@ def _buckling(
     inclinations: np.ndarray,
     inclination: float | None,
 ) -> BucklingLoads:
-    rows, known = [], {}
+    rows, vertical_loads = [], {}
     for (parameters, operation), angle in zip(points, inclinations, strict=True):
         collar = tubes.collars(parameters)
-        if collar not in known:
+        if collar not in vertical_loads:
             load = buckling.vertical(collar)
-            known[collar] = math.nan if load is None else load
+            vertical_loads[collar] = math.nan if load is None else load
         rows.append(
             (
                 buckling.sinusoidal(collar, angle),
                 buckling.sinusoidal(tubes.pipe(parameters, operation.depth), angle),
                 buckling.euler(collar.bending, parameters.drillstring.collar.span),
-                known[collar],
+                vertical_loads[collar],
                 operation.wob,
             )
         )
@@ -102,20 +102,23 @@ def _buckling(
 
 
 def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
-    """The chart ``drive-card``: every kind of drive with the numbers of the study."""
+    """The chart ``drive-card``: every kind of drive with the parameters of the
+    study."""
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
 
-    def seen(kind: str, frequency: np.ndarray) -> tuple[float, np.ndarray | None]:
-        driven = with_values(parameters, {"drive.kind": kind})
-        held = slope_held(driven, k)
+    def slope_and_reflection(kind: str, frequency: np.ndarray) -> tuple[float, np.ndarray | None]:
+        with_drive = with_values(parameters, {"drive.kind": kind})
+        slope = slope_held(with_drive, k)
         if kind in ("ideal", "lqr"):
-            return held, None
-        return held, reflection(
-            gains(driven, k), float(impedance(driven)), frequency, circuit(driven, k)
+            return slope, None
+        return slope, reflection(
+            gains(with_drive, k), float(impedance(with_drive)), frequency, circuit(with_drive, k)
         )
 
     waves = torsional_waves(parameters, operation.depth, WAVES)
-    return drives.drive_card((*REFLECTING, "lqr"), parameters.drive.kind, waves, seen)
+    return drives.drive_card(
+        (*REFLECTING, "lqr"), parameters.drive.kind, waves, slope_and_reflection
+    )
 
 
 def drive_tuning(parameters: Parameters, operation: Operation) -> DriveTuning:
@@ -124,12 +127,12 @@ def drive_tuning(parameters: Parameters, operation: Operation) -> DriveTuning:
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     lumped = math.sqrt(float(k.k_t) / float(k.J))
     matching, frequency = np.geomspace(*MATCHING, CELLS), lumped * np.geomspace(*TUNED, CELLS)
-    held = slopes_held_by_soft_torque(parameters, k, matching, frequency)
+    slopes = slopes_held_by_soft_torque(parameters, k, matching, frequency)
     drive = parameters.drive
     tuned = lumped if drive.frequency is None else 2 * math.pi * drive.frequency
-    own = (drive.matching, tuned) if drive.kind == "soft_torque" else None
-    best = _best(parameters, k, matching, frequency, held)
-    return DriveTuning(matching, frequency, held, best, lumped, own)
+    of_study = (drive.matching, tuned) if drive.kind == "soft_torque" else None
+    best = _best(parameters, k, matching, frequency, slopes)
+    return DriveTuning(matching, frequency, slopes, best, lumped, of_study)
 
 
 def _best(
@@ -137,26 +140,29 @@ def _best(
     k: Coefficients,
     matching: np.ndarray,
     frequency: np.ndarray,
-    held: np.ndarray,
+    slopes: np.ndarray,
 ) -> tuple[float, float, float]:
-    """Matching, frequency and slope of the best point within the map, from its best
-    cell: where two pairs of eigenvalues meet there is a sharp ridge, whose summit lies
-    between the cells."""
+    """Matching, frequency and slope of the best point within the map. The search begins
+    at the best cell: where two pairs of eigenvalues meet there is a sharp ridge, whose
+    summit lies between the cells."""
     from scipy.optimize import minimize
 
-    row, column = np.unravel_index(np.argmax(held), held.shape)
+    row, column = np.unravel_index(np.argmax(slopes), slopes.shape)
     low, high = np.log([matching[0], frequency[0]]), np.log([matching[-1], frequency[-1]])
 
-    def lost(place: np.ndarray) -> float:
-        b, f = np.exp(np.clip(place, low, high))
+    def negative_slope(logarithms: np.ndarray) -> float:
+        b, f = np.exp(np.clip(logarithms, low, high))
         return -float(slopes_held_by_soft_torque(parameters, k, np.array([b]), np.array([f]))[0, 0])
 
     start = np.log([matching[column], frequency[row]])
-    found = minimize(
-        lost, start, method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-6, "maxiter": 800}
+    optimum = minimize(
+        negative_slope,
+        start,
+        method="Nelder-Mead",
+        options={"xatol": 1e-6, "fatol": 1e-6, "maxiter": 800},
     )
-    b, f = np.exp(np.clip(found.x, low, high))
-    return float(b), float(f), -float(found.fun)
+    b, f = np.exp(np.clip(optimum.x, low, high))
+    return float(b), float(f), -float(optimum.fun)
 
 
 def slopes_held_by_soft_torque(
@@ -164,7 +170,7 @@ def slopes_held_by_soft_torque(
 ) -> np.ndarray:
     """The slope [N m s/rad] that a soft-torque drive holds for each of these matchings
     and frequencies [rad/s]: array [frequencies, matchings]."""
-    driven = with_values(
+    with_drive = with_values(
         parameters,
         {
             "drive.kind": "soft_torque",
@@ -173,5 +179,7 @@ def slopes_held_by_soft_torque(
         },
     )
     return steepest_fall(
-        torsional_matrix(driven, k, gains(driven, k)), k, parameters.drillstring.torsional_damping
+        torsional_matrix(with_drive, k, gains(with_drive, k)),
+        k,
+        parameters.drillstring.torsional_damping,
     )

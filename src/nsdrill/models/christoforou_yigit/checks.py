@@ -1,5 +1,5 @@
-"""What ``check`` finds of a study of this model: coefficients, what an engineer reads
-off them, and warnings."""
+"""The results of ``check`` for a study of this model: coefficients, derived quantities
+and warnings."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     mean_torque,
     wall_speed,
 )
-from nsdrill.models.christoforou_yigit.further import further_quantities
-from nsdrill.models.christoforou_yigit.laws import steepest
+from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
+from nsdrill.models.christoforou_yigit.laws import slope_at_rest
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.drives import overloaded, swinging
 from nsdrill.models.leaves import Values, with_values
@@ -25,7 +25,7 @@ from nsdrill.models.numbers import DerivedQuantity
 from nsdrill.models.operation import Operation
 from nsdrill.models.steepness import implicit
 
-# a value in SI units, in those shown in SI or in field units, in words
+# Text of a value in SI units, from the value, its SI unit and the unit that is shown.
 Told = Callable[[float, str, str], str]
 
 MEANINGS = {
@@ -45,10 +45,10 @@ MEANINGS = {
     "buckling_load": "buckling load of the span",
 }
 COEFFICIENTS = {name: (UNITS[name], meaning) for name, meaning in MEANINGS.items()}
-MOST_STEPS_A_SECOND = 2000  # a point of 500 s then takes a million steps
+MOST_STEPS_PER_SECOND = 2000  # a point of 500 s then takes a million steps
 LEAST_PERIODS = 4
-SHARP = 500.0  # smoothing times dynamic_from
-# Numbers that a sheet of the assembly does not give, and that move critical speeds.
+LEAST_SHARPNESS = 500.0  # smoothing times dynamic_from
+# Numbers that are not on a sheet of the assembly and that affect critical speeds.
 POORLY_KNOWN = (
     "drillstring.eccentricity",
     "mud.added_mass",
@@ -59,350 +59,365 @@ POORLY_KNOWN = (
     "bit.friction.decay",
 )
 LEAST_OFFSET = 1e-6  # m
-MUCH = 0.25  # of the sweep's speeds, by which the part that is said to be critical changes
-NEAR = 0.2  # of the resonance with the lobes
+LEAST_SHIFT = 0.25  # change of the critical fraction of the sweep's speeds
+RESONANCE_WIDTH = 0.2  # relative, to either side of the resonance with the lobes
 
 
 def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
-    """Those at an operating point."""
+    """The coefficients at an operating point."""
     return derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
 
 
 def every_derived_quantity(
     parameters: Parameters, operation: Operation
 ) -> dict[str, DerivedQuantity]:
-    """The derived quantities at an operating point, those of the long list last."""
+    """The derived quantities at an operating point, the further ones last."""
     return {
         **derived_quantities(parameters, operation),
         **further_quantities(parameters, operation),
     }
 
 
-def warnings(study: Any, corners: list[Values], told: Told) -> list[str | None]:
-    """Warnings of a study, with what its points have at the ends of all axes and ramps
-    in ``corners``; None where there is nothing to warn of."""
-    found = [
-        one(study, corners, told)
-        for one in (
+def warnings(study: Any, corners: list[Values], format_value: Told) -> list[str | None]:
+    """Warnings of a study, each None where it does not apply. ``corners`` are the
+    points at the ends of all axes and ramps."""
+    texts = [
+        warning(study, corners, format_value)
+        for warning in (
             _buckled,
-            _slow,
-            _rounded,
+            _many_steps,
+            _peak_smoothed,
             _overloaded,
             _eccentric,
             _unstable,
-            _on_the_wall,
+            _brought_to_wall,
             _passed_over,
-            _hangs,
+            _sensitive,
         )
     ]
-    if study.swept or not study.ramped:  # else there is no observed window
-        found.append(_few_periods(study, corners, told))
-    return found
+    if study.swept or not study.ramped:  # else nothing is observed
+        texts.append(_few_periods(study, corners, format_value))
+    return texts
 
 
-def _buckled(study: Any, corners: list[Values], told: Told) -> str | None:
-    least, worst, load, wall = min(
+def _buckled(study: Any, corners: list[Values], format_value: Told) -> str | None:
+    stiffness, wob, load, well = min(
         (
             (
-                float(lateral_stiffness(at.parameters, Operation(*at.operation), k)),
-                at.operation[1],
+                float(lateral_stiffness(corner.parameters, Operation(*corner.operation), k)),
+                corner.operation[1],
                 float(k.buckling_load),
-                at.parameters.well,
+                corner.parameters.well,
             )
-            for at in corners
-            for k in [derive(at.parameters, *at.operation)]
+            for corner in corners
+            for k in [derive(corner.parameters, *corner.operation)]
         ),
         key=itemgetter(0),
     )
-    if least >= 0:
+    if stiffness >= 0:
         return None
-    if wall.law == "linear" and wall.stiffness <= -least:
+    if well.law == "linear" and well.stiffness <= -stiffness:
         return (
-            f"Unheld: at {told(worst, 'N', 'kN')} the lateral stiffness of the span is "
-            f"{told(least, 'N/m', 'N/m')}, and a wall of {told(wall.stiffness, 'N/m', 'N/m')} is "
-            f"too "
-            "soft to hold it: the collar goes on through the wall and the run fails. Shorten the "
-            "span, lower the "
-            "weight on bit or take a stiffer wall."
+            f"Unheld: at {format_value(wob, 'N', 'kN')} the lateral stiffness of the span is "
+            f"{format_value(stiffness, 'N/m', 'N/m')}, and a wall of "
+            f"{format_value(well.stiffness, 'N/m', 'N/m')} is too soft to hold it: the collar goes "
+            "on through the wall and the run fails. Shorten the span, lower the weight on bit or "
+            "take a stiffer wall."
         )
     return (
-        f"Buckled: at {told(worst, 'N', 'kN')} the lateral stiffness of the span is negative "
-        f"({told(least, 'N/m', 'N/m')}; Euler load {told(load, 'N', 'kN')}). The collar leans on "
-        f"the "
-        "wall there; that is allowed, but no whirl inside the hole exists. Shorten the span or "
-        "lower the weight on bit if it is not meant."
+        f"Buckled: at {format_value(wob, 'N', 'kN')} the lateral stiffness of the span is negative "
+        f"({format_value(stiffness, 'N/m', 'N/m')}; Euler load {format_value(load, 'N', 'kN')}). "
+        "The collar leans on the wall there; that is allowed, but no whirl inside the hole "
+        "exists. Shorten the span or lower the weight on bit if it is not meant."
     )
 
 
-def _slow(study: Any, corners: list[Values], told: Told) -> str | None:
+def _many_steps(study: Any, corners: list[Values], format_value: Told) -> str | None:
     """An explicit method takes about (slope of the friction) / 3.3 steps a second while
     the bit sticks."""
 
-    def steps(at: Values) -> tuple[float, str, float]:
-        if implicit(study.simulation.method, study.model, at).any():
+    def steps(corner: Values) -> tuple[float, str, float]:
+        if implicit(study.simulation.method, study.model, corner).any():
             return 0.0, "", 0.0
-        k = derive(at.parameters, *at.operation)
-        law = at.parameters.bit.friction
-        key = "b1" if law.law == "rational" else "smoothing"
+        k = derive(corner.parameters, *corner.operation)
+        friction = corner.parameters.bit.friction
+        key = "b1" if friction.law == "rational" else "smoothing"
         return (
-            float(steepest(at.parameters, k) * at.operation[1] / k.J / 3.3),
+            float(slope_at_rest(corner.parameters, k) * corner.operation[1] / k.J / 3.3),
             key,
-            float(getattr(law, key)),
+            float(getattr(friction, key)),
         )
 
-    rate, key, value = max(map(steps, corners))
-    if rate <= MOST_STEPS_A_SECOND:
+    steps_per_second, key, value = max(map(steps, corners))
+    if steps_per_second <= MOST_STEPS_PER_SECOND:
         return None
     return (
-        f"Slow: the friction at the bit is so steep ({key} {value:g} s/rad) that a stuck bit "
-        f"takes about "
-        f"{rate:.3g} steps per simulated second. A smaller {key} is faster in proportion, and "
-        "simulation.method: auto takes steps that do not depend on it, where it can."
+        f"Slow: the friction at the bit is so steep ({key} {value:g} s/rad) that a stuck bit takes "
+        f"about {steps_per_second:.3g} steps per simulated second. A smaller {key} is faster in "
+        "proportion, and simulation.method: auto takes steps that do not depend on it, where it "
+        "can."
     )
 
 
-def _rounded(study: Any, corners: list[Values], told: Told) -> str | None:
-    """The smoothing takes the peak off the linear law, which has all its fall below the
-    speed dynamic_from."""
-    laws = [law for at in corners if (law := at.parameters.bit.friction).law == "linear"]
+def _peak_smoothed(study: Any, corners: list[Values], format_value: Told) -> str | None:
+    """The smoothing removes the peak of the linear law, whose fall is confined to
+    speeds below dynamic_from."""
+    laws = [law for corner in corners if (law := corner.parameters.bit.friction).law == "linear"]
     if not laws:
         return None
     sharpness, law = min(
         ((law.smoothing * law.dynamic_from, law) for law in laws), key=itemgetter(0)
     )
-    if sharpness >= SHARP:
+    if sharpness >= LEAST_SHARPNESS:
         return None
     return (
         f"Rounded: with smoothing {law.smoothing:g} s/rad and dynamic_from {law.dynamic_from:g} "
-        f"rad/s their product is "
-        f"{sharpness:.3g}. Below {SHARP:g} the smoothing takes off the peak of the linear law, "
-        f"and stick-slip ends at "
-        f"a lower speed than it should. Raise bit.friction.smoothing to "
-        f"{SHARP / law.dynamic_from:.3g} s/rad."
+        f"rad/s their product is {sharpness:.3g}. Below {LEAST_SHARPNESS:g} the smoothing takes "
+        "off the peak of the linear law, and stick-slip ends at a lower speed than it should. "
+        f"Raise bit.friction.smoothing to {LEAST_SHARPNESS / law.dynamic_from:.3g} s/rad."
     )
 
 
-def _overloaded(study: Any, corners: list[Values], told: Told) -> str | None:
-    """A motor at its limit does not keep the set speed."""
-    limited = [at for at in corners if at.parameters.drive.torque_limit is not None]
+def _overloaded(study: Any, corners: list[Values], format_value: Told) -> str | None:
+    """A motor at its torque limit does not keep the set speed."""
+    limited = [corner for corner in corners if corner.parameters.drive.torque_limit is not None]
     return overloaded(
         [
             (
                 mean_torque(
-                    at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)
+                    corner.parameters,
+                    Operation(*corner.operation),
+                    derive(corner.parameters, *corner.operation),
                 ),
                 limit,
             )
-            for at in limited
-            for limit in [at.parameters.drive.torque_limit]
+            for corner in limited
+            for limit in [corner.parameters.drive.torque_limit]
         ],
-        told,
+        format_value,
     )
 
 
-def _eccentric(study: Any, corners: list[Values], told: Told) -> str | None:
-    gap, offset = min(
+def _eccentric(study: Any, corners: list[Values], format_value: Told) -> str | None:
+    gap, eccentricity = min(
         (
             (
-                float(derive(at.parameters, *at.operation).gap),
-                at.parameters.drillstring.eccentricity,
+                float(derive(corner.parameters, *corner.operation).gap),
+                corner.parameters.drillstring.eccentricity,
             )
-            for at in corners
+            for corner in corners
         ),
         key=lambda pair: pair[0] - pair[1],
     )
-    if offset <= gap:
+    if eccentricity <= gap:
         return None
     return (
-        f"Eccentric: the eccentricity ({told(offset, 'm', 'mm')}) exceeds the clearance "
-        f"({told(gap, 'm', 'mm')}): the collar is on the wall at almost any speed."
+        f"Eccentric: the eccentricity ({format_value(eccentricity, 'm', 'mm')}) exceeds the "
+        f"clearance ({format_value(gap, 'm', 'mm')}): the collar is on the wall at almost any "
+        "speed."
     )
 
 
 def _speeds(study: Any, corners: list[Values]) -> tuple[float, float]:
-    speeds = [float(at.operation[2]) for at in corners]
+    speeds = [float(corner.operation[2]) for corner in corners]
     return min(speeds), max(speeds)
 
 
-def _on_the_wall(study: Any, corners: list[Values], told: Told) -> str | None:
+def _brought_to_wall(study: Any, corners: list[Values], format_value: Told) -> str | None:
     """The imbalance can hold the collar at the wall in the whole sweep, which begins
     above the speed for that."""
     slowest, fastest = _speeds(study, corners)
-    if any(at.parameters.modes.lateral == "frozen" for at in corners):
+    if any(corner.parameters.modes.lateral == "frozen" for corner in corners):
         return None
-    reached = [
+    wall_speeds = [
         (
             wall_speed(
-                at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)
+                corner.parameters,
+                Operation(*corner.operation),
+                derive(corner.parameters, *corner.operation),
             ),
-            at,
+            corner,
         )
-        for at in corners
+        for corner in corners
     ]
-    if any(speed is None or speed > slowest for speed, _ in reached):
+    if any(speed is None or speed > slowest for speed, _ in wall_speeds):
         return None
-    highest, at = max(
-        ((speed, at) for speed, at in reached if speed is not None), key=itemgetter(0)
+    highest, corner = max(
+        ((speed, corner) for speed, corner in wall_speeds if speed is not None), key=itemgetter(0)
     )
     if highest == 0.0:
-        return None  # it is buckled, which is said elsewhere
-    own = at.parameters.drillstring.eccentricity
+        return None  # it is buckled, which has its own warning
+    eccentricity = corner.parameters.drillstring.eccentricity
     ends = [
-        (speed, min(_eccentricity_at(one) for one in corners if float(one.operation[2]) == speed))
+        (
+            speed,
+            min(
+                _greatest_eccentricity(corner)
+                for corner in corners
+                if float(corner.operation[2]) == speed
+            ),
+        )
         for speed in sorted({slowest, fastest})
     ]
-    free = ", ".join(
-        f"at {told(speed, 'rad/s', 'rpm')} "
-        + (f"up to {told(offset, 'm', 'mm')}" if offset > LEAST_OFFSET else "none")
-        for speed, offset in ends
+    without_contact = ", ".join(
+        f"at {format_value(speed, 'rad/s', 'rpm')} "
+        + (f"up to {format_value(limit, 'm', 'mm')}" if limit > LEAST_OFFSET else "none")
+        for speed, limit in ends
     )
     return (
-        f"Wall: from {told(highest, 'rad/s', 'rpm')} on the imbalance can bring the collar to the "
-        f"wall, and the whole "
-        f"sweep, from {told(slowest, 'rad/s', 'rpm')} on, lies above that. A collar that passes "
-        f"through that speed "
-        "reaches the wall and may stay there; one that starts centred above it need not. The "
-        "eccentricity is "
-        f"{told(own, 'm', 'mm')}; too small to bring it there would be {free}. A shorter span "
-        f"helps as well."
+        f"Wall: from {format_value(highest, 'rad/s', 'rpm')} on the imbalance can bring the collar "
+        f"to the wall, and the whole sweep, from {format_value(slowest, 'rad/s', 'rpm')} on, lies "
+        "above that. A collar that passes through that speed reaches the wall and may stay there; "
+        "one that starts centred above it need not. The eccentricity is "
+        f"{format_value(eccentricity, 'm', 'mm')}; too small to bring it there would be "
+        f"{without_contact}. A shorter span helps as well."
     )
 
 
 def passed_over(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
-    """The critical speeds below the speed at which a sweep that carries the state along
-    the speed begins: a string that is brought up to speed passes through them, and what
-    it meets there may last; the sweep has not met it. Of each the ``name``, what it is
-    in ``words``, its least (``min``) and greatest (``max``) value over the corners
-    where it lies below, and ``from`` where the sweep begins, all along the ``axis``
-    rotary_speed [rad/s]; ``everywhere`` where it lies below at all of them."""
+    """The critical speeds below the first speed of a sweep that carries the state along
+    the rotary speed. A string that is brought up to speed passes through them, and the
+    motion that begins there may last; the sweep does not pass through them. Each is a
+    dict:
+
+    ==============  =================================================================
+    ``axis``        ``rotary_speed``
+    ``name``        name of the derived quantity
+    ``words``       its description
+    ``min``,        least and greatest value [rad/s] over the corners where it is
+    ``max``         below the first speed
+    ``from``        first speed of the sweep [rad/s]
+    ``everywhere``  whether it is below the first speed at all corners of that speed
+    ==============  =================================================================
+    """
     if study.along != "rotary_speed" or study.procedure == "same":
         return []
     start = _speeds(study, corners)[1 if study.procedure == "down" else 0]
-    found: dict[str, list[float]] = {}
-    first = [at for at in corners if float(at.operation[2]) == start]
-    for at in first:
-        critical = _critical(at.parameters, Operation(*at.operation))
-        for name in LASTING:
+    passed: dict[str, list[float]] = {}
+    at_start = [corner for corner in corners if float(corner.operation[2]) == start]
+    for corner in at_start:
+        critical = _critical(corner.parameters, Operation(*corner.operation))
+        for name in LASTING_MOTIONS:
             speed = critical.get(name)
-            if speed is not None and 0.0 < speed < start and not _met_already(name, at):
-                found.setdefault(name, []).append(float(speed))
+            if speed is not None and 0.0 < speed < start and not _starts_beyond(name, corner):
+                passed.setdefault(name, []).append(float(speed))
     return [
         {
             "axis": "rotary_speed",
             "name": name,
-            "words": CRITICAL[name],
+            "words": CRITICAL_SPEEDS[name],
             "min": min(speeds),
             "max": max(speeds),
             "from": start,
-            "everywhere": len(speeds) == len(first),
+            "everywhere": len(speeds) == len(at_start),
         }
-        for name, speeds in found.items()
+        for name, speeds in passed.items()
     ]
 
 
-def _met_already(name: str, at: Values) -> bool:
-    """Whether the first run has what is met at a critical speed from its start on, or
-    never meets it."""
+def _starts_beyond(name: str, corner: Values) -> bool:
+    """Whether the motion of this critical speed is there from the initial state on, or
+    cannot occur."""
     if name == "lobe_resonance":
-        return float(at.parameters.bit.surface_amplitude) == 0.0
-    gap = float(derive(at.parameters, *at.operation).gap)
-    start: Any = at.initial
+        return float(corner.parameters.bit.surface_amplitude) == 0.0
+    gap = float(derive(corner.parameters, *corner.operation).gap)
+    start: Any = corner.initial
     return math.hypot(float(start.x), float(start.y)) >= gap
 
 
-def _passed_over(study: Any, corners: list[Values], told: Told) -> str | None:
-    found = passed_over(study, corners)
-    if not found:
+def _passed_over(study: Any, corners: list[Values], format_value: Told) -> str | None:
+    passed = passed_over(study, corners)
+    if not passed:
         return None
-    each = []
-    for one in found:
-        low, high = (told(one[end], "rad/s", "rpm") for end in ("min", "max"))
-        each.append(f"{one['words']} ({low if low == high else f'{low} to {high}'})")
-    least = told(min(one["min"] for one in found), "rad/s", "rpm")
-    some = "" if all(one["everywhere"] for one in found) else ", in a part of the study,"
-    lasting = " or ".join(LASTING[one["name"]] for one in found)
+    descriptions = []
+    for critical in passed:
+        low, high = (format_value(critical[end], "rad/s", "rpm") for end in ("min", "max"))
+        descriptions.append(f"{critical['words']} ({low if low == high else f'{low} to {high}'})")
+    least = format_value(min(critical["min"] for critical in passed), "rad/s", "rpm")
+    part = "" if all(critical["everywhere"] for critical in passed) else ", in a part of the study,"
+    consequences = " or ".join(LASTING_MOTIONS[critical["name"]] for critical in passed)
     return (
-        f"Start: the sweep begins at {told(found[0]['from'], 'rad/s', 'rpm')}, which lies{some} "
-        f"above "
-        f"{' and '.join(each)}. A string that is brought up to speed passes through that, and may "
-        f"{lasting} from there "
-        f"on; this sweep does not, so a point may look safe that is not. Begin the sweep below "
-        f"{least}."
+        f"Start: the sweep begins at {format_value(passed[0]['from'], 'rad/s', 'rpm')}, which "
+        f"lies{part} above {' and '.join(descriptions)}. A string that is brought up to speed "
+        f"passes through that, and may {consequences} from there on; this sweep does not, so a "
+        f"point may look safe that is not. Begin the sweep below {least}."
     )
 
 
-def _eccentricity_at(at: Values) -> float:
-    """The greatest eccentricity [m] with which the collar stays off the wall at this
-    point; at most its own."""
-    low, high = 0.0, float(at.parameters.drillstring.eccentricity)
+def _greatest_eccentricity(corner: Values) -> float:
+    """The greatest eccentricity [m], at most that of the study, with which the collar
+    stays off the wall at this point."""
+    low, high = 0.0, float(corner.parameters.drillstring.eccentricity)
     for _ in range(40):
         middle = 0.5 * (low + high)
-        tried = with_values(at.parameters, {"drillstring.eccentricity": middle})
-        reached = wall_speed(tried, Operation(*at.operation), derive(tried, *at.operation))
+        changed = with_values(corner.parameters, {"drillstring.eccentricity": middle})
+        speed = wall_speed(
+            changed, Operation(*corner.operation), derive(changed, *corner.operation)
+        )
         low, high = (
-            (middle, high) if reached is None or reached > float(at.operation[2]) else (low, middle)
+            (middle, high) if speed is None or speed > float(corner.operation[2]) else (low, middle)
         )
     return low
 
 
-def _hangs(study: Any, corners: list[Values], told: Told) -> str | None:
-    """Numbers of which half or twice the value moves a critical speed through much of
-    the sweep."""
+def _sensitive(study: Any, corners: list[Values], format_value: Told) -> str | None:
+    """Poorly known numbers: half or twice the value of one moves a critical speed
+    through much of the sweep."""
     slowest, fastest = _speeds(study, corners)
     middle = Operation(
         *(
             float(sum(column)) / len(corners)
-            for column in zip(*(at.operation for at in corners), strict=True)
+            for column in zip(*(corner.operation for corner in corners), strict=True)
         )
     )
-    base = corners[0].parameters
-    before = _critical(base, middle)
-    free = [key for key in POORLY_KNOWN if key not in study.axes and key not in study.drawn]
-    said = []
-    for key in free:
-        value = attrgetter(key)(base)
-        worst = None
+    parameters = corners[0].parameters
+    before = _critical(parameters, middle)
+    keys = [key for key in POORLY_KNOWN if key not in study.axes and key not in study.drawn]
+    effects = []
+    for key in keys:
+        nominal = attrgetter(key)(parameters)
+        largest = None
         for factor in (0.5, 2.0):
-            tried = with_values(base, {key: factor * value})
-            law = tried.bit.friction
+            changed = with_values(parameters, {key: factor * nominal})
+            law = changed.bit.friction
             if law.dynamic > law.static:
                 continue
-            for name, speed in _critical(tried, middle).items():
-                moved = abs(
-                    _part(name, speed, slowest, fastest)
-                    - _part(name, before[name], slowest, fastest)
+            for name, speed in _critical(changed, middle).items():
+                shift = abs(
+                    _critical_fraction(name, speed, slowest, fastest)
+                    - _critical_fraction(name, before[name], slowest, fastest)
                 )
-                if moved >= MUCH and (worst is None or moved > worst[0]):
-                    worst = moved, factor, name, speed
-        if worst is not None:
-            _, factor, name, speed = worst
-            was, now = (
-                told(one, "rad/s", "rpm") if one is not None else "no speed"
-                for one in (before[name], speed)
+                if shift >= LEAST_SHIFT and (largest is None or shift > largest[0]):
+                    largest = shift, factor, name, speed
+        if largest is not None:
+            _, factor, name, speed = largest
+            speed_before, speed_after = (
+                format_value(value, "rad/s", "rpm") if value is not None else "no speed"
+                for value in (before[name], speed)
             )
-            said.append(
-                f"{'half' if factor < 1 else 'twice'} {key} moves {CRITICAL[name]} from "
-                f"{was} to {now}"
+            effects.append(
+                f"{'half' if factor < 1 else 'twice'} {key} moves {CRITICAL_SPEEDS[name]} from "
+                f"{speed_before} to {speed_after}"
             )
-    if not said:
+    if not effects:
         return None
-    speeds = told(slowest, "rad/s", "rpm") + (
-        f" to {told(fastest, 'rad/s', 'rpm')}" if fastest > slowest else ""
+    speeds = format_value(slowest, "rad/s", "rpm") + (
+        f" to {format_value(fastest, 'rad/s', 'rpm')}" if fastest > slowest else ""
     )
     return (
         f"Hangs: at {speeds} the answer hangs on numbers that are rarely known well: "
-        f"{'; '.join(said)}. Say what they "
-        "may be in the section uncertain, or run the study with both ends."
+        f"{'; '.join(effects)}. Say what they may be in the section uncertain, or run the study "
+        "with both ends."
     )
 
 
-CRITICAL = {
+CRITICAL_SPEEDS = {
     "wall_speed": "the speed at which the collar reaches the wall",
     "stick_slip_onset": "the speed below which the bit sticks and slips",
     "lobe_resonance": "the speed at which the lobes make the bit bounce",
 }
 
-LASTING = {"wall_speed": "stay on the wall", "lobe_resonance": "go on bouncing"}
+LASTING_MOTIONS = {"wall_speed": "stay on the wall", "lobe_resonance": "go on bouncing"}
 
 
 def _critical(parameters: Parameters, operation: Operation) -> dict[str, float | None]:
@@ -413,19 +428,19 @@ def _critical(parameters: Parameters, operation: Operation) -> dict[str, float |
         "stick_slip_onset": modes.torsional,
         "lobe_resonance": modes.axial,
     }
-    found = derived_quantities(parameters, operation, averaged=False)
-    return {name: found[name].value for name, mode in free.items() if mode == "free"}
+    quantities = derived_quantities(parameters, operation, averaged=False)
+    return {name: quantities[name].value for name, mode in free.items() if mode == "free"}
 
 
-def _part(name: str, critical: float | None, slowest: float, fastest: float) -> float:
-    """The part of the sweep's speeds on the critical side of a ``critical`` speed, or
-    near it."""
+def _critical_fraction(name: str, critical: float | None, slowest: float, fastest: float) -> float:
+    """The fraction of the sweep's speeds on the critical side of a ``critical`` speed,
+    or near it."""
     low, high = {
         "wall_speed": (critical, math.inf),
         "stick_slip_onset": (0.0, critical),
         "lobe_resonance": (
-            None if critical is None else (1 - NEAR) * critical,
-            None if critical is None else (1 + NEAR) * critical,
+            None if critical is None else (1 - RESONANCE_WIDTH) * critical,
+            None if critical is None else (1 + RESONANCE_WIDTH) * critical,
         ),
     }[name]
     if low is None or high is None:
@@ -435,29 +450,30 @@ def _part(name: str, critical: float | None, slowest: float, fastest: float) -> 
     return max(min(high, fastest) - max(low, slowest), 0.0) / (fastest - slowest)
 
 
-def _unstable(study: Any, corners: list[Values], told: Told) -> str | None:
-    """A drive that swings the string by itself, as gains of the wrong sign make it."""
+def _unstable(study: Any, corners: list[Values], format_value: Told) -> str | None:
+    """A drive that makes the string oscillate by itself, as with gains of the wrong
+    sign."""
     driven = [
-        at
-        for at in corners
-        if not at.parameters.drive.ideal and at.parameters.modes.torsional == "free"
+        corner
+        for corner in corners
+        if not corner.parameters.drive.ideal and corner.parameters.modes.torsional == "free"
     ]
-    found = [
-        (root, at.operation[0], at.parameters.drive.kind)
-        for at in driven
-        if (root := growth_at_rest(at.parameters, derive(at.parameters, *at.operation))) is not None
+    growing = [
+        (root, corner.operation[0], corner.parameters.drive.kind)
+        for corner in driven
+        if (root := growth_at_rest(corner.parameters, derive(corner.parameters, *corner.operation)))
+        is not None
     ]
-    return swinging(found, "depth" in study.swept, told)
+    return swinging(growing, "depth" in study.swept, format_value)
 
 
-def _few_periods(study: Any, corners: list[Values], told: Told) -> str | None:
-    coefficients = [derive(at.parameters, *at.operation) for at in corners]
+def _few_periods(study: Any, corners: list[Values], format_value: Told) -> str | None:
+    coefficients = [derive(corner.parameters, *corner.operation) for corner in corners]
     period = max(2 * math.pi * math.sqrt(float(k.J) / float(k.k_t)) for k in coefficients)
     if study.simulation.observe >= LEAST_PERIODS * period:
         return None
     return (
-        f"Short: the torsional period at the greatest depth is {period:.3g} s; the observed "
-        f"window of "
-        f"{study.simulation.observe:g} s holds fewer than {LEAST_PERIODS}. Lengthen "
-        f"simulation.observe."
+        f"Short: the torsional period at the greatest depth is {period:.3g} s; an observation of "
+        f"{study.simulation.observe:g} s has fewer than {LEAST_PERIODS}. Lengthen "
+        "simulation.observe."
     )

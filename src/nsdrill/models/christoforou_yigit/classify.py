@@ -1,5 +1,5 @@
-"""From features to labels: which critical responses, of which kind, how severe. Plain
-numpy, rerunnable on a file."""
+"""From features to labels: critical responses, their kinds and severities. Plain numpy,
+which can be repeated on the features of a file."""
 
 from __future__ import annotations
 
@@ -37,8 +37,7 @@ def classify(
     ``state_scales`` (..., 8) are needed.
 
     All arrays have one shape; runs that did not end well (``status`` not ok) get zeros.
-    A bit that does not turn at all (mean speed zero, an infinite or undefined index)
-    sticks.
+    A bit that does not rotate (mean speed zero, an infinite or undefined index) sticks.
     """
     t = thresholds
     ok = status == OK
@@ -48,14 +47,14 @@ def classify(
     rolling = (np.abs(features["rolling_ratio"] - 1.0) <= t.whirl.rolling_tolerance) & (
         features["wall_contact_fraction"] >= t.whirl.rolling_contact
     )
-    still_around = np.abs(ratio) < t.whirl.direction
+    no_precession = np.abs(ratio) < t.whirl.direction
     low_side = (
-        still_around
+        no_precession
         & (features["wall_contact_fraction"] >= t.whirl.rolling_contact)
-        & _low(features, whirl)
+        & _on_low_side(features, whirl)
     )
     kind = np.select(
-        [~whirl, rolling, low_side, still_around, ratio > 0.0],
+        [~whirl, rolling, low_side, no_precession, ratio > 0.0],
         [NO_WHIRL, BACKWARD_ROLLING, LOW_SIDE, IRREGULAR, FORWARD],
         default=BACKWARD,
     )
@@ -81,19 +80,19 @@ def classify(
     return labels
 
 
-def _low(features: Mapping[str, Array], like: Array) -> Array:
-    """Whether the collar is on average in the lower half of an inclined hole; nowhere
-    in a vertical one."""
+def _on_low_side(features: Mapping[str, Array], whirl: Array) -> Array:
+    """Whether the mean position of the collar is in the lower half of an inclined hole;
+    false for a vertical one."""
     with np.errstate(invalid="ignore"):
         return (
             np.asarray(features["y_mean"] < 0.0)
             if "y_mean" in features
-            else np.zeros(like.shape, bool)
+            else np.zeros(whirl.shape, bool)
         )
 
 
 def still(features: Mapping[str, Array], state_scales: Array, absolute: float) -> Array:
-    """Whether bit and collar do not move beyond ``absolute`` times the natural
+    """Whether bit and collar move by no more than ``absolute`` times the natural
     ``state_scales`` (..., 8) of their states."""
     least = np.nan_to_num(features["section_radius"], nan=np.inf).min(axis=-1)
     return np.asarray(

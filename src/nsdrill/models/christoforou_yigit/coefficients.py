@@ -1,5 +1,5 @@
-"""From parameters and an operating point to the lumped coefficients of the equations of
-motion.
+"""The lumped coefficients of the equations of motion, from the parameters and the
+operating point.
 
 The span between stabilisers is simply supported with deflection shape sin(pi x / l);
 the pipe is as long as the depth less the collars, and a third of its mass moves with
@@ -119,8 +119,8 @@ def ring(outer: Float, inner: Float) -> tuple[Any, Any]:
 
 
 def one_by_one(function: Callable[[float], float], values: Any) -> Any:
-    """A function of the mathematical library at every value: numpy's own have bits that
-    depend on the processor and on the length of an array."""
+    """A ``function`` of the math module at every value. The bits of numpy's functions
+    depend on the processor and on the length of the array."""
     if np.ndim(values) == 0:
         return function(float(values))
     values = np.asarray(values, dtype=float)
@@ -128,8 +128,9 @@ def one_by_one(function: Callable[[float], float], values: Any) -> Any:
 
 
 def power(base: Float, exponent: int) -> Any:
-    """``base`` to a whole power, number by number: numpy's own on arrays is another one
-    in the last bit, and a point of a sweep has the bits of a run of its own."""
+    """``base`` to an integer power, number by number. numpy's power of an array differs
+    in the last bit from that of a number, and a point of a sweep has the same bits as a
+    single run."""
     if np.ndim(base) == 0:
         return float(base) ** exponent
     values, places = np.unique(base, return_inverse=True)
@@ -137,7 +138,7 @@ def power(base: Float, exponent: int) -> Any:
 
 
 def at(coefficients: Coefficients, index: int) -> Coefficients:
-    """The coefficients of one operating point out of arrays."""
+    """The coefficients of the operating point at ``index`` of arrays."""
     return Coefficients(
         **{
             item.name: float(np.ravel(value)[index])

@@ -1,5 +1,5 @@
-"""What several values of a study of this model must satisfy together. Each fault names
-the key that the user wrote."""
+"""Constraints between several values of a study of this model. Each fault names the key
+that the user wrote."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ ORDERS = (
 
 
 def constraints(check: Any) -> Iterator[Fault]:
-    """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
+    """The faults of all constraints but the :data:`ORDERS`; ``check`` is the Checker of
+    the study."""
     yield from _initial(check)
     yield from _modes(check)
     yield from _law(check)
@@ -49,8 +50,8 @@ def constraints(check: Any) -> Iterator[Fault]:
 
 
 def _initial(check: Any) -> Iterator[Fault]:
-    """The collar starts inside the hole, or on its wall: no deeper in it than the
-    greatest force presses."""
+    """The collar starts inside the hole or on its wall, which it penetrates no deeper
+    than by the greatest force."""
     keys = (
         "initial.x",
         "initial.y",
@@ -63,22 +64,22 @@ def _initial(check: Any) -> Iterator[Fault]:
         return
     gap = (check.ends("well.diameter")[0] - check.ends("drillstring.collar.outer_diameter")[1]) / 2
     plane = check.value("initial.slice")
-    reach = {
+    farthest = {
         name: max(abs(plane[name]["from"]), abs(plane[name]["to"]))
         if name in plane
         else max(map(abs, check.ends(f"initial.{name}")))
         for name in ("x", "y")
     }
-    radius = math.hypot(reach["x"], reach["y"])
-    room = gap + deepest(check.ends("well.stiffness")[1], check.value("well.law"))
-    if gap <= 0.0 or radius <= room:
+    radius = math.hypot(farthest["x"], farthest["y"])
+    largest_radius = gap + deepest(check.ends("well.stiffness")[1], check.value("well.law"))
+    if gap <= 0.0 or radius <= largest_radius:
         return
     allowed = (
-        f"at most {format_quantity(room, 'mm')}: the gap between collar and wall, "
+        f"at most {format_quantity(largest_radius, 'mm')}: the gap between collar and wall, "
         f"{format_quantity(gap, 'mm')}, "
         f"and as deep into the wall as {format_quantity(LARGEST_FORCE, 'MN')} press"
     )
-    if not plane.keys().isdisjoint(reach):
+    if not plane.keys().isdisjoint(farthest):
         yield check.fault(
             "initial.slice",
             f"starts as far as {format_quantity(radius, 'mm')} off the axis",
@@ -96,31 +97,32 @@ def _initial(check: Any) -> Iterator[Fault]:
 
 
 def _modes(check: Any) -> Iterator[Fault]:
-    """Some mode is free, and no value and no axis is of a frozen one alone."""
+    """At least one mode is free, and no value and no axis affects a frozen mode
+    alone."""
     if not check.sound("modes", "drive", "drive.kind", *(f"modes.{mode}" for mode in FROZEN)):
         return
-    stay = [name for name in FROZEN if check.value(f"modes.{name}") == "frozen"]
-    if len(stay) == len(FROZEN):
+    frozen_modes = [name for name in FROZEN if check.value(f"modes.{name}") == "frozen"]
+    if len(frozen_modes) == len(FROZEN):
         yield check.fault("modes", "all of them frozen", "at least one free")
         return
-    if "torsional" in stay and check.value("drive.kind") != "ideal":
+    if "torsional" in frozen_modes and check.value("drive.kind") != "ideal":
         yield check.fault(
             "drive.kind", f"{check.value('drive.kind')} with modes.torsional: frozen", "ideal"
         )
-    for mode, value in (("torsional", "rotary_speed"), ("axial", "wob")):
-        if mode in stay and value in check.resolved.get("ramps", {}):
-            key = f"operation.{value}"
+    for mode, quantity in (("torsional", "rotary_speed"), ("axial", "wob")):
+        if mode in frozen_modes and quantity in check.resolved.get("ramps", {}):
+            key = f"operation.{quantity}"
             yield check.fault(
                 key, f"a ramp with modes.{mode}: frozen, which would not follow it", "one value"
             )
-    for mode in stay:
+    for mode in frozen_modes:
         for key in FROZEN[mode]:
-            what = f"which modes.{mode}: frozen does without"
+            reason = f"which modes.{mode}: frozen does without"
             if check.axis(key):
                 allowed = "a number that changes the motion"
                 yield check.idle(
                     check.fault(
-                        f"sweep.{key}", f"an axis over {key}, {what}", allowed, ("sweep", key)
+                        f"sweep.{key}", f"an axis over {key}, {reason}", allowed, ("sweep", key)
                     )
                 )
             elif (
@@ -128,18 +130,18 @@ def _modes(check: Any) -> Iterator[Fault]:
                 and check.given(key)
                 and check.value(key) != check.leaves[key].default
             ):
-                yield check.idle(check.fault(key, f"{check.text(key)}, {what}", "left out"))
+                yield check.idle(check.fault(key, f"{check.text(key)}, {reason}", "left out"))
 
         for key, off in OFF[mode].items():
             if check.sound(key) and check.value(key) != off and not check.axis(key):
                 found = "true" if check.value(key) is True else check.text(key)
-                what = f"{found}, which modes.{mode}: frozen does without"
-                yield check.idle(check.fault(key, what, "left out"))
+                text = f"{found}, which modes.{mode}: frozen does without"
+                yield check.idle(check.fault(key, text, "left out"))
 
 
 def _stabilizer(check: Any) -> Iterator[Fault]:
-    """Stabilisers that touch before the collar does, and no friction of stabilisers
-    without a clearance."""
+    """Stabilisers touch before the collar does, and have friction only with a
+    clearance."""
     clearance = "stabilizer.clearance"
     if not check.sound("stabilizer"):
         return
@@ -199,10 +201,10 @@ def _drive(check: Any) -> Iterator[Fault]:
             "drive.gains", f"{len(gains)} of them", "five: K_I, K_1, K_2, K_3, K_4, or null"
         )
         return
-    held = gains is not None and gains[1] + gains[3] != 0.0  # on lag and twist
+    holds_lag = gains is not None and gains[1] + gains[3] != 0.0  # on lag and twist
     if (
         kind == "dc_motor"
-        and not held
+        and not holds_lag
         and check.sound("record")
         and check.value("record.poincare") > 0
     ):

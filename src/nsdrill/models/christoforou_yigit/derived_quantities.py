@@ -1,5 +1,5 @@
-"""What an engineer reads off the coefficients at one operating point: natural
-frequencies, critical speeds, margins."""
+"""Quantities derived from the coefficients at one operating point: natural frequencies,
+critical speeds, margins."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from nsdrill.models.operation import Operation
 def derived_quantities(
     parameters: Parameters, operation: Operation, averaged: bool = True
 ) -> dict[str, DerivedQuantity]:
-    """The derived quantities by name; without those ``averaged`` over a cycle, which
-    take longer, if False."""
+    """The derived quantities by name. Those averaged over a cycle, which take longer,
+    are left out unless ``averaged``."""
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     bit = parameters.bit
     contact = math.sqrt((k.k_a + bit.rock_stiffness) / k.m_a)
@@ -80,120 +80,123 @@ def derived_quantities(
 def _lateral(
     parameters: Parameters, stiffness: float, k: Coefficients
 ) -> dict[str, DerivedQuantity]:
-    """What decides on whirl in mud that turns, and the load across an inclined hole."""
-    found = {}
+    """Critical speeds of whirl in rotating mud, and the load across an inclined
+    hole."""
+    quantities = {}
     swirl = parameters.mud.swirl
     if swirl:
         critical = math.sqrt(stiffness / mass_in_swirl(k, swirl)) if stiffness > 0 else None
-        own = math.sqrt(stiffness / k.m_c) / swirl if stiffness > 0 else None
-        found = {
+        driving_speed = math.sqrt(stiffness / k.m_c) / swirl if stiffness > 0 else None
+        quantities = {
             "critical_speed": DerivedQuantity(
                 critical, "rad/s", "critical speed of forward whirl in mud that turns", "lateral"
             ),
             "fluid_whirl": DerivedQuantity(
-                own, "rad/s", "speed above which mud that turns drives whirl by itself", "lateral"
+                driving_speed,
+                "rad/s",
+                "speed above which mud that turns drives whirl by itself",
+                "lateral",
             ),
         }
-    across, _ = weights(parameters)
-    if across > 0:
-        found["side_load"] = DerivedQuantity(
-            float(across), "N", "weight of the span across the hole, as it bends", "lateral"
+    side_load, _ = weights(parameters)
+    if side_load > 0:
+        quantities["side_load"] = DerivedQuantity(
+            float(side_load), "N", "weight of the span across the hole, as it bends", "lateral"
         )
-    return found
+    return quantities
 
 
 def mass_in_swirl(k: Coefficients, swirl: float) -> float:
-    """The mass of the span [kg] that turns with the bit in mud that turns with
-    ``swirl`` of its speed: its inertia force at radius r is this times Omega^2 r."""
+    """The effective mass of the span [kg] in synchronous whirl, in mud that rotates
+    with the fraction ``swirl`` of the rotary speed: the inertia force at radius r is
+    this times Omega^2 r."""
     return float(k.m_c + k.m_f * (1.0 - swirl) ** 2)
 
 
 def _torsion(
     parameters: Parameters, operation: Operation, k: Coefficients, averaged: bool
 ) -> dict[str, DerivedQuantity]:
-    """What decides on stick-slip: the string with its drive, linear, and the fall of
-    friction with bit speed."""
-    law_of_drive = None if parameters.drive.ideal else gains(parameters, k)
-    matrix = torsional_matrix(parameters, k, law_of_drive)
-    held = float(steepest_fall(matrix, k, parameters.drillstring.torsional_damping))
-    least = held / operation.wob if operation.wob > 0.0 and held > 0.0 else 0.0
-    below = onset(parameters, k, least) if least > 0.0 else None
-    found = {
+    """Quantities that decide on stick-slip, from the linear string with its drive and
+    the fall of friction with bit speed."""
+    law = None if parameters.drive.ideal else gains(parameters, k)
+    matrix = torsional_matrix(parameters, k, law)
+    slope = float(steepest_fall(matrix, k, parameters.drillstring.torsional_damping))
+    least_fall = slope / operation.wob if operation.wob > 0.0 and slope > 0.0 else 0.0
+    onset_speed = onset(parameters, k, least_fall) if least_fall > 0.0 else None
+    quantities = {
         "slope_held": DerivedQuantity(
-            held,
+            slope,
             "N m s/rad",
             "steepest fall of the bit's friction torque with speed that steady drilling withstands",
         ),
         "stick_slip_onset": DerivedQuantity(
-            below, "rad/s", "speed below which steady drilling is unstable to stick-slip"
+            onset_speed, "rad/s", "speed below which steady drilling is unstable to stick-slip"
         ),
     }
     if averaged:
-        found["stick_slip_fold"] = DerivedQuantity(
-            averaged_fold(parameters, k, held, operation.wob),
+        quantities["stick_slip_fold"] = DerivedQuantity(
+            averaged_fold(parameters, k, slope, operation.wob),
             "rad/s",
             "speed below which torsional stick-slip, once begun, lasts; by averaging, to some 10 %",
         )
-    if law_of_drive is None:
-        return found
+    if law is None:
+        return quantities
     frequency = math.sqrt(float(k.k_t) / float(k.J))
-    reflected = reflection(
-        law_of_drive, float(impedance(parameters)), frequency, circuit(parameters, k)
-    )
-    found |= {
+    reflected = reflection(law, float(impedance(parameters)), frequency, circuit(parameters, k))
+    quantities |= {
         "pipe_impedance": DerivedQuantity(
             float(impedance(parameters)), "N m s/rad", "torsional impedance of the pipe"
         )
     }
     if parameters.drive.regulated:
-        pass  # the voltage makes the droop good
+        pass  # the voltage compensates the droop
     elif parameters.drive.kind == "dc_motor":
-        per = 1.0 / float(parameters.drive.motor_damping)
-        found["droop"] = DerivedQuantity(
-            mean_torque(parameters, operation, k) * per,
+        per_damping = 1.0 / float(parameters.drive.motor_damping)
+        quantities["droop"] = DerivedQuantity(
+            mean_torque(parameters, operation, k) * per_damping,
             "rad/s",
             "fall of the motor's speed under the steady torque",
         )
     else:
-        found |= {
+        quantities |= {
             "drive_stiffness": DerivedQuantity(
-                float(law_of_drive.stiffness), "N m/rad", "integral gain of the drive, K_i"
+                float(law.stiffness), "N m/rad", "integral gain of the drive, K_i"
             ),
             "drive_damping": DerivedQuantity(
-                float(law_of_drive.damping), "N m s/rad", "proportional gain of the drive, K_p"
+                float(law.damping), "N m s/rad", "proportional gain of the drive, K_p"
             ),
         }
-    found["drive_reflection"] = DerivedQuantity(
+    quantities["drive_reflection"] = DerivedQuantity(
         None if reflected is None else float(abs(reflected)),
         "1",
         "share of a wave at the torsional frequency that the drive throws back",
     )
     if parameters.drive.torque_limit is not None:
-        left = float(parameters.drive.torque_limit) - mean_torque(parameters, operation, k)
-        found["torque_reserve"] = DerivedQuantity(
-            left, "N m", "torque limit of the drive less the steady torque"
+        reserve = float(parameters.drive.torque_limit) - mean_torque(parameters, operation, k)
+        quantities["torque_reserve"] = DerivedQuantity(
+            reserve, "N m", "torque limit of the drive less the steady torque"
         )
-    roots = np.linalg.eigvals(matrix)
-    modes = sorted((root for root in roots if root.imag > 0), key=abs)
-    for number, root in enumerate(modes, start=1):
-        found |= {
+    eigenvalues = np.linalg.eigvals(matrix)
+    modes = sorted((eigenvalue for eigenvalue in eigenvalues if eigenvalue.imag > 0), key=abs)
+    for number, eigenvalue in enumerate(modes, start=1):
+        quantities |= {
             f"drive_mode_{number}": DerivedQuantity(
-                float(abs(root)), "rad/s", f"frequency {number} of string and drive"
+                float(abs(eigenvalue)), "rad/s", f"frequency {number} of string and drive"
             ),
             f"drive_damping_{number}": DerivedQuantity(
-                float(-root.real / abs(root)), "1", "its damping ratio, off bottom"
+                float(-eigenvalue.real / abs(eigenvalue)), "1", "its damping ratio, off bottom"
             ),
         }
-    return found
+    return quantities
 
 
 def torsional_matrix(
     parameters: Parameters, k: Coefficients, law: Gains | None = None
 ) -> np.ndarray:
     """The matrix of string and drive [4, 4] for deviations of (lag, drive speed, twist,
-    bit speed) from the set point, without friction at the bit; [2, 2] of the last two
-    with an ideal drive. ``law`` are the :func:`gains` of the drive where they are known
-    already; where these are arrays, so is the matrix, in its first dimensions."""
+    bit speed) from the set point, without friction at the bit; [2, 2] for the last two
+    with an ideal drive. ``law`` are the :func:`gains` of the drive if they have been
+    computed; if they are arrays, the matrix has their dimensions first."""
     c_t = parameters.drillstring.torsional_damping
     J, k_t = float(k.J), float(k.k_t)
     if parameters.drive.ideal and law is None:
@@ -217,9 +220,9 @@ def torsional_matrix(
 
 def _with_motor(parameters: Parameters, k: Coefficients, c_t: float) -> np.ndarray:
     """The matrix of string and DC motor [4, 4]: (motor torque, drive speed, torque of
-    the pipe's spring, bit speed). The angle of the top, which nothing holds at constant
-    voltage, is left out: its eigenvalue is 0. With gains that hold it [5, 5]: (motor
-    torque, lag, drive speed, twist, bit speed)."""
+    the pipe's spring, bit speed). The angle of the top, which is free at constant
+    voltage, is left out: its eigenvalue is 0. With gains that hold the angle [5, 5]:
+    (motor torque, lag, drive speed, twist, bit speed)."""
     drive, J, k_t = parameters.drive, float(k.J), float(k.k_t)
     inertia, c_s, per_time = (
         float(drive.top_inertia),
@@ -277,20 +280,20 @@ def slope_held(parameters: Parameters, k: Coefficients) -> float:
 
 
 def steepest_fall(matrix: np.ndarray, k: Coefficients, c_t: float) -> np.ndarray:
-    """As :func:`slope_held`, of strings and drives with these :func:`torsional_matrix`
-    [..., n, n]: array [...]."""
-    # the drive is ideal: its swings grow where the fall takes more than the damping
-    # gives
+    """As :func:`slope_held`, for strings and drives with these matrices of
+    :func:`torsional_matrix` [..., n, n]: array [...]. ``c_t`` is the torsional damping
+    [N m s/rad]."""
+    # with an ideal drive oscillations grow where the fall exceeds the damping
     if matrix.shape[-1] == 2:
         return np.full(matrix.shape[:-2], float(c_t))
     J = float(k.J)
-    step = 2.0 * math.sqrt(J * float(k.k_t))  # a critical damping
-    low = np.full(matrix.shape[:-2], -step)
-    high = np.full(matrix.shape[:-2], c_t + 4.0 * step)
+    critical_damping = 2.0 * math.sqrt(J * float(k.k_t))  # a critical damping
+    low = np.full(matrix.shape[:-2], -critical_damping)
+    high = np.full(matrix.shape[:-2], c_t + 4.0 * critical_damping)
     falling = matrix.copy()
-    for _ in range(60):  # it is stable below and unstable above
+    for _ in range(60):  # bisection: stable below, unstable above
         middle = 0.5 * (low + high)
-        # a fall is damping taken from the bit
+        # a fall acts as negative damping at the bit
         falling[..., -1, -1] = matrix[..., -1, -1] + middle / J
         stable = np.linalg.eigvals(falling).real.max(axis=-1) < 0.0
         low, high = np.where(stable, middle, low), np.where(stable, high, middle)
@@ -298,11 +301,11 @@ def steepest_fall(matrix: np.ndarray, k: Coefficients, c_t: float) -> np.ndarray
 
 
 def growth_at_rest(parameters: Parameters, k: Coefficients) -> complex | None:
-    """The eigenvalue [1/s] of string and drive, without the bit's friction, whose
-    deviations grow fastest; None where all decay, or stay."""
-    roots = np.linalg.eigvals(torsional_matrix(parameters, k))
-    worst = roots[np.argmax(roots.real)]
-    return complex(worst) if worst.real > 1e-9 * np.abs(roots).max() else None
+    """The eigenvalue [1/s] of the fastest growing deviation of string and drive,
+    without friction at the bit; None where none grows."""
+    eigenvalues = np.linalg.eigvals(torsional_matrix(parameters, k))
+    fastest = eigenvalues[np.argmax(eigenvalues.real)]
+    return complex(fastest) if fastest.real > 1e-9 * np.abs(eigenvalues).max() else None
 
 
 def mean_torque(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
@@ -315,10 +318,10 @@ def mean_torque(parameters: Parameters, operation: Operation, k: Coefficients) -
 def lateral_stiffness(
     parameters: Parameters, operation: Operation, k: Coefficients, waves: int = 1
 ) -> float:
-    """Lateral stiffness [N/m] under the mean axial force and torque, as the study
-    softens it; negative if buckled. It is that of the shape sin(n pi x / l) with n half
-    ``waves``, of which the model has the first: bending grows with n^4, the work of the
-    force with n^2, that of the torque with n^3."""
+    """Lateral stiffness [N/m] under the mean axial force and torque, with the softening
+    of the study; negative if buckled. It is that of the shape sin(n pi x / l) with n
+    half ``waves``; the model has the first of these. Bending grows with n^4, the work
+    of the force with n^2, that of the torque with n^3."""
     string, span = parameters.drillstring, parameters.drillstring.collar.span
     bending = k.k_bend * waves**4
     if string.lateral_softening == "none":
@@ -334,17 +337,21 @@ def lateral_stiffness(
 
 
 def wall_speed(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
-    """Least speed [rad/s] at which drag-limited forward synchronous whirl has the
-    radius of the gap, None if there is none: (k_r (c0 - s0) - m W^2 c0)^2 + (c W^2
-    c0^2)^2 = (m_e e0 W^2)^2, a quadratic in W^2, with s0 the clearance of the
-    stabilisers, m = m_c + m_f (1 - swirl)^2 and c = c_h (1 - swirl)^2."""
+    """Least speed W [rad/s] at which drag-limited forward synchronous whirl has the
+    radius of the gap; None if there is none, 0 if the span is buckled. It solves
+
+        (k_r (c0 - s0) - m W^2 c0)^2 + (c W^2 c0^2)^2 = (m_e e0 W^2)^2
+
+    which is quadratic in W^2, with s0 the clearance of the stabilisers, m = m_c + m_f
+    (1 - swirl)^2 and c = c_h (1 - swirl)^2.
+    """
     stiffness = lateral_stiffness(parameters, operation, k)
     unbalance = k.m_e * parameters.drillstring.eccentricity
-    swirl, room = parameters.mud.swirl, parameters.stabilizer.clearance or 0.0
+    swirl, clearance = parameters.mud.swirl, parameters.stabilizer.clearance or 0.0
     mass = mass_in_swirl(k, swirl)
     a = (mass * k.gap) ** 2 + (k.c_h * (1.0 - swirl) ** 2 * k.gap**2) ** 2 - unbalance**2
-    b = -2 * stiffness * (k.gap - room) * mass * k.gap
-    c = (stiffness * (k.gap - room)) ** 2
+    b = -2 * stiffness * (k.gap - clearance) * mass * k.gap
+    c = (stiffness * (k.gap - clearance)) ** 2
     if stiffness <= 0:
         return 0.0
     if a == 0:
@@ -352,8 +359,8 @@ def wall_speed(parameters: Parameters, operation: Operation, k: Coefficients) ->
     discriminant = b * b - 4 * a * c
     if discriminant < 0:
         return None
-    # The stable form of the roots; the smaller positive one is where the gap is first
-    # reached.
+    # The numerically stable form of the roots; the gap is first reached at the smaller
+    # positive one.
     half = -0.5 * (b - math.sqrt(discriminant))
     roots = [root for root in (half / a, c / half) if root > 0]
     return math.sqrt(min(roots)) if roots else None
@@ -361,12 +368,21 @@ def wall_speed(parameters: Parameters, operation: Operation, k: Coefficients) ->
 
 def lift_off_wob(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
     """Weight on bit [N] below which linear steady contact over the lobes is lost at
-    this speed: s0 K |k_a - m_a w^2 + i c_a w| / |K - m_a w^2 + i c_a w| with K = k_a +
-    k_c and w = n_b Omega."""
+    this speed:
+
+        s0 K |k_a - m_a w^2 + i c_a w| / |K - m_a w^2 + i c_a w|
+
+    with K = k_a + k_c and w = n_b Omega.
+    """
     bit = parameters.bit
-    w = bit.lobes * operation.rotary_speed
-    damping = complex(0, parameters.drillstring.axial_damping * w)
+    excitation = bit.lobes * operation.rotary_speed
+    damping = complex(0, parameters.drillstring.axial_damping * excitation)
     k_a, m_a = float(k.k_a), float(k.m_a)
-    both = k_a + bit.rock_stiffness
-    free = k_a - m_a * w * w + damping
-    return float(bit.surface_amplitude * both * abs(free) / abs(both - m_a * w * w + damping))
+    contact_stiffness = k_a + bit.rock_stiffness
+    free_impedance = k_a - m_a * excitation * excitation + damping
+    return float(
+        bit.surface_amplitude
+        * contact_stiffness
+        * abs(free_impedance)
+        / abs(contact_stiffness - m_a * excitation * excitation + damping)
+    )

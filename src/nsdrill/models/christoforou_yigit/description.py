@@ -1,4 +1,5 @@
-"""What this model tells those who do not compute with it."""
+"""The description of this model, for checks, files and pictures; it does not import the
+compiler."""
 
 from __future__ import annotations
 
@@ -26,25 +27,27 @@ def states(parameters: Parameters) -> tuple[str, ...]:
 
 
 def options(parameters: Parameters) -> tuple[str, ...]:
-    """What brings features of its own: stabilisers with room or friction, and an
-    inclined hole."""
-    # Not from the whole of what is compiled in: one of that, the number of lobes, may
-    # be an axis.
-    there = {
+    """The options that have features of their own: stabilisers with a clearance or
+    friction, and an inclined hole."""
+    # Not from the compiled options, as one of them, the number of lobes, may be an
+    # axis.
+    used = {
         "stabilizers": parameters.stabilizer.clearance is not None,
         "inclined": is_used(parameters.well.inclination),
     }
-    return tuple(word for word, used in there.items() if used)
+    return tuple(name for name, is_present in used.items() if is_present)
 
 
 def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Any]) -> dict[str, Any]:
-    """The ``gap`` [m] between collar and wall, which the pictures draw; None where it
-    is not one number."""
-    values = [axes.get(key, ()) for key in ("well.diameter", "drillstring.collar.outer_diameter")]
-    if any(len(axis) > 1 for axis in values):
+    """The ``gap`` [m] between collar and wall, which pictures show; None where it
+    differs between points."""
+    axis_values = [
+        axes.get(key, ()) for key in ("well.diameter", "drillstring.collar.outer_diameter")
+    ]
+    if any(len(axis) > 1 for axis in axis_values):
         return {"gap": None}
-    at = values_at(parameters, initial, {key: float(axis[0]) for key, axis in axes.items()})
-    return {"gap": float(derive(at.parameters, *at.operation).gap)}
+    point = values_at(parameters, initial, {key: float(axis[0]) for key, axis in axes.items()})
+    return {"gap": float(derive(point.parameters, *point.operation).gap)}
 
 
 def hole(parameters: Parameters) -> tuple[float, float]:
@@ -52,8 +55,8 @@ def hole(parameters: Parameters) -> tuple[float, float]:
     return parameters.well.diameter / 2, parameters.drillstring.collar.outer_diameter / 2
 
 
-# Of what is drawn, that which stands still with a mode. The torque on the bit follows
-# the load as well as the speed.
+# The variables of pictures that are constant where a mode is frozen. (The torque on the
+# bit depends on both its force and its speed, so it belongs to no single mode.)
 MODES = {
     "axial": (
         "z",

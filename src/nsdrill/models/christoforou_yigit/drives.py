@@ -1,35 +1,39 @@
 """The drives of the main model: the law of the controller
-(:mod:`nsdrill.models.drives`) with the numbers of this string, its linear-quadratic
-regulator, and the circuit of a DC motor.
+(:mod:`nsdrill.models.drives`) for this string, the linear-quadratic regulator, and the
+circuit of a DC motor.
 
 The top has two states, lag = phi_d - Omega t and its speed omega_d. With the twist psi,
-counted from the set point, and the torque of the pipe T_p:
+measured from the set point, and the torque of the pipe T_p:
 
     lag'       = omega_d - Omega
-    J omega_d' = -K_i lag - K_p (omega_d - Omega) - G_t (psi - lag) - G_w (omega -
-    Omega) - T_p
+    J omega_d' = -K_i lag - K_p (omega_d - Omega)
+                 - G_t (psi - lag) - G_w (omega - Omega) - T_p
     T_p        = k_t (lag - psi) + c_s (omega_d - omega)
 
 An ideal drive has no states: lag is zero and omega_d is Omega.
 
-A **DC motor** has a torque of its own, T_m = n K i, with the current i of its armature,
-the gear ratio n and the constant K of the motor, at the constant voltage at which it
-idles with the set speed, n K Omega:
+A **DC motor** has the torque T_m = n K i, with the current i of its armature, the gear
+ratio n and the constant K of the motor, at the constant voltage at which it idles with
+the set speed, n K Omega:
 
-    L i' + R i = n K (Omega - omega_d)       that is       (L/R) T_m' = (n K)^2/R (Omega - omega_d) - T_m
+    L i' + R i = n K (Omega - omega_d)
     J omega_d' = T_m - T_p
+
+The first equation is (L/R) T_m' = (n K)^2/R (Omega - omega_d) - T_m in terms of the
+torque.
 
 With ``gains`` the voltage follows the motion, so that steady drilling is at the set
 speed:
 
-    V = n K Omega + R I* - [K_I (i - I*) + K_1 lag + K_2 (omega_d - Omega) + K_3 (psi -
-    psi*) + K_4 (omega - Omega)]
+    V = n K Omega + R I* - [K_I (i - I*) + K_1 lag + K_2 (omega_d - Omega)
+                            + K_3 (psi - psi*) + K_4 (omega - Omega)]
 
 with the current I* and the twist psi* of steady drilling; in terms of the torque each
-gain of the bracket is times n K/R (:func:`regulator`; Sarker, Rideout & Butt 2012).
+gain of the bracket is multiplied by n K/R (:func:`regulator`; Sarker, Rideout & Butt
+2012).
 
-So ``motor_damping``, (n K)^2/R, and ``circuit_time``, L/R, say all that the circuit
-does (Sarker, Rideout & Butt 2012 have such a motor; its numbers are those of
+So ``motor_damping``, (n K)^2/R, and ``circuit_time``, L/R, describe the circuit
+completely (Sarker, Rideout & Butt 2012 have such a motor; its numbers are those of
 Christoforou & Yigit as reported). Its states are motor_torque and, as states come in
 pairs, motor_impulse, the integral of that torque (n K times the charge), on which
 nothing depends.
@@ -50,30 +54,31 @@ from nsdrill.models.drives import DIGITS, LAWS, Circuit, Gains, Seen, impedance_
 
 
 def impedance(parameters: Parameters) -> Any:
-    """The torsional impedance of the pipe, Ip sqrt(rho G) [N m s/rad]: what a wave from
-    below meets nothing in."""
+    """The torsional impedance of the pipe, Ip sqrt(rho G) [N m s/rad]. A drive of this
+    impedance reflects no wave from below."""
     pipe, steel = parameters.drillstring.pipe, parameters.drillstring.material
     polar = math.pi / 32 * (power(pipe.outer_diameter, 4) - power(pipe.inner_diameter, 4))
     return impedance_of(polar, steel.density, steel.shear_modulus)
 
 
 def circuit(parameters: Parameters, k: Coefficients) -> Circuit | None:
-    """That of a DC motor, with its gains where it has such; None of other drives."""
+    """The circuit of a DC motor, with its gains if it has any; None for other
+    drives."""
     drive = parameters.drive
     if drive.kind != "dc_motor":
         return None
     if not drive.regulated:
         return Circuit(float(drive.motor_damping), float(drive.circuit_time))
     law = regulator(parameters, k, 0.0, 0.0)
-    own = 1.0 + law.torque
-    damping, stiffness = (drive.motor_damping + law.drive_speed) / own, law.lag / own
-    return Circuit(float(damping), float(drive.circuit_time / own), float(stiffness), law.of_bit)
+    scale = 1.0 + law.torque
+    damping, stiffness = (drive.motor_damping + law.drive_speed) / scale, law.lag / scale
+    return Circuit(float(damping), float(drive.circuit_time / scale), float(stiffness), law.of_bit)
 
 
 class Regulator(NamedTuple):
-    """What the voltage of a motor makes of the motion, as torque at the string:
-    numbers, or arrays over operating points. The torque of steady drilling [N m] and
-    its twist [rad]; then of the deviation of torque [1], lag [N m/rad], drive speed
+    """The law of the voltage of a motor in terms of torque at the string, numbers or
+    arrays over operating points: the torque [N m] and the twist [rad] of steady
+    drilling; then the gains on the deviations of torque [1], lag [N m/rad], drive speed
     [N m s/rad], twist [N m/rad] and bit speed [N m s/rad]."""
 
     steady_motor_torque: Any
@@ -86,7 +91,7 @@ class Regulator(NamedTuple):
 
     @property
     def of_bit(self) -> bool:
-        """Whether the bit is measured."""
+        """Whether the voltage depends on the motion of the bit."""
         return bool(np.any(self.twist) or np.any(self.bit_speed))
 
 
@@ -106,22 +111,22 @@ def regulator(parameters: Parameters, k: Coefficients, wob: Any, rotary_speed: A
 
 
 def gains(parameters: Parameters, k: Coefficients) -> Gains:
-    """The law of the drive at operating points with the coefficients ``k``; not of an
-    ideal one. InputError where an LQR has no gains."""
+    """The law of a drive that is not ideal, at operating points with the coefficients
+    ``k``. InputError where an LQR has no gains."""
     drive = parameters.drive
-    made: Gains
+    law: Gains
     if drive.kind in LAWS:
-        made = LAWS[drive.kind](drive, Seen(drive.inertia, k.J, k.k_t, impedance(parameters)))
+        law = LAWS[drive.kind](drive, Seen(drive.inertia, k.J, k.k_t, impedance(parameters)))
     else:
-        made = _OWN[drive.kind](drive, parameters, k)
-    return made._replace(shaft_damping=drive.shaft_damping)
+        law = _STRING_LAWS[drive.kind](drive, parameters, k)
+    return law._replace(shaft_damping=drive.shaft_damping)
 
 
 def _lqr(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
     """Gains that minimise the integral of state_weight (lag^2 + ...) + torque_weight
     T_m^2, by the Riccati equation of the linear string with states (lag, omega_d -
     Omega, psi - lag, omega - Omega) and without friction at the bit."""
-    numbers = np.broadcast_arrays(
+    columns = np.broadcast_arrays(
         k.J,
         k.k_t,
         parameters.drillstring.torsional_damping,
@@ -130,11 +135,11 @@ def _lqr(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
         drive.state_weight,
         drive.torque_weight,
     )
-    distinct, places = np.unique(
-        np.stack([value.ravel() for value in numbers], axis=1), axis=0, return_inverse=True
+    distinct, inverse = np.unique(
+        np.stack([value.ravel() for value in columns], axis=1), axis=0, return_inverse=True
     )
-    found = np.array([_regulator(*row) for row in distinct.tolist()])[places.ravel()]
-    return Gains(drive.inertia, *(column.reshape(numbers[0].shape) for column in found.T))
+    feedback = np.array([_regulator(*row) for row in distinct.tolist()])[inverse.ravel()]
+    return Gains(drive.inertia, *(column.reshape(columns[0].shape) for column in feedback.T))
 
 
 def _regulator(
@@ -164,10 +169,8 @@ def _regulator(
     except (np.linalg.LinAlgError, ValueError) as error:
         raise InputError(
             f"drive.kind: lqr finds no gains for a string with J = {J:.3g} kg m^2 and k_t = "
-            f"{k_t:.3g} N m/rad: the "
-            "Riccati equation cannot be solved to any use. Change drive.torque_weight or "
-            "drive.state_weight, or take "
-            "another kind."
+            f"{k_t:.3g} N m/rad: the Riccati equation cannot be solved to any use. Change "
+            "drive.torque_weight or drive.state_weight, or take another kind."
         ) from error
     return [float(f"{value:.{DIGITS}g}") for value in (force.T @ cost / torque_weight)[0]]
 
@@ -176,4 +179,4 @@ def _dc_motor(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
     return Gains(drive.top_inertia, 0.0, 0.0)  # no controller; the torque is a state
 
 
-_OWN: dict[str, Any] = {"lqr": _lqr, "dc_motor": _dc_motor}
+_STRING_LAWS: dict[str, Any] = {"lqr": _lqr, "dc_motor": _dc_motor}

@@ -1,8 +1,8 @@
 """Forces, energies and powers of given states, in plain numpy: for traces, figures and
 the energy balance.
 
-The same laws as the compiled right-hand side, written as on the theory page; tests hold
-the two together.
+The same laws as in the compiled right-hand side, written as on the theory page; tests
+compare the two.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from nsdrill.models.schedule import History
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def _shared(
-    parameters: Parameters, law: Friction, normal: Any, slip: Any, along: Any
+def _friction_components(
+    parameters: Parameters, law: Friction, normal: Any, slip: Any, axial_slip: Any
 ) -> tuple[Any, Any]:
-    """Friction [N] around the hole and along it, of a slip [m/s] around and ``along``;
-    zero along it where the well has no friction there."""
+    """The friction [N] around the hole and along it, at a ``slip`` around it and an
+    ``axial_slip`` [m/s]; zero along it where friction does not act along the axis."""
     if not parameters.well.axial_friction:
         return normal * friction(law, slip), np.zeros_like(slip)
-    speed = np.hypot(slip, along)
+    speed = np.hypot(slip, axial_slip)
     per_speed = normal * friction(law, speed) / np.where(speed > 0.0, speed, 1.0)
-    return per_speed * slip, per_speed * along
+    return per_speed * slip, per_speed * axial_slip
 
 
 def _contacts(
@@ -66,39 +66,39 @@ def _contacts(
     softening = (
         force * math.pi**2 / (2 * span) + torque * math.pi**3 / (2 * span**2) + np.zeros_like(omega)
     )
-    along = state["vz"] - rate_of_penetration(k, operation.rotary_speed)
+    axial_slip = state["vz"] - rate_of_penetration(k, operation.rotary_speed)
     penetration = np.maximum(radius - k.gap, 0.0)
     wall_force = well.stiffness * penetration ** (1.5 if well.law == "hertz" else 1.0)
-    rub, rub_along = _shared(
-        parameters, well.friction, wall_force, omega * k.collar_radius + tangential, along
+    friction_around, friction_along = _friction_components(
+        parameters, well.friction, wall_force, omega * k.collar_radius + tangential, axial_slip
     )
-    found = {
+    loads = {
         "radius": radius,
         "tangential": tangential,
         "bit_force": bit_force,
         "bit_torque": bit_torque,
         "wall_force": wall_force,
-        "wall_friction": rub,
+        "wall_friction": friction_around,
         "softening": softening,
-        "axial_friction": rub_along,
+        "axial_friction": friction_along,
     }
     clearance = parameters.stabilizer.clearance
     if clearance is not None:
-        held = (k.k_bend - softening) * np.maximum(radius - clearance, 0.0)
-        around = tangential * clearance / np.where(radius > 0, radius, 1.0)
-        slip = omega * stabilizer_radius(parameters) + around
-        rub, rub_along = _shared(
-            parameters, parameters.stabilizer.friction, np.abs(held), slip, along
+        normal = (k.k_bend - softening) * np.maximum(radius - clearance, 0.0)
+        slip_around = tangential * clearance / np.where(radius > 0, radius, 1.0)
+        slip = omega * stabilizer_radius(parameters) + slip_around
+        friction_around, friction_along = _friction_components(
+            parameters, parameters.stabilizer.friction, np.abs(normal), slip, axial_slip
         )
-        found["stabilizer_friction"] = rub
-        found["axial_friction"] = found["axial_friction"] + rub_along
-    return found
+        loads["stabilizer_friction"] = friction_around
+        loads["axial_friction"] = loads["axial_friction"] + friction_along
+    return loads
 
 
 def forces(
     parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
 ) -> dict[str, Array]:
-    """Contact forces and what follows from the state.
+    """Contact forces and derived variables of a state.
 
     ``state`` holds x, vx, y, vy [m, m/s], z, vz, twist [rad], bit_speed [rad/s] and
     drive_angle [rad], arrays of one shape; and, of a drive that is not ideal, lag [rad]
@@ -108,18 +108,18 @@ def forces(
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     x, vx, y, vy = (state[name] for name in ("x", "vx", "y", "vy"))
-    found = _contacts(parameters, operation, k, state)
-    radius = found["radius"]
-    safe = np.where(radius > 0, radius, 1.0)
+    loads = _contacts(parameters, operation, k, state)
+    radius = loads["radius"]
+    divisor = np.where(radius > 0, radius, 1.0)
     return {
         "radius": radius,
-        "radial_velocity": (x * vx + y * vy) / safe,
+        "radial_velocity": (x * vx + y * vy) / divisor,
         "whirl_angle": np.unwrap(np.arctan2(y, x)),
-        "whirl_speed": found["tangential"] / safe,
-        "bit_force": found["bit_force"],
-        "bit_torque": found["bit_torque"],
-        "wall_force": found["wall_force"],
-        "wall_friction": found["wall_friction"],
+        "whirl_speed": loads["tangential"] / divisor,
+        "bit_force": loads["bit_force"],
+        "bit_torque": loads["bit_torque"],
+        "wall_force": loads["wall_force"],
+        "wall_friction": loads["wall_friction"],
         "surface_torque": -k.k_t * (state["twist"] - state.get("lag", 0.0)),
     }
 
@@ -128,9 +128,9 @@ def energy(
     parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
 ) -> Array:
     """Kinetic plus potential energy [J]: T + V of the theory page, with the elastic
-    energy of the wall's contact, the work still to be had from the weight on bit, W z,
-    and that of the collar's weight in an inclined hole. The rock and the lateral
-    softening do their work in :func:`powers`.
+    energy of the contact with the wall and the potential energies of the weight on bit,
+    W z, and of the collar's weight in an inclined hole. The work of the rock and of the
+    lateral softening is in :func:`powers`.
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     string, well = parameters.drillstring, parameters.well
@@ -174,74 +174,85 @@ def energy(
     return np.asarray(kinetic + potential)
 
 
-def _power_of_drive(
+def _drive_power(
     law: Gains, parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
 ) -> Array:
-    """What the controller feeds in [W], but for its spring, whose energy is counted;
-    less what its damping takes."""
-    top, speed, omega = state["drive_speed"], operation.rotary_speed, state["bit_speed"]
+    """The power [W] of the drive without that of the controller's spring, which is
+    counted as energy, less the dissipation of the shaft damping."""
+    drive_speed, speed, omega = state["drive_speed"], operation.rotary_speed, state["bit_speed"]
     if "motor_torque" in state:  # V i - R i^2
         torque = state["motor_torque"]
-        volts = speed  # over n K
+        idle_speed = speed  # over n K
         if parameters.drive.regulated:
             k = derive(parameters, operation.depth, operation.wob, speed)
-            r = regulator(parameters, k, operation.wob, speed)
-            asked = (
-                r.torque * (torque - r.steady_motor_torque)
-                + r.lag * state["lag"]
-                + r.drive_speed * (top - speed)
+            law_of_voltage = regulator(parameters, k, operation.wob, speed)
+            feedback = (
+                law_of_voltage.torque * (torque - law_of_voltage.steady_motor_torque)
+                + law_of_voltage.lag * state["lag"]
+                + law_of_voltage.drive_speed * (drive_speed - speed)
             )
-            asked = (
-                asked + r.twist * (state["twist"] - r.steady_twist) + r.bit_speed * (omega - speed)
+            feedback = (
+                feedback
+                + law_of_voltage.twist * (state["twist"] - law_of_voltage.steady_twist)
+                + law_of_voltage.bit_speed * (omega - speed)
             )
-            volts = speed + (r.steady_motor_torque - asked) / parameters.drive.motor_damping
-        fed = torque * (volts - torque / parameters.drive.motor_damping)
-        return np.asarray(fed - law.shaft_damping * (top - omega) ** 2)
+            idle_speed = (
+                speed
+                + (law_of_voltage.steady_motor_torque - feedback) / parameters.drive.motor_damping
+            )
+        power = torque * (idle_speed - torque / parameters.drive.motor_damping)
+        return np.asarray(power - law.shaft_damping * (drive_speed - omega) ** 2)
     torque = motor_torque(
-        law, parameters.drive.torque_limit, state["lag"], top, state["twist"], omega, speed
+        law, parameters.drive.torque_limit, state["lag"], drive_speed, state["twist"], omega, speed
     )
-    spring = law.stiffness * state["lag"] * (top - speed)
-    return np.asarray(torque * top + spring - law.shaft_damping * (top - omega) ** 2)
+    spring = law.stiffness * state["lag"] * (drive_speed - speed)
+    return np.asarray(
+        torque * drive_speed + spring - law.shaft_damping * (drive_speed - omega) ** 2
+    )
 
 
 def powers(
     parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
 ) -> dict[str, Array]:
-    """Power [W] that each agent feeds into :func:`energy`; dissipation is negative.
-    Their sum is its rate of change.
+    """The powers [W] into :func:`energy`, whose sum is its rate of change; dissipation
+    is negative:
 
-    ``drive`` the top drive, ``bit`` the rock (force times velocity, less torque times
-    speed), ``drag`` mud, which also drives where it turns, ``damping`` axial and
-    torsional, ``wall`` wall friction, ``softening`` axial force and torque working on
-    the bent span; with stabilisers ``stabilizer``, their friction as it acts on collar
-    and string (:mod:`.lateral`). Friction along the axis is that of wall and
-    stabilisers.
+    ==============  =================================================================
+    ``drive``       the top drive
+    ``bit``         the rock: force times velocity, less torque times speed
+    ``drag``        the mud, which may be positive where it rotates
+    ``damping``     axial and torsional damping
+    ``wall``        friction at the wall, and along the axis at wall and stabilisers
+    ``softening``   axial force and torque, by the bending of the span
+    ``stabilizer``  with stabilisers, their friction as it acts on collar and string
+                    (:mod:`.lateral`)
+    ==============  =================================================================
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     string = parameters.drillstring
-    f = _contacts(parameters, operation, k, state)
+    loads = _contacts(parameters, operation, k, state)
     x, y, vx, vy, vz, omega = (state[name] for name in ("x", "y", "vx", "vy", "vz", "bit_speed"))
-    slip = omega * k.collar_radius + f["tangential"]
-    bent = np.ones_like(omega)  # how much of the radius is bent
-    clearance, held = parameters.stabilizer.clearance, {}
+    slip = omega * k.collar_radius + loads["tangential"]
+    bent_fraction = np.ones_like(omega)  # fraction of the radius by which the span is bent
+    clearance, stabilizer_power = parameters.stabilizer.clearance, {}
     if clearance is not None:
-        safe = np.where(f["radius"] > 0, f["radius"], 1.0)
-        bent = np.maximum(f["radius"] - clearance, 0.0) / safe
-        work = omega * stabilizer_radius(parameters) + f["tangential"]
-        held = {"stabilizer": -f["stabilizer_friction"] * work}
+        divisor = np.where(loads["radius"] > 0, loads["radius"], 1.0)
+        bent_fraction = np.maximum(loads["radius"] - clearance, 0.0) / divisor
+        working_speed = omega * stabilizer_radius(parameters) + loads["tangential"]
+        stabilizer_power = {"stabilizer": -loads["stabilizer_friction"] * working_speed}
     sigma = parameters.mud.swirl * operation.rotary_speed
     ux, uy = vx + sigma * y, vy - sigma * x
     drag = -k.c_h * np.hypot(ux, uy) * (ux * vx + uy * vy) + k.m_f * sigma**2 * (x * vx + y * vy)
     return {
-        # The spring's energy 1/2 k_t twist^2 changes at the rate k_t twist (omega -
-        # drive speed): the drive pays its part.
+        # The energy of the spring, 1/2 k_t twist^2, changes at the rate k_t twist
+        # (omega - drive speed), of which this is the part of the drive.
         "drive": -k.k_t * state["twist"] * operation.rotary_speed
         if "lag" not in state
-        else (_power_of_drive(gains(parameters, k), parameters, operation, state)),
-        "bit": f["bit_force"] * vz - f["bit_torque"] * omega,
+        else (_drive_power(gains(parameters, k), parameters, operation, state)),
+        "bit": loads["bit_force"] * vz - loads["bit_torque"] * omega,
         "drag": drag,
         "damping": -string.axial_damping * vz**2 - string.torsional_damping * omega**2,
-        "wall": -f["wall_friction"] * slip - f["axial_friction"] * vz,
-        **held,
-        "softening": f["softening"] * bent * (x * vx + y * vy),
+        "wall": -loads["wall_friction"] * slip - loads["axial_friction"] * vz,
+        **stabilizer_power,
+        "softening": loads["softening"] * bent_fraction * (x * vx + y * vy),
     }

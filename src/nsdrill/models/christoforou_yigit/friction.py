@@ -1,8 +1,8 @@
-"""The friction laws as helpers that inline into the lane loops.
+"""The friction laws, as functions that are inlined into the lane loops.
 
-f(v) = g(v) [(mu_s - mu_d) / (1 + tau |v|) + mu_d] with the smoothed direction g(v) =
-(2/pi) atan(eps v) at the wall; at the bit also the other laws of :mod:`.laws`, each
-given by four numbers. Which law it is, is a compile-time constant.
+At the wall f(v) = g(v) [(mu_s - mu_d) / (1 + tau |v|) + mu_d] with the smoothed
+direction g(v) = (2/pi) atan(eps v); at the bit also the other laws of :mod:`.laws`,
+each given by four numbers. The number of the law is a compile-time constant.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from nsdrill.models.christoforou_yigit.laws import HYPERBOLIC, LINEAR, RATIONAL
 def slip_factors(
     speed: float, unit: float, smoothing: float, decay: float
 ) -> tuple[float, float, float]:
-    """(g(v), 1 / (1 + tau |v|), 1 / unit) at a slip speed v = speed / unit, unit
-    positive. One division, of the product of all that is divided by, serves every
+    """(g(v), 1 / (1 + tau |v|), 1 / unit) at a slip speed v = speed / unit, with unit
+    positive. One division, by the product of all denominators, serves every
     quotient."""
     scaled = smoothing * speed
-    above, below, base = direction_reduced(scaled, unit)
+    numerator, denominator, base = direction_reduced(scaled, unit)
     decayed = fma(decay, abs(speed), unit)
-    both = below * decayed
-    inverse = 1.0 / (both * unit)
+    product = denominator * decayed
+    inverse = 1.0 / (product * unit)
     per_both = unit * inverse
-    g = direction_joined(scaled, above * decayed * per_both, base)
-    return g, below * unit * per_both, both * inverse
+    g = direction_joined(scaled, numerator * decayed * per_both, base)
+    return g, denominator * unit * per_both, product * inverse
 
 
 @inlined
@@ -51,15 +51,15 @@ def coefficient(
     rise: float,
     dynamic: float,
 ) -> tuple[float, float]:
-    """(f(v), f'(v)) from what :func:`slip_factors` gives and 1 / (1 + (eps v)^2);
-    ``rise`` is mu_s - mu_d."""
+    """(f(v), f'(v)) from the results of :func:`slip_factors` and ``per_flat``, 1 / (1 +
+    (eps v)^2); ``rise`` is mu_s - mu_d."""
     m = fma(rise, decayed, dynamic)
     fall = rise * decay * decayed * decayed
     return g * m, fma(TWO_OVER_PI * smoothing * per_flat, m, g * (fall if speed < 0.0 else -fall))
 
 
 @inlined
-def shared(
+def friction_per_slip(
     slip: float,
     along: float,
     unit: float,
@@ -69,39 +69,41 @@ def shared(
     dynamic: float,
 ) -> tuple[float, float]:
     """(f(|v|) / (|v| unit), 1 / unit) at a slip v = (slip, along) / unit in two
-    directions, unit positive: times a component of v unit it is the share of the
-    coefficient that acts against that."""
-    # The floor matters at rest only, where the quotient has a limit.
-    size = np.sqrt(fma(slip, slip, fma(along, along, 1e-60)))
-    g, decayed, per_unit = slip_factors(size, unit, smoothing, decay)
-    return g * fma(rise, decayed, dynamic) / size, per_unit
+    directions, with unit positive. The first, times ``slip`` or ``along``, is the
+    component of the coefficient against that slip."""
+    # The floor has an effect at rest only, where the quotient has a limit.
+    speed = np.sqrt(fma(slip, slip, fma(along, along, 1e-60)))
+    g, decayed, per_unit = slip_factors(speed, unit, smoothing, decay)
+    return g * fma(rise, decayed, dynamic) / speed, per_unit
 
 
 @inlined
 def bit_factors(law: int, speed: float, smoothing: float, decay: float) -> tuple[float, float]:
-    """What the ``law`` of the bit takes the longest to compute, and the observer needs
-    once more: the direction and the factor of the falling part; of the rational law
-    tanh(b1 v) and 1 / (1 + b3 v^2)."""
+    """The most expensive terms of the ``law`` of the bit, which the observer needs too:
+    the direction and the factor of the falling part; for the rational law tanh(b1 v)
+    and 1 / (1 + b3 v^2)."""
     if law == HYPERBOLIC:
         g, decayed, _ = slip_factors(speed, 1.0, smoothing, decay)
     elif law == RATIONAL:  # one division for both quotients
-        less = expm1(-2.0 * abs(smoothing * speed))
-        below = fma(decay * speed, speed, 1.0)
-        inverse = 1.0 / ((2.0 + less) * below)
+        minus_one = expm1(-2.0 * abs(smoothing * speed))
+        denominator = fma(decay * speed, speed, 1.0)
+        inverse = 1.0 / ((2.0 + minus_one) * denominator)
         g = bits_float(
-            float_bits(-less * below * inverse) ^ (float_bits(speed) & -9223372036854775808)
+            float_bits(-minus_one * denominator * inverse)
+            ^ (float_bits(speed) & -9223372036854775808)
         )
-        decayed = (2.0 + less) * inverse
+        decayed = (2.0 + minus_one) * inverse
     else:
         g = direction(smoothing * speed)
-        along = decay * abs(speed)
-        decayed = max(1.0 - along, 0.0) if law == LINEAR else 1.0 + expm1(-along)
+        decayed_speed = decay * abs(speed)
+        decayed = max(1.0 - decayed_speed, 0.0) if law == LINEAR else 1.0 + expm1(-decayed_speed)
     return g, decayed
 
 
 @inlined
 def bit_arm(law: int, speed: float, g: float, decayed: float, rise: float, dynamic: float) -> float:
-    """The torque of the bit over its force [m], from what :func:`bit_factors` gives."""
+    """The torque of the bit over its force [m], from the results of
+    :func:`bit_factors`."""
     if law == RATIONAL:
         return fma(rise * speed, decayed, dynamic * g)
     return g * fma(rise, decayed, dynamic)
@@ -119,8 +121,8 @@ def bit_slope(
     rise: float,
     dynamic: float,
 ) -> tuple[float, float]:
-    """(arm, d arm / d speed) from what :func:`bit_factors` gives and 1 / (1 + (eps
-    v)^2)."""
+    """(arm, d arm / d speed) from the results of :func:`bit_factors` and ``per_flat``,
+    1 / (1 + (eps v)^2)."""
     if law == HYPERBOLIC:
         return coefficient(speed, g, decayed, per_flat, smoothing, decay, rise, dynamic)
     arm = bit_arm(law, speed, g, decayed, rise, dynamic)
@@ -134,7 +136,7 @@ def bit_slope(
 
 @inlined
 def bit_parts(law: int, speed: float, smoothing: float, decay: float) -> tuple[float, float, float]:
-    """What :func:`bit_factors` gives at a bit speed, and 1 / (1 + (eps v)^2)."""
+    """The results of :func:`bit_factors` at a bit speed, and 1 / (1 + (eps v)^2)."""
     scaled = smoothing * speed
     flat = fma(scaled, scaled, 1.0)
     if law == HYPERBOLIC:

@@ -1,29 +1,38 @@
-"""What may act on the collar beside the paper's forces: mud that turns, stabilisers
-with room, its weight in an inclined hole, and friction that the slip around the hole
-shares with that along it.
+"""Further forces on the collar: rotating mud, stabilisers with a clearance, the weight
+in an inclined hole, and friction with a component along the hole.
 
-With sigma = swirl Omega, u = (vx + sigma y, vy - sigma x) the velocity relative to the
+Let sigma = swirl Omega, u = (vx + sigma y, vy - sigma x) the velocity relative to the
 mud, s0 the radial clearance of the stabilisers, a the inclination of the hole, whose
-low side is at -y, and l the span:
+low side is at -y, and l the span.
 
-    mud           -c_h |u| u + m_f (sigma^2 x - 2 sigma vy, sigma^2 y + 2 sigma vx)      in place of -c_h |v| v
-    stabilisers   N_s = k_r max(r - s0, 0) inward, F_s = |N_s| f_s(v_s) against v_s      in place of -k_r (x, y)
-                  v_s = omega R_s + theta' s0, R_s = D_well/2 - s0; F_s R_s brakes the
-                  string
-    weight        F_y: -F_g, F_g = (2 l/pi) g [rho A_c + rho_f (A_ci - A_co)] sin a, buoyed, mud inside and outside
-                  moment: -W_g e0 cos(phi), W_g = (2 l/pi) g rho A_c sin a: the steel is
-                  eccentric, not the mud
-    friction      of slip (v_t, v_z), v_z = z' - ROP: N f(|v|) (v_t, v_z)/|v|, at the wall and the stabilisers
+**Mud**, in place of -c_h |v| v:
+
+    -c_h |u| u + m_f (sigma^2 x - 2 sigma vy, sigma^2 y + 2 sigma vx)
+
+**Stabilisers**, in place of -k_r (x, y):
+
+    N_s = k_r max(r - s0, 0) inward,  F_s = |N_s| f_s(v_s) against v_s
+    v_s = omega R_s + theta' s0,  R_s = D_well/2 - s0;  F_s R_s brakes the string
+
+**Weight**, buoyed, with mud inside and outside; its moment is of the steel alone, as
+the steel is eccentric and the mud is not:
+
+    F_y:     -F_g,            F_g = (2 l/pi) g [rho A_c + rho_f (A_ci - A_co)] sin a
+    moment:  -W_g e0 cos(phi),  W_g = (2 l/pi) g rho A_c sin a
+
+**Friction** at the wall and the stabilisers, of a slip (v_t, v_z) with v_z = z' - ROP:
+
+    N f(|v|) (v_t, v_z)/|v|
 
 Sources: **J** Jansen 1991, J. Sound Vib. 147:115-135, for the mud and the stabilisers:
-added mass and drag act on acceleration and velocity relative to mud that turns with
+added mass and drag act on acceleration and velocity relative to mud that rotates with
 half the rotary speed. The potential F_g y + W_g e0 sin(phi) is that of the shape sin(pi
 x/l), which the eccentricity has as well. **D** as in the documentation, for Coulomb
 friction along the axis.
 
-J's stabilisers touch at s0, but their force acts where the lumped mass is, at r. So
-what their friction does to collar and string, -F_s (omega R_s + theta' r), is not what
-it takes at the wall, -F_s v_s; the powers count the former.
+J's stabilisers touch at s0, but their force acts at the lumped mass, at r. The power of
+their friction on collar and string, -F_s (omega R_s + theta' r), therefore differs from
+the dissipation at the wall, -F_s v_s; the powers contain the former.
 """
 
 from __future__ import annotations
@@ -72,13 +81,14 @@ def rate_of_penetration(k: Coefficients, rotary_speed: Any) -> Any:
 
 
 def lane_parameters(parameters: Parameters, k: Coefficients, rotary_speed: Any) -> dict[str, Any]:
-    """The lane parameters of all options by their names, of those that are off as well;
-    without a collar that moves none of the forces is felt."""
+    """The lane parameters of all options by their names, also of options that are off.
+    ``rotary_speed`` is in rad/s. Where the lateral mode is frozen, the eccentric weight
+    is zero and the other forces have no effect."""
     law, clearance = parameters.stabilizer.friction, parameters.stabilizer.clearance
     across, steel = weights(parameters)
-    lever = parameters.drillstring.eccentricity
+    eccentricity = parameters.drillstring.eccentricity
     if parameters.modes.lateral == "frozen" or not parameters.drillstring.eccentric_weight:
-        lever = 0.0
+        eccentricity = 0.0
     rate = parameters.mud.swirl * rotary_speed
     radius = stabilizer_radius(parameters)
     return {
@@ -92,6 +102,6 @@ def lane_parameters(parameters: Parameters, k: Coefficients, rotary_speed: Any) 
         "stabilizer_rise": law.static - law.dynamic,
         "stabilizer_dynamic": law.dynamic,
         "weight": across,
-        "eccentric_weight": steel * lever,
+        "eccentric_weight": steel * eccentricity,
         "penetration_rate": rate_of_penetration(k, rotary_speed),
     }

@@ -1,5 +1,5 @@
-"""The friction laws of the bit, in plain numpy: its torque over its force, an arm in m,
-against its speed.
+"""The friction laws of the bit, in plain numpy: its torque over its force, an arm [m],
+as a function of its speed.
 
 With the smoothed direction g(v) = (2/pi) atan(eps v), the radius r_h of the bit and the
 arm a_c of the cutting torque (:mod:`.coefficients`),
@@ -9,8 +9,8 @@ arm a_c of the cutting torque (:mod:`.coefficients`),
     exponential  g [ (2/3) r_h ((mu_s - mu_d) exp(-tau |v|) + mu_d) + a_c ]
     rational     b0 [ tanh(b1 v) + b2 v / (1 + b3 v^2) ]
 
-The rational law is smooth and is of the whole torque: it has neither g nor a_c. V0 is
-the key ``dynamic_from``.
+The rational law is smooth and describes the whole torque: it has neither g nor a_c. V0
+is the key ``dynamic_from``.
 
 Sources: hyperbolic in the form of Leine 1998; linear Dawson, Lin & Spanos 1987, SPE
 16660, as the chapter on drilling vibrations of SPE's Advanced Drilling (2008) reports
@@ -33,9 +33,9 @@ HYPERBOLIC, LINEAR, EXPONENTIAL, RATIONAL = range(len(LAWS))
 
 
 class BitNumbers(NamedTuple):
-    """The four numbers of a law as the lane loops have them, or arrays over operating
-    points: eps [s/rad]; tau or 1/V0 [s/rad]; what falls and what stays of the arm [m].
-    Of the rational law b1, b3, b0 b2 and b0."""
+    """The four numbers of a law in the lane loops, or arrays over operating points: eps
+    [s/rad]; tau or 1/V0 [s/rad]; the falling and the constant part of the arm [m]. For
+    the rational law b1, b3, b0 b2 and b0."""
 
     bit_smoothing: Any
     bit_decay: Any
@@ -67,8 +67,8 @@ def friction(law: Friction, speed: Any) -> Any:
 
 
 def _unsmoothed(law: Friction, size: Any) -> Any:
-    """The friction coefficient at a positive speed without smoothing; products and
-    quotients alone but for exp."""
+    """The friction coefficient at a positive speed without smoothing, computed with
+    products and quotients apart from exp."""
     name = law.law if isinstance(law, BitFriction) else "hyperbolic"
     if name == "linear":
         assert isinstance(law, BitFriction)
@@ -81,7 +81,8 @@ def _unsmoothed(law: Friction, size: Any) -> Any:
 
 
 def bit_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
-    """The torque of the bit over its force [m], with its sign, at bit speeds [rad/s]."""
+    """The torque of the bit over its force [m], with its sign, at bit speeds
+    [rad/s]."""
     law = parameters.bit.friction
     if law.law == "rational":
         return law.b0 * (
@@ -100,17 +101,17 @@ def running_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
 
 
 def static_arm(parameters: Parameters, k: Coefficients) -> Any:
-    """The arm [m] at rest; of the rational law b0 (1 + b2 / (2 sqrt(b3))), which it
-    stays below: each of its terms at its greatest."""
+    """The arm [m] at rest; for the rational law the bound b0 (1 + b2 / (2 sqrt(b3))),
+    the sum of the greatest values of its terms."""
     law = parameters.bit.friction
     if law.law == "rational":
         return law.b0 * (1 + law.b2 / (2 * np.sqrt(law.b3)))
     return 2 / 3 * k.bit_radius * law.static + k.cutting_arm
 
 
-def steepest(parameters: Parameters, k: Coefficients) -> Any:
-    """The slope of the friction torque over the force at rest [m s/rad], without that
-    of cutting."""
+def slope_at_rest(parameters: Parameters, k: Coefficients) -> Any:
+    """The slope at rest of the friction torque over the force [m s/rad], without the
+    torque of cutting."""
     law = parameters.bit.friction
     if law.law == "rational":
         return law.b0 * (law.b1 + law.b2)
@@ -118,8 +119,8 @@ def steepest(parameters: Parameters, k: Coefficients) -> Any:
 
 
 def fall(parameters: Parameters, k: Coefficients, speed: float) -> float:
-    """How steeply the torque over the force falls with bit speed [m s/rad], without
-    smoothing, at a positive speed."""
+    """The rate at which the torque over the force falls with bit speed [m s/rad],
+    without smoothing, at a positive speed."""
     law = parameters.bit.friction
     rise = 2 / 3 * k.bit_radius * (law.static - law.dynamic)
     if law.law == "linear":
@@ -127,8 +128,8 @@ def fall(parameters: Parameters, k: Coefficients, speed: float) -> float:
     if law.law == "exponential":
         return float(rise * law.decay * math.exp(-law.decay * speed))
     if law.law == "rational":
-        square, away = law.b3 * speed * speed, math.exp(-2 * law.b1 * speed)
-        rising = law.b1 * 4 * away / (1 + away) ** 2  # b1 / cosh^2
+        square, decayed = law.b3 * speed * speed, math.exp(-2 * law.b1 * speed)
+        rising = law.b1 * 4 * decayed / (1 + decayed) ** 2  # b1 / cosh^2
         return float(law.b0 * (law.b2 * (square - 1) / (1 + square) ** 2 - rising))
     return float(rise * law.decay / (1 + law.decay * speed) ** 2)
 
@@ -136,48 +137,47 @@ def fall(parameters: Parameters, k: Coefficients, speed: float) -> float:
 FASTEST = 1e4  # rad/s
 
 
-def onset(parameters: Parameters, k: Coefficients, least: float) -> float | None:
+def onset(parameters: Parameters, k: Coefficients, slope: float) -> float | None:
     """The greatest bit speed [rad/s] at which the torque over the force falls as
-    steeply as ``least`` [m s/rad], which is positive; None where it does so nowhere.
-    Above it every law falls less and less."""
+    steeply as ``slope`` [m s/rad], which is positive; None where it does so nowhere.
+    Above that speed the fall of every law becomes less steep."""
     law = parameters.bit.friction
     start = 0.0
-    if law.law == "rational":  # it rises first, and falls the most where b3 v^2 is about 3
+    if law.law == "rational":  # it rises first, and falls most steeply where b3 v^2 is about 3
         trial = np.geomspace(1e-2, 1e2, 4001) / math.sqrt(law.b3)
         start = float(
             trial[int(np.argmax([fall(parameters, k, speed) for speed in trial.tolist()]))]
         )
-    if not fall(parameters, k, start) > least:
+    if not fall(parameters, k, start) > slope:
         return None
     low, high = start, FASTEST
-    if fall(parameters, k, high) > least:
+    if fall(parameters, k, high) > slope:
         return None
     for _ in range(100):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if fall(parameters, k, middle) > least else (low, middle)
+        low, high = (middle, high) if fall(parameters, k, middle) > slope else (low, middle)
     return low
 
 
-# of a cycle, at middles of equal parts of half of it
+# cos(theta) at the midpoints of equal parts of half a cycle
 _PHASE = np.cos((np.arange(1500) + 0.5) * math.pi / 1500)
 
 
-def averaged_fold(parameters: Parameters, k: Coefficients, held: float, wob: float) -> float | None:
+def averaged_fold(
+    parameters: Parameters, k: Coefficients, damping: float, wob: float
+) -> float | None:
     """The greatest mean bit speed [rad/s] at which friction sustains a cycle that just
-    comes to rest, v = Omega (1 + cos theta), against ``held`` [N m s/rad], the damping
-    of string and drive; None where it does so nowhere. By energy: held Omega / 2 = -W
-    <arm(v) cos theta>, where what friction gives over a cycle is averaged (first
-    order)."""
-    if held <= 0.0 or wob <= 0.0:
+    comes to rest, v = Omega (1 + cos theta), against the ``damping`` of string and
+    drive [N m s/rad]; None where it does so nowhere. First-order averaging of the
+    energy over a cycle gives damping Omega / 2 = -W <arm(v) cos theta>."""
+    if damping <= 0.0 or wob <= 0.0:
         return None
     low, high = math.log(1e-3), math.log(FASTEST)
     for _ in range(5):
         speeds = np.exp(np.linspace(low, high, 41))
-        gained = wob * (bit_arm(parameters, k, speeds[:, None] * (1 + _PHASE)) * _PHASE).mean(
-            axis=1
-        )
-        fed = np.flatnonzero(gained + 0.5 * held * speeds < 0.0)
-        if len(fed) == 0 or fed[-1] + 1 == len(speeds):
+        work = wob * (bit_arm(parameters, k, speeds[:, None] * (1 + _PHASE)) * _PHASE).mean(axis=1)
+        growing = np.flatnonzero(work + 0.5 * damping * speeds < 0.0)
+        if len(growing) == 0 or growing[-1] + 1 == len(speeds):
             return None
-        low, high = np.log(speeds[fed[-1] : fed[-1] + 2]).tolist()
+        low, high = np.log(speeds[growing[-1] : growing[-1] + 2]).tolist()
     return math.exp(low)

@@ -1,5 +1,5 @@
-"""Where the observer keeps what: its rows of the lane buffer, its store, its columns of
-the outbox."""
+"""The layout of the observer's data: its rows of the lane buffer, its store, and its
+columns of the outbox."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from nsdrill.models.christoforou_yigit.section import REVOLUTION, section_width
 from nsdrill.observe.exponent import GROWTH_HEADER
 
 # Quantities at an end of a step that are not states: interference u of bit and rock
-# with its rates, bit torque and its rate, radius with its rate and its inverse.
+# with its first and second derivatives, bit torque and its rate, radius with its rate
+# and its inverse.
 ENDS = ("u", "du", "ddu", "torque", "dtorque", "radius", "dradius", "per_radius")
-# Measured in each half. Extremes first, then sums over time, then anchors at the half's
-# start.
+# Measured in each half of the observation: extremes, then sums over time, then values
+# at the start of the half.
 EXTREMES = (
     "z_min",
     "z_max",
@@ -35,18 +36,19 @@ SUMS = (
     "twist_sum",
     "lateral_square",
     "axial_square",
-    "half_turns",
+    "half_revolutions",
     "rolled",
-    "turned",
+    "rotated",
     "on_stabilizer",
     "x_sum",
     "y_sum",
 )
 ANCHORS = ("twist_start", "angle_start", "lag_start")
 HALF = EXTREMES + SUMS + ANCHORS
-# Of the times above a level what comes from steps with a crossing and, apart from it,
-# from grazes; and the same of what the collar rolls and the string turns at the wall.
-PARTS = (
+# The parts of the times above a level that come from steps with a crossing and,
+# separately, from grazes; then the same parts of the distance that the collar rolls
+# along the wall and of the angle that the string rotates meanwhile.
+TIME_PARTS = (
     "rock_crossings",
     "stuck_crossings",
     "wall_crossings",
@@ -55,69 +57,75 @@ PARTS = (
     "wall_grazes",
     "stabilizer_grazes",
 )
-SLIDES = ("rolled_crossings", "turned_crossings", "rolled_grazes", "turned_grazes")
-# Of what may have peaks that are ripples of the error, and once more for all else: the
-# least value since the last peak, the greatest since then, if it may become one, and
-# how far a peak stands out at a value of zero. How much farther per unit of value is
-# the same for all.
-PEAK = ("low", "high", "margin")
-PEAKING = ("z", "speed", "else")
-# After these a torque that the bit torque has certainly reached, the bit angle of the
-# next return to the section, and a row that nobody reads.
+WALL_PATHS = ("rolled_crossings", "rotated_crossings", "rolled_grazes", "rotated_grazes")
+# For each quantity whose peaks must be told from ripples of the error, and once for all
+# others: the least value since the last peak; the greatest since then, if it may become
+# a peak; and the prominence of a peak at a value of zero. The prominence per unit of
+# value is the same for all.
+PEAK_ROWS = ("low", "high", "margin")
+PEAK_QUANTITIES = ("z", "speed", "else")
+# The rows of the observer. The last ones: prominence per unit of value; a torque that
+# the bit torque has certainly reached; the bit angle of the next return to the section;
+# a row for values that are not used.
 OBSERVED = (
     *(f"{name}_before" for name in ENDS),
     *(f"{name}_now" for name in ENDS),
     *HALF,
-    *PARTS,
-    *SLIDES,
-    *(f"{name}_{what}" for what in PEAKING for name in PEAK),
+    *TIME_PARTS,
+    *WALL_PATHS,
+    *(f"{name}_{what}" for what in PEAK_QUANTITIES for name in PEAK_ROWS),
     "margin_growth",
     "torque_floor",
     "level",
     "spare",
 )
-# Tolerances by which a maximum stands out from what is before and after it, to be a
-# peak and no ripple of the error.
+# The prominence, in tolerances, above which a maximum is a peak and not a ripple of the
+# error.
 PROMINENCE = 10.0
-# What a half leaves in the outbox: the sums so far, its length and the state of the
-# slow angles at its end.
-HALF_REPORT = (*HALF, "twist_end", "angle_end", "lag_end")
+# The columns of a half in the outbox: its measurements, and at its end the twist, the
+# whirl angle within its half plane and the lag.
+HALF_OUTCOME = (*HALF, "twist_end", "angle_end", "lag_end")
 
-# A list of events (:mod:`.events`): as many columns of as many rows, then the number of
-# events. Every column begins on a cache line.
+# A list of events (:mod:`.events`): COLUMNS columns of CAPACITY rows, then the number
+# of events. Every column begins on a cache line.
 COLUMNS = 24
-SIDE_BY_SIDE = 2 * CACHE_LINE  # two vector registers: one works while the other waits
-COUNT = COLUMNS * SIDE_BY_SIDE
-LIST = COUNT + CACHE_LINE
+CAPACITY = 2 * CACHE_LINE  # two vector registers, so that their latencies overlap
 
-# The store begins with the numbers of peaks and of returns to the section that are
-# kept, the angle between returns, room for what measures the growth of a deviation (two
-# numbers), and, as a bit for every lane, whether the bit speed rose in the last step
-# and whether it turned inside it. Then the lists of turns, of crossings and of tops of
-# the bit torque, a ring that nobody reads, and the rings of the lanes.
+EVENT_COUNT = COLUMNS * CAPACITY
+LIST_LENGTH = EVENT_COUNT + CACHE_LINE
+
+# The store:
+#
+#   header    numbers of peaks and of returns to the section that are kept; the angle
+#             between returns; two numbers for the growth of a deviation; two sets of
+#             lanes, a bit for each: those whose bit speed rose in the last step, and
+#             those where it had an extremum inside that step
+#   lists     extrema, crossings, maxima of the bit torque
+#   rings     one for peaks that are not used, then those of the lanes
 PEAKS, RETURNS, SPACING = range(GROWTH_HEADER)
-CLIMBED, SPEED_TURNED = range(GROWTH_HEADER + 2, GROWTH_HEADER + 4)
-TURNS = CACHE_LINE
-CROSSINGS = TURNS + LIST
-TOPS = CROSSINGS + LIST
-SPARE = TOPS + LIST
-RINGS = SPARE + 1 + SIDE_BY_SIDE
+WAS_RISING, HAD_SPEED_EXTREMUM = range(GROWTH_HEADER + 2, GROWTH_HEADER + 4)
+EXTREMA = CACHE_LINE
+CROSSINGS = EXTREMA + LIST_LENGTH
+TORQUE_MAXIMA = CROSSINGS + LIST_LENGTH
+SPARE = TORQUE_MAXIMA + LIST_LENGTH
+RINGS = SPARE + 1 + CAPACITY
 # Rings of peaks in each lane: z, bit speed, radius.
 RINGS_OF_PEAKS = 3
 
 
-def report_width(peaks: int, returns: int = 0) -> int:
-    """Columns that the observer fills in the outbox: two halves, count and ring of the
-    peaks of z, speed and r, and those of the section."""
-    return 2 * len(HALF_REPORT) + RINGS_OF_PEAKS * (peaks + 1) + section_width(returns)
+def outcome_width(peaks: int, returns: int = 0) -> int:
+    """The number of columns of the observer's outcome in the outbox: two halves, count
+    and ring of the last ``peaks`` of z, bit speed and radius, and those of the last
+    ``returns`` to the section."""
+    return 2 * len(HALF_OUTCOME) + RINGS_OF_PEAKS * (peaks + 1) + section_width(returns)
 
 
 def new_store(
     lanes: int, peaks: int, returns: int = 0, spacing: float = REVOLUTION, more: int = 0
 ) -> np.ndarray:
-    """The observer's store: its header, the lists of events, then for each lane the
-    rings of the peaks, then for each that of the section, then room for ``more``
-    numbers of other observers."""
+    """The observer's store: its header, the lists of events, the rings of the peaks of
+    each lane, the ring of the section of each lane, and ``more`` numbers for other
+    observers. ``spacing`` is the bit angle between returns [rad]."""
     store = aligned_zeros(
         RINGS + lanes * (RINGS_OF_PEAKS * (peaks + 1) + section_width(returns)) + more
     )

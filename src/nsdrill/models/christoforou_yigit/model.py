@@ -35,7 +35,7 @@ from nsdrill.observe.thresholds import Record, Thresholds
 
 
 class Ramped(Ramps):
-    """The drive that moves: see :mod:`nsdrill.models.christoforou_yigit.ramp`."""
+    """The model along a ramp: see :mod:`nsdrill.models.christoforou_yigit.ramp`."""
 
     def columns(self, variant: Variant) -> tuple[str, ...]:
         return ramp.ramped_columns(Options(*variant))
@@ -58,7 +58,7 @@ class Ramped(Ramps):
 
 
 class ChristoforouYigit(Model):
-    """The variant are the :class:`Options`."""
+    """The main model; a variant is a tuple of :class:`Options`."""
 
     name = "christoforou_yigit"
     contacts = tangent.CONTACTS
@@ -95,47 +95,46 @@ class ChristoforouYigit(Model):
     def released(self, table: Array, contact: str) -> Array | None:
         if contact != "wall":
             return None
-        made = table.copy()
-        made[:, rhs.PARAMETERS.index("wall_stiffness")] = 0.0
-        return made
+        changed = table.copy()
+        changed[:, rhs.PARAMETERS.index("wall_stiffness")] = 0.0
+        return changed
 
     def levels(self, variant: Variant) -> tuple[Level, ...]:
         states = self.states(variant)
         return (Level("bit", states.index("bit_speed"), rhs.PARAMETERS.index("stuck_below")),)
 
     def symmetry(self, points: Values) -> Symmetry:
-        """The lobes tell directions apart, the weight of an inclined collar does:
-        without either there are none."""
+        """The lobes repeat after a revolution over their number, the weight of an
+        inclined collar after a whole revolution; without either the equations are the
+        same at every angle."""
         parameters = points.parameters
         options = options_of(parameters)
         if options.driven:
-            holding = "regulator_lag" if options.regulated else "drive_stiffness"
-            held = rhs.pack(parameters, *points.operation)[
-                0, rhs.columns_of(options).index(holding)
+            gain_name = "regulator_lag" if options.regulated else "drive_stiffness"
+            gain = rhs.pack(parameters, *points.operation)[
+                0, rhs.columns_of(options).index(gain_name)
             ]
-            if held == 0.0:
+            if gain == 0.0:
                 raise InputError(
                     f"drive.kind: found {parameters.drive.kind}, a motor or a drive whose angle "
-                    f"nothing holds to that "
-                    "of the set speed, so that no motion repeats in that frame; allowed in a "
-                    "continuation: ideal, a "
-                    "drive with an integral gain, or a dc_motor whose drive.gains hold the lag "
-                    "(K_1, the second one). "
-                    "A sweep up and down (sweep.procedure: up-down) takes any drive."
+                    "nothing holds to that of the set speed, so that no motion repeats in that "
+                    "frame; allowed in a continuation: ideal, a drive with an integral gain, or a "
+                    "dc_motor whose drive.gains hold the lag (K_1, the second one). A sweep up "
+                    "and down (sweep.procedure: up-down) takes any drive."
                 )
         smooth = parameters.modes.axial == "frozen" or not is_used(parameters.bit.surface_amplitude)
         folds = 1 if options.weight else 0 if smooth else options.lobes
-        still = {*rhs.held(parameters), "motor_impulse"}
+        constant = {*rhs.frozen_states(parameters), "motor_impulse"}
         names = rhs.states_of(options)
-        free = tuple(place for place, name in enumerate(names) if name not in still)
+        free = tuple(index for index, name in enumerate(names) if name not in constant)
         return Symmetry(folds, free, ((0, 2), (1, 3)))
 
     def pack(self, points: Values, thresholds: Thresholds) -> Array:
         return rhs.pack(points.parameters, *points.operation, thresholds.stuck_below)
 
     def switches(self, parameters: Any) -> float | None:
-        when: float | None = None if parameters.drive.ideal else parameters.drive.on_at
-        return when
+        on_at: float | None = None if parameters.drive.ideal else parameters.drive.on_at
+        return on_at
 
     def pack_before(self, points: Values, thresholds: Thresholds) -> Array:
         table = self.pack(points, thresholds)
@@ -149,7 +148,7 @@ class ChristoforouYigit(Model):
         )
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:
-        return rhs.held(parameters)
+        return rhs.frozen_states(parameters)
 
     def state_scales(self, table: Array, variant: Variant) -> Array:
         return rhs.state_scales(table, Options(*variant))
@@ -170,15 +169,17 @@ class ChristoforouYigit(Model):
     def observer(
         self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0
     ) -> tuple[Any, Any]:
-        made: tuple[Any, Any] = features.make_observer(lanes, Options(*variant), tangent, others)
-        return made
+        observer: tuple[Any, Any] = features.make_observer(
+            lanes, Options(*variant), tangent, others
+        )
+        return observer
 
     def store(self, lanes: int, parameters: Parameters, record: Record, more: int = 0) -> Array:
         spacing = section.REVOLUTION / (parameters.bit.lobes if record.section == "lobe" else 1)
         return layout.new_store(lanes, record.peaks, record.poincare, spacing, more)
 
     def report_width(self, record: Record, variant: Variant) -> int:
-        return layout.report_width(record.peaks, record.poincare)
+        return layout.outcome_width(record.peaks, record.poincare)
 
     def features(
         self, report: Array, table: Array, observe: float, variant: Variant
@@ -188,12 +189,12 @@ class ChristoforouYigit(Model):
     def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
         parameters, (_, wob, speed) = points.parameters, points.operation
         torque, speed = features["surface_torque_mean"], features.get("drive_speed_mean", speed)
-        found = drilled(torque, speed, parameters.bit.cutting, wob, parameters.well.diameter / 2)
-        if parameters.modes.torsional == "frozen":  # what turns the string is not known
-            found["mechanical_specific_energy"] = np.full(
-                len(found["mechanical_specific_energy"]), np.nan
+        derived = drilled(torque, speed, parameters.bit.cutting, wob, parameters.well.diameter / 2)
+        if parameters.modes.torsional == "frozen":  # the torque at the surface is not known
+            derived["mechanical_specific_energy"] = np.full(
+                len(derived["mechanical_specific_energy"]), np.nan
             )
-        return found
+        return derived
 
     def peaks(self, report: Array, record: Record) -> dict[str, Array]:
         heights = reduce.peaks(report, record.peaks)

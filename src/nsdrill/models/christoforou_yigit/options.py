@@ -1,5 +1,5 @@
-"""What of the parameters is compiled in: the options that change the equations rather
-than their numbers."""
+"""The options that are compiled in: they change the equations rather than their
+numbers."""
 
 from __future__ import annotations
 
@@ -12,18 +12,24 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 
 
 class Options(NamedTuple):
-    """Whole numbers, as they go into the names of compiled functions. An option that is
-    0 leaves nothing in the code.
+    """The options of a string, integers, as they are part of the names of compiled
+    functions. An option that is 0 leaves nothing in the code.
 
-    ``hertz``: the law of the wall is Hertz's; ``lobes`` of the rock's surface;
-    ``driven``: the drive is not ideal; ``friction``: the number of the bit's friction
-    law among :data:`.laws.LAWS`; ``limited``: the torque of the drive has a limit;
-    ``motor``: the drive is a DC motor, whose torque is a state; ``regulated``: its
-    voltage has gains on the motion; ``swirl``: the mud turns; ``stabilizer``: the
-    stabilisers have room, or friction; ``weight``: the hole is inclined;
-    ``axial_friction``: friction at the wall and the stabilisers acts along the axis
-    too; ``apart``: the friction of bit and wall is kept apart, for a stepper that
-    treats it implicitly.
+    ==================  =============================================================
+    ``hertz``           the contact law of the wall is that of Hertz
+    ``lobes``           number of lobes of the rock's surface
+    ``driven``          the drive is not ideal
+    ``friction``        number of the bit's friction law in :data:`.laws.LAWS`
+    ``limited``         the torque of the drive has a limit
+    ``motor``           the drive is a DC motor, whose torque is a state
+    ``regulated``       the voltage of the motor has gains on the motion
+    ``swirl``           the mud rotates
+    ``stabilizer``      the stabilisers have a clearance, perhaps 0, and friction
+    ``weight``          the hole is inclined
+    ``axial_friction``  friction at wall and stabilisers acts along the axis too
+    ``apart``           the friction of bit and wall is kept apart, for a stepper that
+                        treats it implicitly
+    ==================  =============================================================
     """
 
     hertz: int = 0
@@ -41,16 +47,16 @@ class Options(NamedTuple):
 
     @property
     def differenced(self) -> bool:
-        """Whether a deviation is the difference of two right-hand sides, as these
-        options are not linearised."""
+        """Whether the slopes of a deviation are a difference of two right-hand sides,
+        as these options are not linearised."""
         return bool(self.stabilizer or self.axial_friction)
 
 
-class Seen(NamedTuple):
-    """What an observer sees of the options, whole numbers too: the same for all strings
-    between which it cannot tell. Besides options the places of the stabilisers'
-    clearance among the parameters and of ``bb`` and ``slope`` among the auxiliary
-    outputs, 0 where there are none."""
+class ObserverOptions(NamedTuple):
+    """The options that affect an observer, integers too, so that strings which differ
+    in others share its code. ``clearance`` is the index of the stabilisers' clearance
+    among the lane parameters, ``bb`` and ``slope`` are those of these auxiliary
+    outputs; 0 where there are none."""
 
     lobes: int
     driven: int
@@ -64,9 +70,9 @@ class Seen(NamedTuple):
 
 
 def options_of(parameters: Parameters) -> Options:
-    """The options of a string. A number that is an array, as an axis of a sweep is,
-    counts as used wherever it is zero too: there the terms that it brings change no
-    bit."""
+    """The options of a string. A number that is an array, as along an axis of a sweep,
+    counts as used although it may be zero at some points: there its terms change no
+    bit of the result."""
     return Options(
         hertz=int(parameters.well.law == "hertz"),
         lobes=int(parameters.bit.lobes),

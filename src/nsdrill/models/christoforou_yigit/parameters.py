@@ -1,5 +1,5 @@
-"""The parameters of the drill string, in SI units, with a source and an honest word on
-the confidence of each default.
+"""The parameters of the drill string, in SI units, with the source of each default and
+the confidence in it.
 
 Sources: **P** the nonsmooth-system paper whose figures are reproduced; **CY**
 Christoforou & Yigit 2003, J. Sound Vib. 267:1029-1045, and the authors' related papers
@@ -21,11 +21,11 @@ from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, parameter
 
-WIDEST_BORE = 0.999  # of the outer diameter; as wide as that, nothing would be left to bear
+WIDEST_BORE = 0.999  # of the outer diameter, so that the wall has some thickness
 
 
 def check_bore(inner: float, outer: float) -> None:
-    """ValueError for a bore [m] as wide as the tube."""
+    """ValueError for a bore [m] that leaves the tube no wall."""
     if inner > WIDEST_BORE * outer:
         raise ValueError(
             f"inner_diameter: found {inner:g} m, allowed: at most {WIDEST_BORE:g} times the outer "
@@ -138,7 +138,7 @@ class Material(Checked):
 
 @dataclass(frozen=True)
 class Drillstring(Checked):
-    """The string: geometry, steel, damping and the modelling choices that concern it."""
+    """The string: geometry, steel, damping and modelling choices."""
 
     collar: Collar = field(default_factory=Collar)
     pipe: Pipe = field(default_factory=Pipe)
@@ -176,7 +176,8 @@ class Drillstring(Checked):
 
 @dataclass(frozen=True)
 class StillMud(Checked):
-    """The drilling fluid: density, added-mass coefficient C_A and drag coefficient C_D."""
+    """The drilling fluid: density, added-mass coefficient C_A and drag coefficient
+    C_D."""
 
     density: float = parameter(
         1500.0, "kg/m^3", "J, L", "high", high=1e5, usual="air 1 kg/m^3, mud 1000 to 2400 kg/m^3"
@@ -189,7 +190,8 @@ class StillMud(Checked):
 
 @dataclass(frozen=True)
 class Mud(StillMud):
-    """The drilling fluid, which may turn with a share of the rotary speed."""
+    """The drilling fluid, which may rotate with the fraction ``swirl`` of the rotary
+    speed."""
 
     swirl: float = parameter(0.0, "", "J: 0.5", "medium", high=1.0, usual="0 to 0.5")
 
@@ -311,15 +313,15 @@ class Well(Checked):
 
 
 def deepest(stiffness: float, law: str) -> float:
-    """How deep [m] the largest force presses the collar into a wall of this stiffness
-    and contact law."""
+    """The penetration [m] of the collar under the largest force into a wall of this
+    stiffness and contact law."""
     return (LARGEST_FORCE / stiffness) ** (2 / 3 if law == "hertz" else 1.0)
 
 
 @dataclass(frozen=True)
 class Stabilizer(Checked):
-    """The stabilisers at both ends of the span, rigid and touching at once.
-    ``clearance`` is radial, None for hinges without room and without friction."""
+    """The stabilisers at both ends of the span, rigid and in contact at the same time.
+    ``clearance`` is radial, None for hinges without clearance and friction."""
 
     clearance: float | None = parameter(
         None, "m", "P: hinges", "modelling choice", high=10.0, usual="0 to 25 mm"
@@ -366,9 +368,9 @@ class Bit(Checked):
 
 @dataclass(frozen=True)
 class Modes(Checked):
-    """Which motions the string has. A frozen one stays as it is: the bit at its static
-    position on a surface without lobes, the string turning with the set speed, the
-    collar in the middle of the hole. ValueError where all are."""
+    """The modes of motion, free or frozen. Where a mode is frozen, the bit stays at its
+    static position on a surface without lobes, the string rotates with the set speed,
+    or the collar stays in the middle of the hole. ValueError where all are frozen."""
 
     axial: Literal["free", "frozen"] = choice("free", "P")
     torsional: Literal["free", "frozen"] = choice("free", "P")
@@ -382,18 +384,26 @@ class Modes(Checked):
 
 @dataclass(frozen=True)
 class Drive(Checked):
-    """What turns the top of the string, and how it is controlled
+    """The drive at the top of the string and its controller
     (:mod:`nsdrill.models.christoforou_yigit.drives`).
 
-    Each kind reads its own keys: ``soft_torque`` ``matching``, ``frequency`` (None:
-    that of the string) and ``compensated_inertia``; ``z_torque`` ``a`` and
-    ``high_pass``; ``lqr`` the two weights; ``pi`` ``stiffness``, ``damping``,
-    ``twist_gain`` and ``speed_gain``; ``dc_motor`` ``inductance`` to ``motor_inertia``;
-    all but ``ideal`` ``shaft_damping``, and all but ``dc_motor`` ``inertia``. A
-    ``torque_limit`` (None: none) is for controllers that leave the machine its inertia:
-    not for ``ideal``, ``z_torque`` and ``dc_motor``, and for ``soft_torque`` only
-    without ``compensated_inertia``. Until ``on_at`` (None: the start) the drive turns
-    with the set speed whatever the torque.
+    Each kind reads its own keys:
+
+    ===============  ================================================================
+    ``soft_torque``  ``matching``, ``frequency`` (None: that of the string),
+                     ``compensated_inertia``
+    ``z_torque``     ``a``, ``high_pass``
+    ``lqr``          ``state_weight``, ``torque_weight``
+    ``pi``           ``stiffness``, ``damping``, ``twist_gain``, ``speed_gain``
+    ``dc_motor``     ``inductance`` to ``motor_inertia``, ``gains``
+    ===============  ================================================================
+
+    All but ``ideal`` read ``shaft_damping``; all but ``ideal`` and ``dc_motor`` read
+    ``inertia`` and ``on_at``. A ``torque_limit`` (None: none) is for controllers that
+    do not change the inertia of the machine: not for ``ideal``, ``z_torque`` and
+    ``dc_motor``, and for ``soft_torque`` only without ``compensated_inertia``. Until
+    ``on_at`` (None: the start) the drive rotates with the set speed whatever the
+    torque.
     """
 
     kind: Literal[
@@ -501,8 +511,8 @@ class Drive(Checked):
 
     @property
     def ideal(self) -> bool:
-        """Whether the top turns with the set speed whatever the torque, without states
-        of its own."""
+        """Whether the top rotates with the set speed whatever the torque, so that the
+        drive has no states."""
         return self.kind == "ideal"
 
     @property
@@ -517,8 +527,8 @@ class Drive(Checked):
 
     @property
     def motor_damping(self) -> float:
-        """Of a DC motor: the fall of its torque with its speed [N m s/rad], (n K)^2/R,
-        at the string."""
+        """Of a DC motor: the rate at which its torque falls with its speed, (n K)^2/R,
+        at the string [N m s/rad]."""
         return (
             (self.gear * self.torque_constant)
             * (self.gear * self.torque_constant)
@@ -532,8 +542,8 @@ class Drive(Checked):
 
     @property
     def top_inertia(self) -> float:
-        """What turns at the top of the string [kg m^2]; of a DC motor table and motor,
-        n^2 times its own."""
+        """The inertia at the top of the string [kg m^2]; of a DC motor that of the
+        table plus n^2 times that of the motor."""
         return (
             self.table_inertia + self.gear * self.gear * self.motor_inertia
             if self.kind == "dc_motor"
@@ -547,7 +557,7 @@ class Drive(Checked):
 
 @dataclass(frozen=True)
 class Parameters:
-    """All that does not change during a sweep."""
+    """The parameters of the model, to which the operating point does not belong."""
 
     drillstring: Drillstring = field(default_factory=Drillstring)
     mud: Mud = field(default_factory=Mud)
@@ -559,7 +569,7 @@ class Parameters:
 
     @property
     def unread(self) -> frozenset[str]:
-        """The keys of a study that a string with these choices does not read."""
+        """The keys of a study that a string with these parameters does not read."""
         return unread(self)
 
     def __post_init__(self) -> None:
@@ -576,11 +586,11 @@ class Parameters:
 
 @dataclass(frozen=True)
 class Initial(Starts):
-    """The state at the start. ``None`` stands for the natural value: ``z`` for the
-    static position under the weight on bit, ``bit_speed`` and ``drive_speed`` for the
-    set speed of the top drive.
+    """The initial state. ``None`` stands for the natural value: for ``z`` the static
+    position under the weight on bit, for ``bit_speed`` and ``drive_speed`` the set
+    speed of the top drive.
 
-    An ensemble is drawn as :mod:`.ensemble` says.
+    An ensemble is drawn as described in :mod:`.ensemble`.
     """
 
     x: float = state(1e-3, "m", 10.0, "within the gap, 10 to 100 mm, and some mm of wall")

@@ -1,5 +1,5 @@
-"""Which keys of a study a string reads, by its choices: the kind of its drive, its
-friction law, its frozen modes."""
+"""The keys of a study that a string reads, depending on its choices: the kind of its
+drive, its friction law, its frozen modes."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from typing import Any
 
 from nsdrill.models.drives import TUNING
 
-_ALWAYS = ("inertia", "shaft_damping", "on_at")
-_OWN = (*_ALWAYS, "torque_limit")  # where the inertia is that of the machine
+_COMMON = ("inertia", "shaft_damping", "on_at")
+_WITH_LIMIT = (*_COMMON, "torque_limit")  # where the drive's inertia is that of the machine
 # The keys of the drive that each kind reads.
 READ_BY: dict[str, tuple[str, ...]] = {
     "ideal": (),
-    "stiff": _OWN,
-    "soft_torque": (*_OWN, *TUNING["soft_torque"]),
-    "equal_damping": _OWN,
-    "z_torque": (*_ALWAYS, *TUNING["z_torque"]),
-    "lqr": (*_OWN, "state_weight", "torque_weight"),
+    "stiff": _WITH_LIMIT,
+    "soft_torque": (*_WITH_LIMIT, *TUNING["soft_torque"]),
+    "equal_damping": _WITH_LIMIT,
+    "z_torque": (*_COMMON, *TUNING["z_torque"]),
+    "lqr": (*_WITH_LIMIT, "state_weight", "torque_weight"),
     "dc_motor": (
         "shaft_damping",
         "inductance",
@@ -28,7 +28,7 @@ READ_BY: dict[str, tuple[str, ...]] = {
         "motor_inertia",
         "gains",
     ),
-    "pi": (*_OWN, *TUNING["pi"]),
+    "pi": (*_WITH_LIMIT, *TUNING["pi"]),
 }
 
 
@@ -42,7 +42,7 @@ READ_BY_LAW: dict[str, tuple[str, ...]] = {
 }
 
 
-# What only the motion of a mode depends on: its start, and numbers of the string.
+# Keys that only the motion of a mode depends on: its initial state, and parameters.
 FROZEN: dict[str, tuple[str, ...]] = {
     "axial": ("initial.z", "initial.vz", "bit.surface_amplitude", "drillstring.axial_damping"),
     "torsional": ("initial.twist", "initial.bit_speed", "drillstring.torsional_damping"),
@@ -66,7 +66,7 @@ FROZEN: dict[str, tuple[str, ...]] = {
         "stabilizer.clearance",
     ),
 }
-# What acts on a mode that moves alone, and its value where it does not.
+# Further effects on the motion of a mode, each with the value that switches it off.
 OFF: dict[str, dict[str, Any]] = {
     "axial": {"well.axial_friction": False},
     "torsional": {},
@@ -81,7 +81,7 @@ OFF: dict[str, dict[str, Any]] = {
 
 def unread(parameters: Any) -> frozenset[str]:
     """The keys that a string with these :class:`.parameters.Parameters` does not read,
-    of its start as well."""
+    including those of its initial state."""
     kind, law = parameters.drive.kind, parameters.bit.friction.law
     drive = (
         item.name for item in fields(parameters.drive) if item.name not in ("kind", *READ_BY[kind])
@@ -91,14 +91,14 @@ def unread(parameters: Any) -> frozenset[str]:
         for item in fields(parameters.bit.friction)
         if item.name not in ("law", *READ_BY_LAW[law])
     )
-    found = {*(f"drive.{name}" for name in drive), *(f"bit.friction.{name}" for name in friction)}
+    keys = {*(f"drive.{name}" for name in drive), *(f"bit.friction.{name}" for name in friction)}
     if kind == "ideal":
-        found |= {"initial.lag", "initial.drive_speed"}
-    for mode, keys in FROZEN.items():
+        keys |= {"initial.lag", "initial.drive_speed"}
+    for mode, keys_of_mode in FROZEN.items():
         if getattr(parameters.modes, mode) == "frozen":
-            found |= {*keys, *OFF[mode]}
+            keys |= {*keys_of_mode, *OFF[mode]}
     if parameters.stabilizer.clearance is None:
-        found |= {
+        keys |= {
             f"stabilizer.friction.{item.name}" for item in fields(parameters.stabilizer.friction)
         }
-    return frozenset(found)
+    return frozenset(keys)

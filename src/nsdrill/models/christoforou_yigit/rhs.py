@@ -1,6 +1,6 @@
 """The right-hand side of the 4-DOF equations of motion, for all lanes at once.
 
-Derived from the Lagrangian of the coupled system (theory page of the documentation);
+Derived from the Lagrangian of the coupled system (theory page of the documentation), as
 the printed equations of the paper have sign and index errors. States: x, vx, y, vy, z,
 vz, twist, bit_speed, all SI.
 """
@@ -16,12 +16,17 @@ from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma, sincos
-from nsdrill.models.christoforou_yigit.apart import OWN, make_solve
-from nsdrill.models.christoforou_yigit.apart_along import ALONG
-from nsdrill.models.christoforou_yigit.apart_held import HELD
+from nsdrill.models.christoforou_yigit.apart import SOLVE_AUX, make_solve
+from nsdrill.models.christoforou_yigit.apart_along import AXIAL_AUX
+from nsdrill.models.christoforou_yigit.apart_held import STABILIZER_AUX
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
-from nsdrill.models.christoforou_yigit.friction import bit_arm, bit_factors, shared, slip_factors
+from nsdrill.models.christoforou_yigit.friction import (
+    bit_arm,
+    bit_factors,
+    friction_per_slip,
+    slip_factors,
+)
 from nsdrill.models.christoforou_yigit.lateral import (
     AXIAL_PARAMETERS,
     STABILIZER_PARAMETERS,
@@ -36,9 +41,9 @@ from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.differences import rows_to_keep
 
 STATES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
-# Left by the right-hand side for the observer: cosine and sine of the bit angle, the
-# smoothed direction of the bit speed and its decay factor. The others carry results
-# from one of its loops to the next.
+# Auxiliary outputs. The observer reads cosine and sine of the bit angle, the smoothed
+# direction of the bit speed, its decay factor and the radius. The others carry results
+# from one loop of the right-hand side to the next.
 AUX = (
     "cosine",
     "sine",
@@ -83,7 +88,7 @@ PARAMETERS = (
     "stuck_below",
 )
 INDEX = {name: i for i, name in enumerate(PARAMETERS)}
-# A drive that is not ideal has two states and six parameters more.
+# Further states and parameters of a drive that is not ideal.
 DRIVE_STATES = ("lag", "drive_speed")
 DRIVE_PARAMETERS = (
     "per_drive_inertia",
@@ -95,16 +100,16 @@ DRIVE_PARAMETERS = (
 )
 
 
-# A DC motor has two states and two parameters more than other drives.
+# Further states and parameters of a DC motor.
 MOTOR_STATES = ("motor_impulse", "motor_torque")
 MOTOR_PARAMETERS = ("motor_damping", "per_circuit_time")
-# The law of its voltage, where it has gains.
+# The law of the motor's voltage, where it has gains.
 REGULATOR_PARAMETERS = tuple(f"regulator_{name}" for name in Regulator._fields)
 CONTACTS = 2  # rock and wall
-# Friction acts on the slopes of vx, vy and the bit speed; some kinds of it act on vz as
-# well.
+# Bit masks of the slopes in which friction acts: those of vx, vy and the bit speed;
+# with friction along the axis that of vz as well.
 PUSHED, PUSHED_ALONG = 0b1011, 0b1111
-UNSEEN = 1e30  # the size of a state that has no say in the steps
+IGNORED_SCALE = 1e30  # the scale of a state that does not affect the step size
 
 
 def states_of(options: Options) -> tuple[str, ...]:
@@ -134,18 +139,18 @@ def aux_of(options: Options) -> tuple[str, ...]:
         return AUX
     return (
         *AUX,
-        *OWN,
-        *(HELD if options.stabilizer else ()),
-        *(ALONG if options.axial_friction else ()),
+        *SOLVE_AUX,
+        *(STABILIZER_AUX if options.stabilizer else ()),
+        *(AXIAL_AUX if options.axial_friction else ()),
     )
 
 
 def rows_of(
     options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None
 ) -> Rows:
-    """The lane buffer for an observer with so many rows, with a deviation beside the
-    states or without, and with so many ``columns`` of parameters where there are more
-    than those of the model."""
+    """The lane buffer for an observer with so many ``observed`` rows, with a deviation
+    beside the states if ``tangent``, and with so many ``columns`` of parameters where
+    there are more than those of the model."""
     states = len(states_of(options))
     tangent_states = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
@@ -161,8 +166,8 @@ MAIN = Options()
 
 @lru_cache
 def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool = False) -> Any:
-    """The compiled right-hand side for a number of lanes and these options; in a buffer
-    with a deviation, which it does not touch, or without."""
+    """The compiled right-hand side for a number of lanes and these options; with
+    ``tangent`` for a buffer with a deviation, which it does not change."""
     rows = rows_of(options, tangent=tangent)
     W, hertz, lobes, driven = lanes, options.hertz, options.lobes, options.driven
     law_of_bit = options.friction
@@ -183,7 +188,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
         friction_,
     ) = (W * (rows.aux_now + i) for i in range(len(AUX)))
     P = {name: W * (rows.parameter + i) for i, name in enumerate(columns_of(options))}
-    phase_, drive_, wob_ = W * rows.phase, P["drive_speed"], P["wob"]
+    phase_, set_speed_, wob_ = W * rows.phase, P["drive_speed"], P["wob"]
     iml_, iJ_, ima_, q_ = (
         P["per_lateral_mass"],
         P["per_inertia"],
@@ -216,36 +221,40 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
         P["bit_rise"],
         P["bit_dynamic"],
     )
-    # The rows of the drive, which an ideal one has not.
-    lag_, top_, pull_ = W * (rows.stage + 8), W * (rows.stage + 9), W * (rows.acceleration + 4)
-    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_, most_ = (
+    # The rows of the drive; an ideal one has none.
+    lag_, omega_d_, alpha_d_ = (
+        W * (rows.stage + 8),
+        W * (rows.stage + 9),
+        W * (rows.acceleration + 4),
+    )
+    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_, torque_limit_ = (
         W * (rows.parameter + len(PARAMETERS) + i) for i in range(7)
     )
     limited, motor = options.limited, options.motor
-    T_m_, surge_ = W * (rows.stage + 11), W * (rows.acceleration + 5)
-    slope_, per_time_ = (
+    T_m_, T_m_rate_ = W * (rows.stage + 11), W * (rows.acceleration + 5)
+    motor_damping_, per_time_ = (
         W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2)
     )
     regulated = options.regulated
-    T_0_, psi_0_, g_T_, g_lag_, g_top_, g_twist_, g_speed_ = (
+    T_0_, psi_0_, g_T_, g_lag_, g_drive_, g_twist_, g_speed_ = (
         P.get(name, 0) for name in REGULATOR_PARAMETERS
     )
-    # The rows of further options, which are nowhere without them.
-    swirl, stabilizer, weight, both = (
+    # The rows of further options; 0 without them.
+    swirl, stabilizer, weight, axial_friction = (
         options.swirl,
         options.stabilizer,
         options.weight,
         options.axial_friction,
     )
     sigma_, momentum_ = (P.get(name, 0) for name in SWIRL_PARAMETERS)
-    room_, R_s_, arm_s_, eps_s_, tau_s_, rise_s_, mu_s_ = (
+    clearance_, R_s_, arm_s_, eps_s_, tau_s_, rise_s_, mu_s_ = (
         P.get(name, 0) for name in STABILIZER_PARAMETERS
     )
     weight_, eccentric_ = (P.get(name, 0) for name in WEIGHT_PARAMETERS)
-    (rate_,) = (P.get(name, 0) for name in AXIAL_PARAMETERS)
-    # where the collar begins to touch: there is less room at the stabilisers
-    near_ = room_ if stabilizer else gap_
-    axial_ = slip_  # friction along the axis, where the slip is not needed any more
+    (rop_,) = (P.get(name, 0) for name in AXIAL_PARAMETERS)
+    # the radius at which a contact begins: stabilisers touch before the collar does
+    contact_radius_ = clearance_ if stabilizer else gap_
+    axial_ = slip_  # friction along the axis overwrites the slip, which is not needed any more
     apart = options.apart
     solve = (
         make_solve(lanes, options, rows, columns_of(options), aux_of(options)) if apart else None
@@ -254,17 +263,17 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
     @compiled(types.void(BUFFER), W, *options, tangent)
     def right_hand_side(b):  # type: ignore[no-untyped-def]
         # Bit: interference with the lobed surface, force, torque. Cutting and friction
-        # share their direction. The collar's radius and slip are made ready here, where
-        # there is other work to do while a root is taken.
+        # share their direction. The collar's radius and slip are computed here, so that
+        # other instructions overlap with the square root.
         touching = 0
         for i in range(W):
             x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
-            # The floor matters at the hole's centre only, where no force is.
+            # The floor has an effect at the hole's centre only, where no force acts.
             r = np.sqrt(max(fma(x, x, y * y), 1e-60))
             b[radius_ + i] = r
-            touching |= 1 if r > b[near_ + i] else 0
+            touching |= 1 if r > b[contact_radius_ + i] else 0
             b[slip_ + i] = fma(b[speed_ + i] * b[R_c_ + i], r, fma(x, vy, -(y * vx)))
-            s, c = sincos(b[twist_ + i] + fma(b[drive_ + i], b[time_ + i], b[phase_ + i]))
+            s, c = sincos(b[twist_ + i] + fma(b[set_speed_ + i], b[time_ + i], b[phase_ + i]))
             force = b[k_c_ + i] * max(fma(b[s0_ + i], multiple_sine(s, c, lobes), -b[z_ + i]), 0.0)
             b[cosine_ + i] = c
             b[sine_ + i] = s
@@ -278,8 +287,8 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                     law_of_bit, omega, g, decayed, b[rise_b_ + i], b[mu_b_ + i]
                 )
 
-        # Wall: penetration, normal force, friction against the slip of the collar's
-        # surface (the row has slip times radius). Only if some lane touches.
+        # Wall, if some lane touches: penetration, normal force, friction against the
+        # slip of the collar's surface (the row has slip times radius).
         if apart:
             solve(b, touching)
         elif touching != 0:
@@ -289,9 +298,9 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 normal = b[k_w_ + i] * penetration
                 if hertz:
                     normal = normal * np.sqrt(penetration)
-                if both:
-                    slip, along = b[slip_ + i], b[vz_ + i] - b[rate_ + i]
-                    share, per_r = shared(
+                if axial_friction:
+                    slip, along = b[slip_ + i], b[vz_ + i] - b[rop_ + i]
+                    share, per_r = friction_per_slip(
                         slip,
                         along * r,
                         r,
@@ -313,12 +322,12 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 b[radial_ + i] = 0.0
                 b[tangential_ + i] = 0.0
                 b[friction_ + i] = 0.0
-                if both:
+                if axial_friction:
                     b[axial_ + i] = 0.0
 
-        # The stabilisers carry the restoring force of the bent span, with friction of
-        # its size. What that takes from the bit goes where the wall's friction is, as a
-        # force at the surface of the collar.
+        # The stabilisers carry the restoring force of the bent span, whose size is the
+        # normal load of their friction. Its torque on the bit is added to the wall's
+        # friction, as a force at the surface of the collar.
         if stabilizer and not apart and touching != 0:
             for i in range(W):
                 x, vx, y, vy, r = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[radius_ + i]
@@ -327,12 +336,14 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                     b[force_ + i],
                     fma(-b[soft_T_ + i], b[torque_ + i], b[bend_ + i]),
                 )
-                normal = stiffness * max(r - b[room_ + i], 0.0)
+                normal = stiffness * max(r - b[clearance_ + i], 0.0)
                 unit = r * r
-                slip = fma(b[speed_ + i] * b[R_s_ + i], unit, b[room_ + i] * fma(x, vy, -(y * vx)))
-                if both:
-                    along = (b[vz_ + i] - b[rate_ + i]) * unit
-                    share, per_unit = shared(
+                slip = fma(
+                    b[speed_ + i] * b[R_s_ + i], unit, b[clearance_ + i] * fma(x, vy, -(y * vx))
+                )
+                if axial_friction:
+                    along = (b[vz_ + i] - b[rop_ + i]) * unit
+                    share, per_unit = friction_per_slip(
                         slip,
                         along,
                         unit,
@@ -380,46 +391,55 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 F_y = F_y - b[weight_ + i]
 
             if driven:
-                lag, top, speed = b[lag_ + i], b[top_ + i], b[drive_ + i]
+                lag, omega_d, set_speed = b[lag_ + i], b[omega_d_ + i], b[set_speed_ + i]
                 twist = twist - lag  # of the pipe
-                damped = b[c_s_ + i] * (top - omega)
-                law = fma(
+                shaft_torque = b[c_s_ + i] * (omega_d - omega)
+                minus_T_m = fma(
                     b[K_i_ + i],
                     lag,
                     fma(
                         b[K_p_ + i],
-                        top - speed,
-                        fma(b[G_t_ + i], twist, b[G_w_ + i] * (omega - speed)),
+                        omega_d - set_speed,
+                        fma(b[G_t_ + i], twist, b[G_w_ + i] * (omega - set_speed)),
                     ),
                 )
                 if motor:
-                    law = -b[T_m_ + i]
-                    b[surge_ + i] = fma(b[slope_ + i], speed - top, law) * b[per_time_ + i]
+                    minus_T_m = -b[T_m_ + i]
+                    b[T_m_rate_ + i] = (
+                        fma(b[motor_damping_ + i], set_speed - omega_d, minus_T_m)
+                        * b[per_time_ + i]
+                    )
                     if regulated:
-                        fed = fma(
+                        feedback = fma(
                             b[g_lag_ + i],
                             lag,
-                            fma(b[g_top_ + i], top - speed, b[g_speed_ + i] * (omega - speed)),
+                            fma(
+                                b[g_drive_ + i],
+                                omega_d - set_speed,
+                                b[g_speed_ + i] * (omega - set_speed),
+                            ),
                         )
-                        fed = fma(b[g_twist_ + i], b[twist_ + i] - b[psi_0_ + i], fed)
-                        fed = fma(b[g_T_ + i], b[T_m_ + i] - b[T_0_ + i], fed)
-                        b[surge_ + i] += (b[T_0_ + i] - fed) * b[per_time_ + i]
-                if limited:  # the law is the torque of the motor with the other sign
-                    law = min(max(law, -b[most_ + i]), 0.0)
-                b[pull_ + i] = (fma(b[k_t_ + i], twist, -damped) - law) * b[iJ_d_ + i]
-                torque = torque - damped
+                        feedback = fma(b[g_twist_ + i], b[twist_ + i] - b[psi_0_ + i], feedback)
+                        feedback = fma(b[g_T_ + i], b[T_m_ + i] - b[T_0_ + i], feedback)
+                        b[T_m_rate_ + i] += (b[T_0_ + i] - feedback) * b[per_time_ + i]
+                if limited:
+                    minus_T_m = min(max(minus_T_m, -b[torque_limit_ + i]), 0.0)
+                b[alpha_d_ + i] = (fma(b[k_t_ + i], twist, -shaft_torque) - minus_T_m) * b[
+                    iJ_d_ + i
+                ]
+                torque = torque - shaft_torque
             q = b[q_ + i]
             moment = fma(
                 b[c_t_ + i], omega, fma(b[k_t_ + i], twist, fma(friction, b[R_c_ + i], torque))
             )
             if weight:
                 moment = fma(b[eccentric_ + i], c, moment)
-            if both:
+            if axial_friction:
                 force = force - b[axial_ + i]
             angular = -fma(q, fma(F_y, c, -(F_x * s)), moment) * b[iJ_ + i]
-            centripetal = omega * omega
-            b[ax_ + i] = fma(q, fma(centripetal, c, angular * s), F_x * b[iml_ + i])
-            b[ay_ + i] = fma(q, fma(centripetal, s, -(angular * c)), F_y * b[iml_ + i])
+            omega_squared = omega * omega
+            b[ax_ + i] = fma(q, fma(omega_squared, c, angular * s), F_x * b[iml_ + i])
+            b[ay_ + i] = fma(q, fma(omega_squared, s, -(angular * c)), F_y * b[iml_ + i])
             b[az_ + i] = (force - fma(b[c_a_ + i], vz, fma(b[k_a_ + i], z, b[wob_ + i]))) * b[
                 ima_ + i
             ]
@@ -433,7 +453,7 @@ def pack(
 ) -> np.ndarray:
     """Lane parameters of operating points, shape (points, columns), from 1-D arrays
     depth [m], wob [N] and rotary_speed [rad/s] of one length."""
-    depth, wob, rotary_speed = _together(depth, wob, rotary_speed)
+    depth, wob, rotary_speed = _broadcast(depth, wob, rotary_speed)
     k: Coefficients = derive(parameters, depth, wob, rotary_speed)
     string, well, bit = parameters.drillstring, parameters.well, parameters.bit
     span = string.collar.span
@@ -469,7 +489,7 @@ def pack(
         "stuck_below": stuck_below,
     }
     modes = parameters.modes
-    # Zero reciprocals keep a mode as it is.
+    # Zero reciprocals of mass and inertia freeze a mode.
     if modes.axial == "frozen":
         values |= {"per_axial_mass": 0.0, "surface_amplitude": 0.0}
     if modes.lateral == "frozen":
@@ -497,7 +517,7 @@ def pack(
     return table
 
 
-def _together(*values: Any) -> list[np.ndarray]:
+def _broadcast(*values: Any) -> list[np.ndarray]:
     return list(np.broadcast_arrays(*(np.atleast_1d(value).astype(float) for value in values)))
 
 
@@ -517,7 +537,7 @@ def state_scales(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
     contact = p["axial_stiffness"] + p["rock_stiffness"]
     axial = np.maximum(p["wob"] / contact, np.maximum(0.1 * p["surface_amplitude"], 1e-6))
     bending_rate, axial_rate = (
-        np.sqrt(np.where(per_mass > 0.0, square, 1.0))  # of a frozen mode any size will do
+        np.sqrt(np.where(per_mass > 0.0, square, 1.0))  # any scale will do for a frozen mode
         for per_mass, square in (
             (p["per_lateral_mass"], np.abs(p["bending"]) * p["per_lateral_mass"]),
             (p["per_axial_mass"], contact * p["per_axial_mass"]),
@@ -536,20 +556,20 @@ def state_scales(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
     if options.driven:
         columns = (*columns, *columns[-2:])
     if options.motor:
-        columns = (*columns, np.full(len(table), UNSEEN), 0.1 * p["torsional_stiffness"])
+        columns = (*columns, np.full(len(table), IGNORED_SCALE), 0.1 * p["torsional_stiffness"])
     return np.stack(columns, axis=1)
 
 
 def frame_rates(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
-    """What each position's rate has beyond its velocity, shape (points, slopes): twist
-    and lag are counted from the set point."""
+    """The difference of each position's rate and its velocity, shape (points, slopes):
+    twist and lag are measured from the set point, which rotates."""
     frame_rate = np.zeros((len(table), len(states_of(options)) // 2))
     frame_rate[:, 3:5] = -table[:, [INDEX["drive_speed"]]]
     return frame_rate
 
 
 def phase_rate(table: np.ndarray) -> np.ndarray:
-    """How fast the phase, the drive's angle, advances [rad/s], shape (points,)."""
+    """The rate of the phase, which is the drive's angle [rad/s], shape (points,)."""
     return table[:, INDEX["drive_speed"]]
 
 
@@ -557,35 +577,41 @@ def first_step(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
     """A first step size [s] for each operating point: a hundredth of the shortest
     natural time, shape (points,)."""
     p = {name: table[:, i] for name, i in INDEX.items()}
-    fastest = np.maximum(
+    squared_rate = np.maximum(
         p["wall_stiffness"] * p["per_lateral_mass"],
         (p["axial_stiffness"] + p["rock_stiffness"]) * p["per_axial_mass"],
     )
     if options.driven:
-        inverse, stiffness, damping = table[:, len(PARAMETERS) : len(PARAMETERS) + 3].T
-        fastest = np.maximum(fastest, np.maximum(stiffness * inverse, (damping * inverse) ** 2))
+        per_inertia, stiffness, damping = table[:, len(PARAMETERS) : len(PARAMETERS) + 3].T
+        squared_rate = np.maximum(
+            squared_rate, np.maximum(stiffness * per_inertia, (damping * per_inertia) ** 2)
+        )
     if options.motor:
-        slope, per_time = table[:, len(PARAMETERS) + len(DRIVE_PARAMETERS) :][:, :2].T
-        fastest = np.maximum(fastest, np.maximum(slope * per_time * inverse, per_time**2))
+        motor_damping, per_time = table[:, len(PARAMETERS) + len(DRIVE_PARAMETERS) :][:, :2].T
+        squared_rate = np.maximum(
+            squared_rate, np.maximum(motor_damping * per_time * per_inertia, per_time**2)
+        )
     if options.regulated:
         names = columns_of(options)
-        torque, lag, top = (
+        torque, lag, drive_speed = (
             table[:, names.index(f"regulator_{name}")] for name in ("torque", "lag", "drive_speed")
         )
-        square = np.maximum(
-            ((1 + torque) * per_time) ** 2, np.abs(slope + top) * per_time * inverse
+        squared_motor_rate = np.maximum(
+            ((1 + torque) * per_time) ** 2,
+            np.abs(motor_damping + drive_speed) * per_time * per_inertia,
         )
-        fastest = np.maximum(
-            fastest, np.maximum(square, np.abs(lag * per_time * inverse) ** (2 / 3))
+        squared_rate = np.maximum(
+            squared_rate,
+            np.maximum(squared_motor_rate, np.abs(lag * per_time * per_inertia) ** (2 / 3)),
         )
-    return 0.01 / np.sqrt(np.maximum(fastest, p["drive_speed"] ** 2))
+    return 0.01 / np.sqrt(np.maximum(squared_rate, p["drive_speed"] ** 2))
 
 
 def initial_states(
     parameters: Parameters, initial: Initial, depth: Any, wob: Any, rotary_speed: Any
 ) -> np.ndarray:
     """Initial states with the drive angle last, shape (points, states + 1)."""
-    depth, wob, rotary_speed = _together(depth, wob, rotary_speed)
+    depth, wob, rotary_speed = _broadcast(depth, wob, rotary_speed)
     k = derive(parameters, depth, wob, rotary_speed)
     options = options_of(parameters)
     states = np.zeros((depth.size, len(states_of(options)) + 1))
@@ -600,32 +626,32 @@ def initial_states(
     values += [0.0] * (2 * options.motor)
     for i, value in enumerate((*values, initial.drive_angle)):
         states[:, i] = value
-    return frozen(parameters, states, wob, rotary_speed)
+    return with_frozen_modes(parameters, states, wob, rotary_speed)
 
 
 # The states of each mode.
-_OF_MODE = {"lateral": STATES[:4], "axial": STATES[4:6], "torsional": STATES[6:8]}
+_STATES_OF_MODE = {"lateral": STATES[:4], "axial": STATES[4:6], "torsional": STATES[6:8]}
 
 
-def held(parameters: Parameters) -> tuple[str, ...]:
+def frozen_states(parameters: Parameters) -> tuple[str, ...]:
     """The names of the states of frozen modes."""
     return tuple(
         name
-        for mode, names in _OF_MODE.items()
+        for mode, names in _STATES_OF_MODE.items()
         if getattr(parameters.modes, mode) == "frozen"
         for name in names
     )
 
 
-def frozen(
+def with_frozen_modes(
     parameters: Parameters, states: np.ndarray, wob: np.ndarray, rotary_speed: np.ndarray
 ) -> np.ndarray:
-    """``states`` (points, states + 1) with what frozen modes have in place of what was
-    given."""
+    """``states`` (points, states + 1), in which the values of frozen modes replace the
+    initial ones, in place."""
     modes = parameters.modes
     if modes.lateral == "frozen":
         states[:, :4] = 0.0
-    # the bit carries the whole weight; the pipe's spring has no part in it
+    # the bit carries the whole weight; the pipe's spring carries none
     if modes.axial == "frozen":
         states[:, 4], states[:, 5] = -wob / parameters.bit.rock_stiffness, 0.0
     if modes.torsional == "frozen":

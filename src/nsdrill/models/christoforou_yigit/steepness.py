@@ -1,5 +1,5 @@
-"""How steep the friction of bit and wall is, and where it cannot be integrated
-implicitly."""
+"""The steepness of the friction of bit, wall and stabilisers, and the strings whose
+friction cannot be integrated implicitly."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from nsdrill.models.leaves import Values
 
 
 def explicit_only(parameters: Parameters) -> str | None:
-    """Why the friction of this string cannot be integrated implicitly, None where it
-    can."""
+    """The reason why the friction of this string cannot be integrated implicitly, None
+    where it can."""
     if parameters.stabilizer.clearance is not None and parameters.well.axial_friction:
         return (
             "stabilisers and wall whose friction acts along the hole too (well.axial_friction) "
@@ -27,36 +27,40 @@ def explicit_only(parameters: Parameters) -> str | None:
 
 
 def friction_rates(points: Values) -> dict[str, Any]:
-    """How fast friction at rest brakes a slip [1/s], of bit, wall and stabilisers, by
-    their keys: (2/pi) eps mu N over the mass that it meets, with the weight on bit,
-    with the force that presses a rolling collar to the wall, and with what the span
-    exerts on the stabilisers when the collar is at the wall."""
+    """The rates [1/s] at which friction at rest decelerates a slip, of bit, wall and
+    stabilisers, by the keys of their smoothing: (2/pi) eps mu N over the effective mass
+    of the slip. The normal force N is the weight on bit, the force between a rolling
+    collar and the wall, and the force of the span on the stabilisers when the collar is
+    at the wall."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
     k = derive(parameters, depth, wob, speed)
     bit = bit_numbers(parameters, k)
     if parameters.bit.friction.law == "rational":
-        steep = bit.bit_dynamic * bit.bit_smoothing + bit.bit_rise
+        slope = bit.bit_dynamic * bit.bit_smoothing + bit.bit_rise
     else:
-        steep = 2 / math.pi * bit.bit_smoothing * (bit.bit_rise + bit.bit_dynamic)
+        slope = 2 / math.pi * bit.bit_smoothing * (bit.bit_rise + bit.bit_dynamic)
     wall = parameters.well.friction
-    pressed = k.m_l * k.collar_radius**2 * np.square(speed) / k.gap
-    meets = k.collar_radius**2 / k.J + 1 / k.m_l
+    normal = k.m_l * k.collar_radius**2 * np.square(speed) / k.gap
+    per_mass = k.collar_radius**2 / k.J + 1 / k.m_l
     if parameters.well.axial_friction:
-        meets = np.maximum(meets, 1 / k.m_a)
+        per_mass = np.maximum(per_mass, 1 / k.m_a)
     modes = parameters.modes
-    at_bit = wob * steep / k.J if modes.torsional == "free" else 0.0
-    at_wall = (
-        2 / math.pi * wall.smoothing * wall.static * pressed * meets
+    bit_rate = wob * slope / k.J if modes.torsional == "free" else 0.0
+    wall_rate = (
+        2 / math.pi * wall.smoothing * wall.static * normal * per_mass
         if modes.lateral == "free"
         else 0.0
     )
     key = "b1" if parameters.bit.friction.law == "rational" else "smoothing"
-    rates = {f"bit.friction.{key}": at_bit, "well.friction.smoothing": at_wall}
+    rates = {f"bit.friction.{key}": bit_rate, "well.friction.smoothing": wall_rate}
     radius, law = stabilizer_radius(parameters), parameters.stabilizer.friction
     if radius is not None and modes.lateral == "free":
         clearance = parameters.stabilizer.clearance
-        held, meets = k.k_bend * (k.gap - clearance), radius**2 / k.J + clearance / k.gap / k.m_l
+        span_force, per_mass = (
+            k.k_bend * (k.gap - clearance),
+            radius**2 / k.J + clearance / k.gap / k.m_l,
+        )
         rates["stabilizer.friction.smoothing"] = (
-            2 / math.pi * law.smoothing * law.static * held * meets
+            2 / math.pi * law.smoothing * law.static * span_force * per_mass
         )
     return rates

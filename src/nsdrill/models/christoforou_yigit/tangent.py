@@ -1,14 +1,14 @@
-"""The tangent dynamics: how a small deviation from a trajectory grows, for Lyapunov
+"""The tangent dynamics: the growth of a small deviation from a trajectory, for Lyapunov
 exponents.
 
 The deviation has a component for each state and follows the linearised equations of
-motion along the trajectory. They are integrated with it as tangent states
-(:class:`nsdrill.abi.Rows`): the same steps, the same stages. Contact makes the Jacobian
-jump where the bit or the collar touches, not the vector field; a deviation therefore
-passes through a contact without a jump (the saltation matrix is the identity: di
-Bernardo et al., Piecewise-smooth Dynamical Systems, 2008, chapter 2). Within a step
-each contact counts as it was at the step's start; a step in which one changes is made
-anew for the deviation (:mod:`nsdrill.observe.landing`).
+motion along the trajectory. It is integrated with the trajectory as tangent states
+(:class:`nsdrill.abi.Rows`), in the same steps and stages. Where the bit or the collar
+touches, the Jacobian jumps but not the vector field; a deviation therefore passes
+through a contact without a jump (the saltation matrix is the identity: di Bernardo et
+al., Piecewise-smooth Dynamical Systems, 2008, chapter 2). Within a step each contact
+is as at the step's start; a step in which a contact changes is repeated for the
+deviation (:mod:`nsdrill.observe.landing`).
 """
 
 from __future__ import annotations
@@ -47,10 +47,11 @@ CONTACTS = ("rock", "wall")  # each has a function that is positive where it tou
 def make_tangent(lanes: int, options: Options, place: int) -> Any:
     """The compiled right-hand side of the motion and of one deviation from it.
 
-    The deviation stands after the states, in their order; its accelerations after
-    theirs. The functions of the contacts at the start of the step stand among the
-    observer's rows, at ``place``. With stabilisers, or with friction along the axis, it
-    is the difference of two right-hand sides (:mod:`nsdrill.models.differences`).
+    The deviation follows the states, in their order, and its accelerations follow those
+    of the states. The functions of the contacts at the start of the step are among the
+    observer's rows, from ``place`` on. With stabilisers, or with friction along the
+    axis, the slopes of the deviation are a difference of two right-hand sides
+    (:mod:`nsdrill.models.differences`).
     """
     rows = rows_of(options, tangent=True)
     if options.differenced:
@@ -67,7 +68,7 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
             touches=((force, -1), (radius, gap)),
             place=place,
         )
-    W, own, hertz, lobes, driven = (
+    W, state_count, hertz, lobes, driven = (
         lanes,
         len(states_of(options)),
         options.hertz,
@@ -77,25 +78,28 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     law_of_bit = options.friction
     x_, vx_, y_, vy_, _, _, _, speed_ = (W * (rows.stage + i) for i in range(8))
     dx_, dvx_, dy_, dvy_, dz_, dvz_, dtwist_, dspeed_ = (
-        W * (rows.stage + own + i) for i in range(8)
+        W * (rows.stage + state_count + i) for i in range(8)
     )
     alpha_ = W * (rows.acceleration + 3)
-    dax_, day_, daz_, dalpha_ = (W * (rows.acceleration + own // 2 + i) for i in range(4))
-    # The rows of the drive, which an ideal one has not.
-    dlag_, dtop_ = (W * (rows.stage + own + i) for i in (8, 9))
-    dpull_ = W * (rows.acceleration + own // 2 + 4)
-    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_, most_ = (
+    dax_, day_, daz_, dalpha_ = (W * (rows.acceleration + state_count // 2 + i) for i in range(4))
+    # The rows of the drive; an ideal one has none.
+    dlag_, domega_d_ = (W * (rows.stage + state_count + i) for i in (8, 9))
+    dalpha_d_ = W * (rows.acceleration + state_count // 2 + 4)
+    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_, torque_limit_ = (
         W * (rows.parameter + len(PARAMETERS) + i) for i in range(7)
     )
-    twist_, lag_, top_ = (W * (rows.stage + i) for i in (6, 8, 9))
-    dT_m_, dsurge_ = W * (rows.stage + own + 11), W * (rows.acceleration + own // 2 + 5)
-    slope_, per_time_ = (
+    twist_, lag_, omega_d_ = (W * (rows.stage + i) for i in (6, 8, 9))
+    dT_m_, dT_m_rate_ = (
+        W * (rows.stage + state_count + 11),
+        W * (rows.acceleration + state_count // 2 + 5),
+    )
+    motor_damping_, per_time_ = (
         W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2)
     )
     motor, regulated = options.motor, options.regulated
-    limited, set_ = options.limited, W * (rows.parameter + PARAMETERS.index("drive_speed"))
-    # Of the right-hand side's notes those that no observer reads are overwritten by
-    # their deviations.
+    limited, set_speed_ = options.limited, W * (rows.parameter + PARAMETERS.index("drive_speed"))
+    # The auxiliary outputs of the right-hand side that no observer reads are
+    # overwritten by their deviations.
     (
         cosine_,
         sine_,
@@ -110,7 +114,7 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
         friction_,
     ) = (W * (rows.aux_now + i) for i in range(len(AUX)))
     P = {name: W * (rows.parameter + i) for i, name in enumerate(columns_of(options))}
-    _, _, g_T_, g_lag_, g_top_, g_twist_, g_speed_ = (
+    _, _, g_T_, g_lag_, g_drive_, g_twist_, g_speed_ = (
         P.get(name, 0) for name in REGULATOR_PARAMETERS
     )
     swirl, weight = options.swirl, options.weight
@@ -165,10 +169,10 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
         if apart:
             deviate(b)
 
-        # Deviations of the loads of the bit, and of the lateral forces but for what
-        # changes at the wall. They are left in the rows of the accelerations that they
-        # enter. The row of the bit force takes the lateral force along the
-        # eccentricity, whose moment changes as the bit turns.
+        # Deviations of the loads of the bit, and of the lateral forces without the
+        # changes at the wall. They are stored in the rows of the accelerations that
+        # they enter. The row of the bit force takes the lateral force along the
+        # eccentricity, whose moment changes as the bit rotates.
         touching = 0
         for i in range(W):
             x, vx, y, vy, omega = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i]
@@ -187,19 +191,19 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                 else 0.0
             )
             g, decayed = b[direction_ + i], b[decay_ + i]
-            steep = b[eps_b_ + i] * omega
+            scaled = b[eps_b_ + i] * omega
             arm, darm = bit_slope(
                 law_of_bit,
                 omega,
                 g,
                 decayed,
-                1.0 / fma(steep, steep, 1.0),
+                1.0 / fma(scaled, scaled, 1.0),
                 b[eps_b_ + i],
                 b[tau_b_ + i],
                 b[rise_b_ + i],
                 b[mu_b_ + i],
             )
-            if apart:  # as the loads were found
+            if apart:  # the slope with which the loads were solved for
                 darm = b[slope_b_ + i]
             dtorque = fma(dforce, arm, force * darm * domega)
 
@@ -247,7 +251,7 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
             touching |= 1 if b[wall_ + i] > 0.0 else 0
 
         # The wall: deviations of normal force over radius, of friction over radius, and
-        # of friction.
+        # of friction itself.
         if touching != 0:
             for i in range(W):
                 x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
@@ -269,12 +273,12 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                 daround = (fma(dx, vy, x * dvy) - fma(dy, vx, y * dvx) - around * dr) * per_r
                 slip = b[slip_ + i] * per_r
                 dslip = fma(domega, b[R_c_ + i], daround)
-                steep = b[eps_w_ + i] * slip
+                scaled = b[eps_w_ + i] * slip
                 mu, dmu = coefficient(
                     slip,
                     g,
                     decayed,
-                    1.0 / fma(steep, steep, 1.0),
+                    1.0 / fma(scaled, scaled, 1.0),
                     b[eps_w_ + i],
                     b[tau_w_ + i],
                     b[rise_w_ + i],
@@ -284,12 +288,12 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                     mu = b[coefficient_ + i] if penetration > 0.0 else mu
                     dmu = b[slope_w_ + i] if penetration > 0.0 else dmu
                 dfriction = fma(dnormal, mu, normal * dmu * dslip)
-                on = b[wall_ + i] > 0.0
-                b[radial_ + i] = (dnormal - normal * per_r * dr) * per_r if on else 0.0
+                is_touching = b[wall_ + i] > 0.0
+                b[radial_ + i] = (dnormal - normal * per_r * dr) * per_r if is_touching else 0.0
                 b[tangential_ + i] = (
-                    (dfriction - b[friction_ + i] * per_r * dr) * per_r if on else 0.0
+                    (dfriction - b[friction_ + i] * per_r * dr) * per_r if is_touching else 0.0
                 )
-                b[friction_ + i] = dfriction if on else 0.0
+                b[friction_ + i] = dfriction if is_touching else 0.0
         else:
             for i in range(W):
                 b[radial_ + i] = 0.0
@@ -311,30 +315,46 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
             dF_y = fma(-dtangential, x, fma(-dradial, y, b[day_ + i]))
             dtorque, dpipe = b[dalpha_ + i], dphi
             if driven:
-                dlag, dtop = b[dlag_ + i], b[dtop_ + i]
+                dlag, domega_d = b[dlag_ + i], b[domega_d_ + i]
                 dpipe = dphi - dlag
-                damped = b[c_s_ + i] * (dtop - domega)
-                law = fma(
+                dshaft_torque = b[c_s_ + i] * (domega_d - domega)
+                minus_dT_m = fma(
                     b[K_i_ + i],
                     dlag,
-                    fma(b[K_p_ + i], dtop, fma(b[G_t_ + i], dpipe, b[G_w_ + i] * domega)),
+                    fma(b[K_p_ + i], domega_d, fma(b[G_t_ + i], dpipe, b[G_w_ + i] * domega)),
                 )
                 if motor:
-                    law = -b[dT_m_ + i]
-                    b[dsurge_ + i] = fma(b[slope_ + i], -dtop, law) * b[per_time_ + i]
+                    minus_dT_m = -b[dT_m_ + i]
+                    b[dT_m_rate_ + i] = (
+                        fma(b[motor_damping_ + i], -domega_d, minus_dT_m) * b[per_time_ + i]
+                    )
                     if regulated:
-                        fed = fma(
-                            b[g_lag_ + i], dlag, fma(b[g_top_ + i], dtop, b[g_speed_ + i] * domega)
+                        dfeedback = fma(
+                            b[g_lag_ + i],
+                            dlag,
+                            fma(b[g_drive_ + i], domega_d, b[g_speed_ + i] * domega),
                         )
-                        fed = fma(b[g_T_ + i], b[dT_m_ + i], fma(b[g_twist_ + i], dphi, fed))
-                        b[dsurge_ + i] -= fed * b[per_time_ + i]
+                        dfeedback = fma(
+                            b[g_T_ + i], b[dT_m_ + i], fma(b[g_twist_ + i], dphi, dfeedback)
+                        )
+                        b[dT_m_rate_ + i] -= dfeedback * b[per_time_ + i]
                 if limited:  # at its limits the torque of the motor does not change
-                    lag, speed = b[lag_ + i], b[set_ + i]
-                    pipe = fma(b[G_t_ + i], b[twist_ + i] - lag, b[G_w_ + i] * (omega - speed))
-                    asked = fma(b[K_i_ + i], lag, fma(b[K_p_ + i], b[top_ + i] - speed, pipe))
-                    law = law if (asked < 0.0) and (asked > -b[most_ + i]) else 0.0
-                b[dpull_ + i] = (fma(b[k_t_ + i], dpipe, -damped) - law) * b[iJ_d_ + i]
-                dtorque = dtorque - damped
+                    lag, set_speed = b[lag_ + i], b[set_speed_ + i]
+                    twist_part = fma(
+                        b[G_t_ + i], b[twist_ + i] - lag, b[G_w_ + i] * (omega - set_speed)
+                    )
+                    minus_T_m = fma(
+                        b[K_i_ + i], lag, fma(b[K_p_ + i], b[omega_d_ + i] - set_speed, twist_part)
+                    )
+                    minus_dT_m = (
+                        minus_dT_m
+                        if (minus_T_m < 0.0) and (minus_T_m > -b[torque_limit_ + i])
+                        else 0.0
+                    )
+                b[dalpha_d_ + i] = (fma(b[k_t_ + i], dpipe, -dshaft_torque) - minus_dT_m) * b[
+                    iJ_d_ + i
+                ]
+                dtorque = dtorque - dshaft_torque
             dmoment = fma(
                 b[c_t_ + i],
                 domega,
@@ -345,15 +365,17 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
             dangular = (
                 -fma(q, fma(dF_y, c, -fma(dF_x, s, b[force_ + i] * dphi)), dmoment) * b[iJ_ + i]
             )
-            twice, centripetal = 2.0 * omega * domega, omega * omega
+            domega_squared, omega_squared = 2.0 * omega * domega, omega * omega
             b[dax_ + i] = fma(
                 q,
-                fma(twice, c, fma(dangular, s, dphi * fma(alpha, c, -(centripetal * s)))),
+                fma(
+                    domega_squared, c, fma(dangular, s, dphi * fma(alpha, c, -(omega_squared * s)))
+                ),
                 dF_x * b[iml_ + i],
             )
             b[day_ + i] = fma(
                 q,
-                fma(twice, s, fma(-dangular, c, dphi * fma(alpha, s, centripetal * c))),
+                fma(domega_squared, s, fma(-dangular, c, dphi * fma(alpha, s, omega_squared * c))),
                 dF_y * b[iml_ + i],
             )
             b[daz_ + i] = (
@@ -366,10 +388,10 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
 
 @lru_cache
 def make_contacts(lanes: int, options: Options, place: int) -> Any:
-    """The compiled function that puts value, slope and second derivative of each
-    contact's function at the end of the step into the observer's rows at ``place``:
-    interference with the rock; squared radius of the collar's centre less that of the
-    gap, which is smooth at the hole's centre too."""
+    """The compiled ``contacts(buffer)``, which writes value, slope and second
+    derivative of each contact's function at the end of the step to the observer's rows
+    from ``place`` on: the interference with the rock, and the squared radius of the
+    collar's centre less the squared gap, which is smooth at the hole's centre too."""
     rows = rows_of(options, tangent=True)
     W, lobes = lanes, options.lobes
     x_, vx_, y_, vy_, z_, vz_, _, speed_ = (W * (rows.stage + i) for i in range(len(STATES)))
@@ -394,11 +416,11 @@ def make_contacts(lanes: int, options: Options, place: int) -> Any:
                 b[cosine_ + i],
             )
             sine, cosine = multiple_sine(b[sine_ + i], c, lobes), multiple_cosine(c, lobes)
-            steep = b[s0_ + i] * lobes
+            steepness = b[s0_ + i] * lobes
             b[u_ + i] = fma(b[s0_ + i], sine, -b[z_ + i])
-            b[du_ + i] = fma(steep * omega, cosine, -b[vz_ + i])
+            b[du_ + i] = fma(steepness * omega, cosine, -b[vz_ + i])
             b[ddu_ + i] = fma(
-                steep, fma(b[alpha_ + i], cosine, -(lobes * omega * omega * sine)), -b[az_ + i]
+                steepness, fma(b[alpha_ + i], cosine, -(lobes * omega * omega * sine)), -b[az_ + i]
             )
             b[rho_ + i] = fma(x, x, fma(y, y, -(b[gap_ + i] * b[gap_ + i])))
             b[drho_ + i] = 2.0 * fma(x, vx, y * vy)

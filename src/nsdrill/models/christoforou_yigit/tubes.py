@@ -1,4 +1,4 @@
-"""Collars and pipe as beams and as wave guides: stiffness, buoyed weight, impedances."""
+"""Collars and pipe as beams and as waveguides: stiffness, buoyed weight, impedances."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class Tube:
 
     length: float  #: [m]
     bending: float  #: E I [N m^2]
-    weight: float  #: in mud, by length [N/m]
-    clearance: float  #: radial, to the wall of the hole [m]
+    weight: float  #: in mud, per unit length [N/m]
+    clearance: float  #: radial, between tube and wall of the hole [m]
     axial: float  #: impedance of axial waves, A sqrt(E rho) [N s/m]
     torsional: float  #: impedance of torsional waves, I_p sqrt(G rho) [N m s/rad]
 
@@ -29,7 +29,7 @@ def collars(parameters: Parameters) -> Tube:
 
 
 def pipe(parameters: Parameters, depth: float) -> Tube:
-    """The drill pipe of a string that reaches down to ``depth`` [m]."""
+    """The drill pipe of a string of this ``depth`` [m]."""
     return _tube(
         parameters, parameters.drillstring.pipe, depth - parameters.drillstring.collar.length
     )
@@ -37,12 +37,12 @@ def pipe(parameters: Parameters, depth: float) -> Tube:
 
 def _tube(parameters: Parameters, part: Collar | Pipe, length: float) -> Tube:
     steel, mud = parameters.drillstring.material, parameters.mud
-    area, second = ring(part.outer_diameter, part.inner_diameter)
+    area, second_moment = ring(part.outer_diameter, part.inner_diameter)
     return Tube(
         length,
-        steel.young_modulus * second,
+        steel.young_modulus * second_moment,
         GRAVITY * (steel.density - mud.density) * area,
         (parameters.well.diameter - part.outer_diameter) / 2,
         area * math.sqrt(steel.young_modulus * steel.density),
-        2.0 * second * math.sqrt(steel.shear_modulus * steel.density),
+        2.0 * second_moment * math.sqrt(steel.shear_modulus * steel.density),
     )

@@ -81,7 +81,7 @@ FEATURES = (
     ),
     feature("axial_acceleration_rms", "m s-2", "r.m.s. axial acceleration of the bit"),
 )
-# those that responses follow from
+# the features that decide on responses
 CHECK_FEATURES = ("lift_off_fraction", "stick_slip_index", "wall_contact_fraction")
 SHOWN = (
     "stick_slip_index",
@@ -97,8 +97,8 @@ SHOWN = (
     "rate_of_penetration",
     "mechanical_specific_energy",
 )
-# Each feature that is compared, and what its difference is measured in; fractions of
-# time are taken as they are.
+# The features that are compared, each with the scale of its difference; fractions of
+# time have none.
 COMPARED = {
     "bit_speed_min": "drive_speed",
     "bit_speed_max": "drive_speed",
@@ -112,7 +112,7 @@ COMPARED = {
     "lift_off_fraction": None,
     "wall_contact_fraction": None,
 }
-# By which starts are told apart, and attractors along a sweep matched.
+# The features that distinguish starts and match attractors along a sweep.
 GROUPED = (
     "lift_off_fraction",
     "wall_contact_fraction",
@@ -127,6 +127,7 @@ GROUPED = (
     "bit_speed_min",
     "bit_speed_max",
 )
+# The features that are listed for an attractor.
 TOLD = (
     "stick_slip_index",
     "stuck_fraction",

@@ -1,9 +1,9 @@
-"""Standing waves of pipe and collars, along the axis and in torsion: all the modes of
-which the lumped string has one.
+"""Standing waves of pipe and collars, axial and torsional: the modes of which the
+lumped string has the first.
 
-The drive holds the top; the bit is free, or pressed against a spring, the rock. Both
-parts carry waves of the same speed c, with impedances z_p and z_c. From the top, u =
-sin(w x / c) in the pipe; in the collars u is proportional to sin(theta) and the force
+The top is held by the drive; the bit is free, or pressed against a spring, the rock.
+Both parts carry waves of the same speed c, with impedances z_p and z_c. From the top, u
+= sin(w x / c) in the pipe; in the collars u is proportional to sin(theta) and the force
 to z_c w cos(theta), with tan(theta) = (z_c / z_p) tan(w L_p / c) at the joint and theta
 growing by w L_c / c to the bit. With a free bit cos(theta) = 0 there, which is the
 known z_p cos cos = z_c sin sin; on a spring of stiffness K tan(theta) = -z_c w / K.
@@ -47,34 +47,35 @@ def axial_waves(
 def _standing(
     speed: float, pipe: tuple[float, float], collar: tuple[float, float], spring: float, count: int
 ) -> np.ndarray:
-    """Frequencies of two parts, each (length, impedance), in which waves have this
-    ``speed``."""
-    (long, z_p), (short, z_c) = pipe, collar
+    """The first ``count`` frequencies [rad/s] of two parts, each (length, impedance),
+    in which waves have this ``speed``; ``spring`` is the stiffness at the bit, 0 for a
+    free end."""
+    (pipe_length, z_p), (collar_length, z_c) = pipe, collar
 
-    def turned(angle: float, ratio: float) -> float:
-        """The angle whose tangent is ``ratio`` times that of ``angle``, in the same
-        quarter."""
-        whole = round(angle / math.pi) * math.pi
-        return whole + math.atan(ratio * math.tan(angle - whole))
+    def joint_angle(angle: float, ratio: float) -> float:
+        """The angle in the same quadrant whose tangent is ``ratio`` times that of
+        ``angle``."""
+        multiple = round(angle / math.pi) * math.pi
+        return multiple + math.atan(ratio * math.tan(angle - multiple))
 
     def phase(w: float) -> float:
-        """Grows with w, and is pi at the first mode, two pi at the second."""
-        theta = turned(w * long / speed, z_c / z_p) + w * short / speed
+        """A phase that grows with w and is n pi at mode n."""
+        theta = joint_angle(w * pipe_length / speed, z_c / z_p) + w * collar_length / speed
         return theta + (math.atan(z_c * w / spring) if spring > 0.0 else math.pi / 2)
 
-    found, low = [], 0.0
+    frequencies, low = [], 0.0
     for number in range(1, count + 1):
-        high = low + math.pi * speed / (long + short)
+        high = low + math.pi * speed / (pipe_length + collar_length)
         while phase(high) < number * math.pi:
             high *= 1.5
-        low = rising_root(lambda w, turn=number * math.pi: phase(w) - turn, low, high)  # type: ignore[misc]
-        found.append(low)
-    return np.array(found)
+        low = rising_root(lambda w, target=number * math.pi: phase(w) - target, low, high)  # type: ignore[misc]
+        frequencies.append(low)
+    return np.array(frequencies)
 
 
 def rising_root(function: Callable[[float], float], low: float, high: float) -> float:
-    """Where a ``function`` that grows from ``low`` to ``high`` is zero, to the last
-    bit."""
+    """The zero, to the last bit, of a ``function`` that grows from ``low`` to
+    ``high``."""
     while low < (middle := 0.5 * (low + high)) < high:
         low, high = (middle, high) if function(middle) < 0.0 else (low, middle)
     return high

@@ -1,6 +1,6 @@
-"""Figures that the lumped model leaves out or takes for granted, at one operating
-point: buckling of collars and pipe, the higher lateral modes, what the mud damps, the
-standing waves of the string, and where the collar lies down."""
+"""Further derived quantities at one operating point, of effects that the lumped model
+leaves out: buckling of collars and pipe, higher lateral modes, damping by the mud,
+standing waves of the string, and contact of the collar with the low side."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ ENDS = {
 def further_quantities(parameters: Parameters, operation: Operation) -> dict[str, DerivedQuantity]:
     """The further quantities by name."""
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
-    found = {
+    quantities = {
         **_buckling(parameters, operation),
         **_lateral(parameters, operation, k),
         **_waves(parameters, operation),
     }
     return {
         name: DerivedQuantity(value, units, words, group, True)
-        for name, (value, units, words, group) in found.items()
+        for name, (value, units, words, group) in quantities.items()
     }
 
 
@@ -47,7 +47,7 @@ Row = tuple[float | None, str, str, str]
 def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
     collar, pipe = tubes.collars(parameters), tubes.pipe(parameters, operation.depth)
     span = parameters.drillstring.collar.span
-    found: dict[str, Row] = {
+    quantities: dict[str, Row] = {
         f"euler_{ends}": (
             buckling.euler(collar.bending, span, ends),
             "N",
@@ -56,7 +56,7 @@ def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
         )
         for ends, words in ENDS.items()
     }
-    found["collar_vertical"] = (
+    quantities["collar_vertical"] = (
         buckling.vertical(collar),
         "N",
         "WOB at which the collars, hinged, buckle in a vertical hole",
@@ -64,15 +64,15 @@ def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
     )
     for name, tube in (("collar", collar), ("pipe", pipe)):
         load = float(buckling.sinusoidal(tube, HORIZONTAL))
-        found |= {
+        quantities |= {
             f"{name}_sinusoidal": (
-                _number(load),
+                _finite(load),
                 "N",
                 f"load at which the {name} buckles in a horizontal hole",
                 "buckling",
             ),
             f"{name}_helical": (
-                _number(HELIX * load),
+                _finite(HELIX * load),
                 "N",
                 "load at which that becomes a helix",
                 "buckling",
@@ -84,43 +84,48 @@ def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
                 "buckling",
             ),
         }
-    return found
+    return quantities
 
 
 def _lateral(parameters: Parameters, operation: Operation, k: Coefficients) -> dict[str, Row]:
-    found: dict[str, Row] = {}
-    wet, dry = (
+    quantities: dict[str, Row] = {}
+    in_mud, without_mud = (
         lateral_frequencies(parameters, operation, k, mass) for mass in (float(k.m_l), float(k.m_c))
     )
     for number in range(2, HALF_WAVES + 1):
         words = f"lateral frequency of {number} half waves, which the model leaves out"
-        found[f"lateral_{number}"] = (_number(wet[number - 1]), "rad/s", words, "lateral")
+        quantities[f"lateral_{number}"] = (_finite(in_mud[number - 1]), "rad/s", words, "lateral")
     for number in range(1, HALF_WAVES + 1):
         words = f"lateral frequency of {number} half wave{'s' * (number > 1)}, without mud"
-        found[f"lateral_dry_{number}"] = (_number(dry[number - 1]), "rad/s", words, "lateral")
+        quantities[f"lateral_dry_{number}"] = (
+            _finite(without_mud[number - 1]),
+            "rad/s",
+            words,
+            "lateral",
+        )
     gap = float(k.gap)
     for name, words in (("plane", "in a plane"), ("circular", "on a circle")):
         ratio = mud_damping(k, gap, circular=name == "circular")
         text = (
             f"damping ratio by the mud, {words} as wide as the clearance; falls with the amplitude"
         )
-        found[f"mud_{name}"] = (ratio, "1", text, "lateral")
-    found["wall_inclination"] = (
+        quantities[f"mud_{name}"] = (ratio, "1", text, "lateral")
+    quantities["wall_inclination"] = (
         wall_inclination(parameters, operation, k),
         "rad",
         "least inclination of the hole at which the collar rests on the wall",
         "lateral",
     )
-    found["low_side_swing"] = (
+    quantities["low_side_swing"] = (
         low_side_swing(parameters, operation, k),
         "rad/s",
         "swing of the collar on the low side of a horizontal hole",
         "lateral",
     )
-    return found
+    return quantities
 
 
-def _number(value: float) -> float | None:
+def _finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
@@ -160,8 +165,8 @@ def lateral_frequencies(
     count: int = HALF_WAVES,
 ) -> np.ndarray:
     """Frequencies [rad/s] of 1, 2, ... half waves of the span with this modal ``mass``
-    [kg], which is the same for all; NaN where buckled. From E I y'''' + W y'' + m y''
-    (in time) = 0 of a pinned beam."""
+    [kg], which is the same for all; NaN where buckled. From E I d4y/dx4 + W d2y/dx2 + m
+    d2y/dt2 = 0 of a pinned beam."""
     stiffness = np.array(
         [lateral_stiffness(parameters, operation, k, number + 1) for number in range(count)]
     )
@@ -169,16 +174,16 @@ def lateral_frequencies(
 
 
 def mud_damping(k: Coefficients, amplitude: float, *, circular: bool) -> float:
-    """Damping ratio of linear damping that takes as much energy per cycle as the
-    quadratic drag c_h |v| v does at this ``amplitude`` [m]: c_h A / (2 m_l) on a
-    circle, 4 / (3 pi) c_h A / m_l in a plane, at any frequency."""
+    """The ratio of the linear damping that dissipates as much energy per cycle as the
+    quadratic drag c_h |v| v at this ``amplitude`` A [m]: c_h A / (2 m_l) on a circle,
+    4 / (3 pi) c_h A / m_l in a plane, at any frequency."""
     ratio = float(k.c_h) * amplitude / float(k.m_l)
     return ratio / 2 if circular else ratio * 4 / (3 * math.pi)
 
 
-def hung(parameters: Parameters) -> float:
-    """Force [N] on the first mode of the span that lies horizontal, by its weight in
-    mud: the shape sin(pi x / l) has the integral 2 l / pi."""
+def modal_weight(parameters: Parameters) -> float:
+    """The modal force [N] of the weight in mud on the first mode of a horizontal span;
+    the shape sin(pi x / l) has the integral 2 l / pi."""
     tube: Tube = tubes.collars(parameters)
     return 2 * parameters.drillstring.collar.span / math.pi * tube.weight
 
@@ -188,7 +193,7 @@ def wall_inclination(parameters: Parameters, operation: Operation, k: Coefficien
     - s0) = F_g sin(alpha) with the clearance s0 of the stabilisers; None where it does
     not."""
     stiffness = lateral_stiffness(parameters, operation, k)
-    force = hung(parameters)
+    force = modal_weight(parameters)
     reach = max(stiffness, 0.0) * (float(k.gap) - (parameters.stabilizer.clearance or 0.0))
     return math.asin(reach / force) if reach <= force and force > 0.0 else None
 
@@ -201,18 +206,18 @@ def low_side_swing(parameters: Parameters, operation: Operation, k: Coefficients
         return None
     stiffness, force, gap = (
         lateral_stiffness(parameters, operation, k),
-        hung(parameters),
+        modal_weight(parameters),
         float(k.gap),
     )
     well = parameters.well
-    power, room = 1.5 if well.law == "hertz" else 1.0, parameters.stabilizer.clearance or 0.0
+    power, clearance = 1.5 if well.law == "hertz" else 1.0, parameters.stabilizer.clearance or 0.0
 
     def excess(depth: float) -> float:
-        return float(stiffness * (gap + depth - room) + well.stiffness * depth**power - force)
+        return float(stiffness * (gap + depth - clearance) + well.stiffness * depth**power - force)
 
-    deep = 1e-3 * gap
-    while excess(deep) < 0.0:
-        deep *= 2.0
-        if deep > 10.0 * gap:
+    upper = 1e-3 * gap
+    while excess(upper) < 0.0:
+        upper *= 2.0
+        if upper > 10.0 * gap:
             return None  # a wall softer than the span is bent by the weight on bit
-    return math.sqrt(force / (float(k.m_l) * (gap + rising_root(excess, 0.0, deep))))
+    return math.sqrt(force / (float(k.m_l) * (gap + rising_root(excess, 0.0, upper))))
