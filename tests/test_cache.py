@@ -116,7 +116,7 @@ def test_a_damaged_file_is_replaced(kept: Path, damage: Callable[[Path], object]
     hit, (message,) = told()
     assert not hit
     assert str(kept) in message
-    assert "compiled anew" in message
+    assert "compiled again" in message
     assert told() == (True, [])
     assert os.listdir(kept.parent) == [kept.name]
 

@@ -87,7 +87,7 @@ class CodeCache(FunctionCache):
                 path.unlink()
             _warn(
                 f"{path}: this file of compiled code is not used ({_reason(error)}); the function "
-                "is compiled anew, which takes some seconds. If this comes back, remove the folder "
+                "is compiled again, which takes some seconds. If this recurs, remove the folder "
                 "and check its disk."
             )
             return None
@@ -150,7 +150,7 @@ def _read(path: Path) -> bytes:
     with open(os.open(path, os.O_RDONLY | sum(flags)), "rb") as file:
         info = os.fstat(file.fileno())
         if not stat.S_ISREG(info.st_mode):
-            raise OSError("it is no file")
+            raise OSError("it is not a regular file")
         _check_owner(info, path)
         return file.read()
 
@@ -188,7 +188,7 @@ def _reason(error: BaseException) -> str:
 def _warn_not_cached(directory: str, error: Exception) -> None:
     _warn(
         f"{directory}: compiled code cannot be kept there ({_reason(error)}), so every run compiles "
-        "anew, which takes some seconds. Mend that, or set NUMBA_CACHE_DIR to another folder that "
+        "again, which takes some seconds. Correct that, or set NUMBA_CACHE_DIR to another folder that "
         "only you may write."
     )
 

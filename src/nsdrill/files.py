@@ -162,7 +162,7 @@ def lock(file: io.FileIO, path: Path) -> None:
             raise
     if os.fstat(file.fileno()).st_nlink == 0:  # removed between opening and locking
         raise FileError(
-            f"{path}: another process has just begun anew with these results. Try again."
+            f"{path}: another process has just removed or replaced this file. Try again."
         )
 
 

@@ -151,7 +151,7 @@ def test_a_damaged_cache_is_told_once(
     assert first.code == 0
     warning, done = first.err.splitlines()
     assert warning.startswith(f"Warning: {folder}")
-    assert "compiled anew" in warning
+    assert "compiled again" in warning
     assert done.startswith("out.h5: 16 points")
     same_results(tmp_path / "out.h5", whole)
     assert any(path.stat().st_size for path in damaged), "what this study needs is there again"

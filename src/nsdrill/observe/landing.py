@@ -48,10 +48,10 @@ def _no_landing(lanes: int, rows: Rows, first: int, *variant: int) -> Any:
     """The observer of a model without contacts."""
 
     @compiled(types.void(BUFFER, BUFFER), lanes, *astuple(rows), first, *variant)
-    def observe_nothing(b, store):  # type: ignore[no-untyped-def]
+    def no_landing(b, store):  # type: ignore[no-untyped-def]
         pass
 
-    return observe_nothing
+    return no_landing
 
 
 @lru_cache
