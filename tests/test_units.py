@@ -247,7 +247,7 @@ def test_the_study_needs_no_parser_until_one_is_read() -> None:
 
 
 def test_a_value_remembers_the_unit_in_which_it_was_asked_for() -> None:
-    value = units.asked("10 klbf", "N")
+    value = units.parse_with_unit("10 klbf", "N")
     assert value == to_si("10 klbf", "N")
     for same in (value, copy.copy(value), pickle.loads(pickle.dumps(value))):
         assert (same, same.unit) == (value, "klbf")

@@ -51,14 +51,14 @@ class Temporary:
                 f"{self.target}: another process is writing this file now. Wait for it, or choose "
                 f"another -o."
             )
-        interrupt.doomed.add(str(self.path))
+        interrupt.unfinished_files.add(str(self.path))
         self.file = io.FileIO(self.path, "x+")  # fails on anything that is there, a link too
         lock(self.file, self.target)
 
     def replace(self) -> None:
         """Take the name of the target, replacing an existing file."""
         os.replace(self.path, self.target)
-        interrupt.doomed.discard(str(self.path))
+        interrupt.unfinished_files.discard(str(self.path))
 
     def publish(self) -> None:
         """Take the name of the target; FileExistsError if that exists."""
@@ -77,15 +77,15 @@ class Temporary:
             # another process may have removed it meanwhile, as a link to the target
             with suppress(FileNotFoundError):
                 os.unlink(self.path)
-        interrupt.doomed.discard(str(self.path))
+        interrupt.unfinished_files.discard(str(self.path))
 
     def remove(self) -> None:
         """Close the file, which releases its lock, and remove it if it still has its
         temporary name."""
-        if str(self.path) in interrupt.doomed:
+        if str(self.path) in interrupt.unfinished_files:
             with suppress(OSError):
                 os.unlink(self.path)
-            interrupt.doomed.discard(str(self.path))
+            interrupt.unfinished_files.discard(str(self.path))
         if hasattr(self, "file"):
             self.file.close()
 
@@ -118,7 +118,7 @@ def replacing(
             yield temporary.path
             with open(temporary.path, "rb") as file:
                 os.fsync(file.fileno())
-            with interrupt.settling():
+            with interrupt.completing():
                 (temporary.replace if overwrite else temporary.publish)()
             sync_folder(target.parent)
     except InputError:

@@ -4,9 +4,9 @@ handler.
 An exception from a signal handler can be raised in any line, also in finalizers and
 callbacks of libraries, where it is lost. So the handlers do nothing, and a thread
 receives the signals. Work with unsaved results checks the flag where it can be
-interrupted (:func:`heeded`, :func:`look`). All other work is ended at once, also inside
-a library call that does not return for a long time: the files of nsdrill are safe at
-any moment.
+interrupted (:func:`interruptible`, :func:`check`). All other work is ended at once,
+also inside a library call that does not return for a long time: the files of nsdrill
+are safe at any moment.
 
 Only the command line calls :func:`listen`. In use from Python the flag is never set,
 and KeyboardInterrupt works as usual.
@@ -35,7 +35,7 @@ SECOND_SIGNAL_SECONDS = 1.0
 NOTHING = "Interrupted; nothing was written."
 COMPLETE = "Interrupted, but the file was already complete."
 
-doomed: set[str] = set()
+unfinished_files: set[str] = set()
 """Names of unfinished files, which are removed if the process is ended at once."""
 
 
@@ -52,31 +52,31 @@ _state = _State()
 _end_lock = threading.Lock()  # held to end the process, or to complete a file
 
 
-def look() -> None:
+def check() -> None:
     """KeyboardInterrupt if the process is to end."""
     if _state.end_requested and not _state.settled:
         raise KeyboardInterrupt
 
 
-def asked() -> bool:
+def requested() -> bool:
     """Whether a signal requested the end of the process."""
     return _state.end_requested
 
 
 @contextmanager
-def heeded() -> Iterator[None]:
-    """For work that calls :func:`look` several times a second and saves its results
+def interruptible() -> Iterator[None]:
+    """For work that calls :func:`check` several times a second and saves its results
     when that raises. Contexts may be nested."""
     previous, _state.cooperative = _state.cooperative, True
     try:
         yield
-        look()
+        check()
     finally:
         _state.cooperative = previous
 
 
 @contextmanager
-def telling(message: Callable[[], str]) -> Iterator[None]:
+def with_end_message(message: Callable[[], str]) -> Iterator[None]:
     """For work that is ended at once: ``message`` returns what to print then. It is
     called in another thread."""
     previous, _state.end_message = _state.end_message, message
@@ -87,10 +87,10 @@ def telling(message: Callable[[], str]) -> Iterator[None]:
 
 
 @contextmanager
-def settling() -> Iterator[None]:
+def completing() -> Iterator[None]:
     """For the step that completes the work: an interrupt before it raises, and one
     during or after it has no effect on the command."""
-    look()
+    check()
     with _end_lock:
         yield
         _state.settled = True
@@ -120,7 +120,7 @@ def listen() -> None:
             signal.siginterrupt(number, False)
 
 
-def give_way() -> None:
+def wait_if_ending() -> None:
     """Return, but not while the process is being ended: an error in that time, such as
     a missing file, is not to be reported."""
     while _state.ending:
@@ -137,10 +137,10 @@ def _above_standard_streams(end: int) -> int:
     return duplicate
 
 
-def decided() -> None:
+def ignore_signals() -> None:
     """Call when the exit code is known: signals are ignored until the interpreter has
     exited."""
-    give_way()
+    wait_if_ending()
     if _state.pipe is None or threading.current_thread() is not threading.main_thread():
         return
     for number in SIGNALS:
@@ -158,7 +158,7 @@ def end(message: str) -> NoReturn:
 
 def _end(message: str) -> NoReturn:
     _state.ending = True
-    for name in list(doomed):
+    for name in list(unfinished_files):
         with suppress(OSError):
             os.unlink(name)
     with suppress(OSError):

@@ -140,11 +140,11 @@ class QuantityError(InputError, ValueError):
         super().__init__(f"{text} {suggestion}" if suggestion else text)
 
 
-class Asked(float):
+class WithUnit(float):
     """An SI value with the ``unit`` in which the user wrote it, in which answers give
     it."""
 
-    def __new__(cls, value: float, unit: str) -> Asked:
+    def __new__(cls, value: float, unit: str) -> WithUnit:
         instance = super().__new__(cls, value)
         instance.unit = unit
         return instance
@@ -155,11 +155,11 @@ class Asked(float):
     unit: str
 
 
-def asked(text: str, units: str) -> Asked:
+def parse_with_unit(text: str, units: str) -> WithUnit:
     """As :func:`to_si`, and the unit that the text names."""
     value = to_si(text, units)
     match = _QUANTITY.fullmatch(_tidy(text))
-    return Asked(value, match[2] if match else units)
+    return WithUnit(value, match[2] if match else units)
 
 
 def to_si(text: str, units: str) -> float:
@@ -220,10 +220,10 @@ def format_quantity(value: float, units: str, digits: int = 6) -> str:
 def readable(value: float, units: str, digits: int = 6) -> str:
     """An SI ``value`` as text, in the first of its usual units in which the number is
     neither large nor small: ``readable(2.2e4, "N")`` is "22 kN"; a plain number has no
-    unit. An :class:`Asked` value is given in its own unit."""
+    unit. An :class:`WithUnit` value is given in its own unit."""
     if units in ("", "percent"):
         return f"{value:.{digits}g}"
-    if isinstance(value, Asked):
+    if isinstance(value, WithUnit):
         return format_quantity(value, value.unit, digits)
     candidates = USUAL.get(units, (units,))
     fitting = [unit for unit in candidates if 1.0 <= abs(from_si(value, unit)) < 1e4]

@@ -13,7 +13,7 @@ from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.declared import make_observer, observed_rows
-from nsdrill.observe.findings import measured, new_store, peaks_of, report_width, returns_of
+from nsdrill.observe.findings import measured, new_store, outcome_width, peaks_of, returns_of
 from nsdrill.scalar import in_lanes
 
 # Rows for the observer, more than most declarations here want: models of one size share
@@ -72,7 +72,7 @@ def observe(
         count,
         rows,
         new_store(lanes, names, declaration, peaks, returns),
-        report_width(names, declaration, peaks, returns),
+        outcome_width(names, declaration, peaks, returns),
         simulation,
     )
     initial = np.zeros((count, rows.states + 1))

@@ -36,7 +36,7 @@ from nsdrill.observe.channels import (
     check,
 )
 from nsdrill.observe.declared import make_observer, observed_rows
-from nsdrill.observe.findings import measured, new_store, report_width
+from nsdrill.observe.findings import measured, new_store, outcome_width
 from observe.declared_runs import Model, Observed, observe, with_feature
 from observe.sampled import above, integral, lowest, maxima
 
@@ -637,7 +637,7 @@ def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -
             b[aux_ + i] = 2.0 * b[stage_ + i]
 
     simulation = Simulation(0.5, 10.0 * TWO_PI, 1e-9)
-    store, width = new_store(lanes, WITH_AUX, declaration), report_width(WITH_AUX, declaration)
+    store, width = new_store(lanes, WITH_AUX, declaration), outcome_width(WITH_AUX, declaration)
     batch = Batch(lanes, 1, rows, store, width, simulation)
     batch.add_many(
         np.arange(1),

@@ -139,7 +139,7 @@ ASK = (
             id="inside a library",
         ),
         pytest.param(
-            "interrupt.listen(); interrupt.SECOND_SIGNAL_SECONDS = 0.1\nwith interrupt.heeded():\n"
+            "interrupt.listen(); interrupt.SECOND_SIGNAL_SECONDS = 0.1\nwith interrupt.interruptible():\n"
             "  ask(signal.SIGINT); time.sleep(0.5); ask(signal.SIGINT); time.sleep(20)",
             130,
             "Interrupted; nothing was written.\n",
@@ -147,16 +147,16 @@ ASK = (
         ),
         pytest.param(
             "interrupt.listen(); interrupt.PATIENCE = interrupt.SECOND_SIGNAL_SECONDS = 0.1\nwith "
-            "interrupt.heeded():\n"
+            "interrupt.interruptible():\n"
             "  ask(signal.SIGINT); time.sleep(20)",
             130,
             "Interrupted; nothing was written.\n",
             id="when patience ends",
         ),
         pytest.param(
-            "interrupt.listen()\ntry:\n with interrupt.heeded():\n  ask(signal.SIGTERM); "
+            "interrupt.listen()\ntry:\n with interrupt.interruptible():\n  ask(signal.SIGTERM); "
             "time.sleep(0.5)\n"
-            "  print('saved', file=sys.stderr, flush=True); interrupt.look()\n"
+            "  print('saved', file=sys.stderr, flush=True); interrupt.check()\n"
             "except KeyboardInterrupt: interrupt.end('told')",
             130,
             "saved\ntold\n",
@@ -172,15 +172,15 @@ ASK = (
             id="without errors that come of it",
         ),
         pytest.param(
-            "interrupt.listen()\nwith interrupt.settling(): pass\n"
-            "ask(signal.SIGTERM); time.sleep(0.5); interrupt.look(); interrupt.decided(); "
+            "interrupt.listen()\nwith interrupt.completing(): pass\n"
+            "ask(signal.SIGTERM); time.sleep(0.5); interrupt.check(); interrupt.ignore_signals(); "
             "sys.exit(0)",
             0,
             "",
             id="not once the file is there",
         ),
         pytest.param(
-            "interrupt.listen(); interrupt.decided()\nfor number in interrupt.SIGNALS: "
+            "interrupt.listen(); interrupt.ignore_signals()\nfor number in interrupt.SIGNALS: "
             "ask(number)\nsys.exit(3)",
             3,
             "",

@@ -41,7 +41,7 @@ from nsdrill.store import open_branches, part_path, read_results, write_branches
 from nsdrill.study.continuation import SECTION, Continuation
 from nsdrill.study.keys import keys_of
 from nsdrill.study.study import Study
-from nsdrill.study.write import told_changes
+from nsdrill.study.write import changes_text
 from nsdrill.sweep.work import Variant as Compiled
 from nsdrill.sweep.work import compiled_parts
 from nsdrill.units import CF
@@ -178,7 +178,7 @@ def _finished(study: Study, path: str | os.PathLike[str]) -> ContinuationResult:
     """The result in the finished file ``path``. FileError where it was made from
     another study."""
     data = open_branches(path)
-    if listed := told_changes(resolved_study(data.attrs), study.resolved):
+    if listed := changes_text(resolved_study(data.attrs), study.resolved):
         raise FileError(
             f"{path}: finished, and made from another study ({listed}). Start anew by --overwrite."
         )
@@ -261,16 +261,16 @@ def continue_study(
             )
         say(text)
 
-    explorer = Explorer(flow, orders, known, save, interrupt.look, announce)
+    explorer = Explorer(flow, orders, known, save, interrupt.check, announce)
     try:
-        with interrupt.heeded():
+        with interrupt.interruptible():
             found = explorer.run(seed_points)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(_interrupted(part, branches)) from None
     if not found.branches:
         raise InputError(_no_branch(study, found, seed_points))
     try:
-        with interrupt.heeded():
+        with interrupt.interruptible():
             data = dataset_of(setup, flow, found)
             if continuation.curves is not None:
                 say("curves")
@@ -356,7 +356,7 @@ def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> 
     ok = np.ones(len(at), dtype=bool)
     pieces = max(1, int(np.ceil(duration / 20.0)))
     for _ in range(pieces):
-        interrupt.look()
+        interrupt.check()
         span = np.full(len(at), duration / pieces)
         ends = flow.run(Legs(states, phase, span, at, np.zeros(len(at), dtype=bool)))
         ok &= ends.ok
@@ -387,7 +387,7 @@ def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
     if source.get("uncertain") != study.resolved.get("uncertain"):
         keys.append("uncertain")
     if keys:
-        changes = told_changes(source, study.resolved, keys)
+        changes = changes_text(source, study.resolved, keys)
         raise FileError(
             f"{path}: made with another string ({changes}). Choose results of the same "
             f"string as seeds."
@@ -490,7 +490,7 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
     rows = np.array([len(branch) for branch in branches], dtype=np.int64)
     numbers = np.array([point.found.values[-1] for point in points])
     names = model.states(setup.variant)
-    finer = finer_multipliers(flow, branches, interrupt.look)
+    finer = finer_multipliers(flow, branches, interrupt.check)
     widest = max(map(len, finer))
     multipliers = np.full((len(points), widest), np.nan + 0j)
     for place, values in enumerate(finer):
@@ -688,7 +688,7 @@ def _features(
     record = Record(peaks=1)
     lanes = choose_lanes(1000)
     variant = Compiled(study.model, setup.variant)
-    rows, width = variant.rows, model.report_width(record, setup.variant)
+    rows, width = variant.rows, model.outcome_width(record, setup.variant)
     n = len(states)
     durations = np.where(circles, CIRCLE_PERIODS * periods, periods)
     values = setup.values(numbers[:, None], (setup.continuation.along,))
@@ -704,7 +704,7 @@ def _features(
     parts = compiled_parts(lanes, variant)
     remaining = n
     while remaining:
-        interrupt.look()
+        interrupt.check()
         done = batch.advance(parts, 1.0, True)
         outcome[done.job], ok[done.job] = done.report, done.status == OK
         parameters[done.job] = done.parameters
@@ -774,7 +774,7 @@ def with_curves(setup: ContinuationSetup, data: Any, found: Found, workers: int)
     start = _number_of(study, dimension_of(curves.over))
     ranges = ((continuation.low, continuation.high), (curves.low, curves.high))
     border_curves = borders(
-        flows, found.branches, conditions_of(setup), start, ranges, curves.points, interrupt.look
+        flows, found.branches, conditions_of(setup), start, ranges, curves.points, interrupt.check
     )
     points = [point for one in border_curves for point in one.points]
     numbers = np.array([point.found.values for point in points]).reshape(-1, 2)

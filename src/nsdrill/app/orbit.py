@@ -19,7 +19,7 @@ from nsdrill.orbit.flow import RTOL
 from nsdrill.store import open_branches
 from nsdrill.study.keys import keys_of
 from nsdrill.study.study import Study
-from nsdrill.study.write import told_changes
+from nsdrill.study.write import changes_text
 
 FEWEST_SAMPLES = 400  # per period
 _ITS_STUDY = (
@@ -103,7 +103,7 @@ def check_study(
     resolved = resolved_study(attrs)
     keys = [key for key, _, _ in string_differences(resolved, study.resolved, free)]
     if keys:
-        changes = told_changes(resolved, study.resolved, keys)
+        changes = changes_text(resolved, study.resolved, keys)
         raise FileError(
             f"{path}: made from another string than that of the study ({changes}). {_ITS_STUDY}"
         )

@@ -97,7 +97,7 @@ class Rounds:
     @contextmanager
     def guarding(self) -> Iterator[None]:
         """A context in which the text of a KeyboardInterrupt says what is saved."""
-        with interrupt.telling(self.recovery_text):
+        with interrupt.with_end_message(self.recovery_text):
             try:
                 yield
             except KeyboardInterrupt:

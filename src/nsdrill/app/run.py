@@ -42,7 +42,7 @@ from nsdrill.store import (
     write_results,
 )
 from nsdrill.study.study import Study, digest
-from nsdrill.study.write import told_changes
+from nsdrill.study.write import changes_text
 from nsdrill.sweep.engine import Progress
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work
@@ -151,7 +151,7 @@ def run_study(
         started_at = time.perf_counter()
         try:
             recovery_text = log.recovery_text
-            with interrupt.telling(lambda: f"Interrupted: {recovery_text()}"):
+            with interrupt.with_end_message(lambda: f"Interrupted: {recovery_text()}"):
                 progress = _run_missing(study, log, workers, watch, executor, lanes)
                 seconds = time.perf_counter() - started_at
                 results = _results(study, plan, log)
@@ -337,7 +337,7 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
     if attrs.get("study_sha256") != study.sha256 and not (
         retry_failed and _is_looser(study, resolved)
     ):
-        listed = told_changes(resolved, study.resolved)
+        listed = changes_text(resolved, study.resolved)
         hint = ""
         if retry_failed:
             hint = "With --retry-failed only simulation.max_steps may differ, and only be larger. "

@@ -39,7 +39,7 @@ from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
-from nsdrill.units import Asked, readable
+from nsdrill.units import WithUnit, readable
 from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE, SCHEDULED, STEP_LIMIT
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
@@ -102,8 +102,8 @@ def simulate(
             ):
                 continue
             found, least = f"{operation.depth:g} m", f"{length:g} m"
-            if isinstance(depth, Asked):
-                found, least = readable(depth, "m"), readable(Asked(length, depth.unit), "m")
+            if isinstance(depth, WithUnit):
+                found, least = readable(depth, "m"), readable(WithUnit(length, depth.unit), "m")
             raise ValueError(f"depth: found {found}, allowed: more than {one.words}, {least}")
     except ValueError as error:
         raise InputError(f"The operating point is outside the model. {error}.") from error
@@ -342,7 +342,7 @@ def option_of(key: str, value: str = "") -> str:
 
 def _seconds(value: float) -> str:
     """A time in the unit of the request, else in seconds."""
-    return readable(value, "s") if isinstance(value, Asked) else f"{value:g} s"
+    return readable(value, "s") if isinstance(value, WithUnit) else f"{value:g} s"
 
 
 def _on_axis(
@@ -364,7 +364,7 @@ def _on_axis(
     if values[0] - below <= value <= values[-1] + above:
         return float(value)
     ends = [
-        Asked(end, value.unit) if isinstance(value, Asked) else end
+        WithUnit(end, value.unit) if isinstance(value, WithUnit) else end
         for end in (values[0], values[-1])
     ]
     first, last = (readable(end, units) for end in ends)

@@ -112,7 +112,7 @@ def damaged(part: Path, what: str, error: Exception) -> FileError:
 
 def discard(part: Path) -> None:
     """Remove ``part``, as the work is finished."""
-    interrupt.doomed.discard(str(part))
+    interrupt.unfinished_files.discard(str(part))
     part.unlink(missing_ok=True)
 
 

@@ -112,7 +112,7 @@ def main() -> NoReturn:
         try:
             _run_command()
         finally:
-            interrupt.decided()
+            interrupt.ignore_signals()
 
 
 def _run_command() -> NoReturn:
@@ -164,9 +164,9 @@ def _unexpected(error: Exception) -> str:
 
 
 def _leave(message: str, code: int) -> NoReturn:
-    if code == interrupt.EXIT_CODE and interrupt.asked():
+    if code == interrupt.EXIT_CODE and interrupt.requested():
         interrupt.end(message)
-    interrupt.give_way()
+    interrupt.wait_if_ending()
     if message:
         click.echo(message, err=True)
     sys.exit(code)

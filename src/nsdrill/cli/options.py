@@ -56,11 +56,11 @@ class Quantity(click.ParamType):
     ) -> float:
         if isinstance(value, float):
             return value
-        from nsdrill.units import QuantityError, asked
+        from nsdrill.units import QuantityError, parse_with_unit
 
         option = param.opts[0] if param else "value"
         try:
-            number = asked(str(value), self.units)
+            number = parse_with_unit(str(value), self.units)
         except QuantityError as error:
             raise InputError(f"{option}: {error}") from error
         return number
@@ -170,7 +170,7 @@ def point_values(at: tuple[str, ...], **operation: float | None) -> dict[str, fl
     not None, in SI by their keys."""
     from nsdrill.models.leaves import as_value, words_of
     from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean
-    from nsdrill.units import QuantityError, asked
+    from nsdrill.units import QuantityError, parse_with_unit
 
     leaves = {**axes_of_all(), SAMPLE_LEAF.key: SAMPLE_LEAF}
     values: dict[str, float] = {
@@ -198,7 +198,7 @@ def point_values(at: tuple[str, ...], **operation: float | None) -> dict[str, fl
                 values[key] = as_value(key, value)
             elif leaves[key].kind == "quantity":
                 leaves[key].read(value)  # within its range
-                values[key] = asked(value, leaves[key].units)
+                values[key] = parse_with_unit(value, leaves[key].units)
             else:
                 values[key] = float(leaves[key].read(float(value)))
         except (QuantityError, ValueError) as error:

@@ -53,13 +53,13 @@ def command(
 
     explorer = Explorer(Session(file, units, list(overrides), over), port)
     try:
-        with interrupt.heeded():
+        with interrupt.interruptible():
             explorer.start()
             click.echo(explorer.url)
             click.echo("The explorer stops with its page, or with Ctrl-C.", err=True)
             if not no_browser and not webbrowser.open(explorer.url):
                 click.echo("No browser could be opened: open the address above in one.", err=True)
-            reason = explorer.wait(interrupt.look)
+            reason = explorer.wait(interrupt.check)
     except KeyboardInterrupt:
         reason = "Stopped."
     finally:

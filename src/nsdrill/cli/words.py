@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from nsdrill.quantity import SYSTEMS, amount, find, in_system, quantity, sign
-from nsdrill.units import Asked, from_si
+from nsdrill.units import WithUnit, from_si
 from nsdrill.variables import AXES
 
 MAX_KNOTS = 6
@@ -36,11 +36,12 @@ def label_of(name: str) -> str:
 
 def value_text(name: str, value: float | str, units: str = "si", *, both: bool = False) -> str:
     """A value of an axis with its unit: in the system ``units``, or in its own unit
-    where it is :class:`nsdrill.units.Asked`. With ``both`` also in the other system."""
+    where it is :class:`nsdrill.units.WithUnit`. With ``both`` also in the other
+    system."""
     if isinstance(value, str):  # a word
         return value
     axis = quantity(name)
-    text = amount(value, value.unit) if isinstance(value, Asked) else axis.text(value, units)
+    text = amount(value, value.unit) if isinstance(value, WithUnit) else axis.text(value, units)
     if both and axis.name in AXES:
         other = SYSTEMS[1 - SYSTEMS.index(units)]
         text += f" ({amount(value, axis.unit(other), 4)})"
@@ -62,7 +63,7 @@ def in_unit_of(name: str, value: float, requested: Mapping[str, float]) -> float
     """The value of the axis ``name``, with the unit that ``requested`` has for this
     axis."""
     other = requested.get(name)
-    return Asked(value, other.unit) if isinstance(other, Asked) else value
+    return WithUnit(value, other.unit) if isinstance(other, WithUnit) else value
 
 
 def knots_text(

@@ -157,7 +157,7 @@ def _times(transient: Any, observe: Any) -> dict[str, Any]:
 class Batch:
     """``lanes`` lanes with room for ``slots`` runs.
 
-    ``store`` is the observer's store and ``report_width`` the number of columns of its
+    ``store`` is the observer's store and ``outcome_width`` the number of columns of its
     outcome.
     """
 
@@ -167,7 +167,7 @@ class Batch:
         slots: int,
         rows: Rows,
         store: Array,
-        report_width: int,
+        outcome_width: int,
         simulation: Simulation,
     ) -> None:
         self.lanes, self.stepper = lanes, simulation.stepper
@@ -180,7 +180,7 @@ class Batch:
         self._successor = np.full(slots, -1, dtype=np.int64)
         self._job = np.full(slots, -1, dtype=np.int64)
         self._queue = np.zeros(slots, dtype=np.int64)
-        self._outbox = np.zeros((slots, len(RUN_COLUMNS) + rows.states + 1 + report_width))
+        self._outbox = np.zeros((slots, len(RUN_COLUMNS) + rows.states + 1 + outcome_width))
         self._finished = np.zeros(slots, dtype=np.int64)
         self._counters = np.zeros(COUNTERS, dtype=np.int64)
         self._free = list(range(slots))[::-1]

@@ -233,7 +233,7 @@ class Model(ABC):
         its end."""
 
     @abstractmethod
-    def report_width(self, record: Record, variant: Variant) -> int:
+    def outcome_width(self, record: Record, variant: Variant) -> int:
         """The number of columns of an observer's outcome."""
 
     @abstractmethod

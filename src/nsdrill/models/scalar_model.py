@@ -291,10 +291,10 @@ class ScalarModel(Model):
             lanes, self.names(variant), self.declaration(variant), record.peaks, returns, more
         )
 
-    def report_width(self, record: Record, variant: Variant) -> int:
-        from nsdrill.observe.findings import report_width
+    def outcome_width(self, record: Record, variant: Variant) -> int:
+        from nsdrill.observe.findings import outcome_width
 
-        return report_width(
+        return outcome_width(
             self.names(variant), self.declaration(variant), record.peaks, record.poincare
         )
 

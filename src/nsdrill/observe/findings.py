@@ -45,7 +45,7 @@ def section_width(names: Names, declaration: Declaration, returns: int) -> int:
     return 1 + (len(names.states) + 1) * returns if declaration.section and returns else 0
 
 
-def report_width(names: Names, declaration: Declaration, peaks: int = 0, returns: int = 0) -> int:
+def outcome_width(names: Names, declaration: Declaration, peaks: int = 0, returns: int = 0) -> int:
     """The number of columns of the outcome, if the last ``peaks`` maxima of each
     channel with peaks and the last ``returns`` to the section are kept."""
     rings = len(declaration.channels_with_peaks) * (peaks + 1)
@@ -82,9 +82,9 @@ def measured(
     """The features of finished runs over the whole observation, each an array [runs],
     and ``half_difference``.
 
-    ``outcome`` holds the observer's columns [runs, report_width], ``parameters`` [runs,
-    parameters] and ``state_scales`` [runs, states] those of the runs, ``observe`` the
-    observation time [s], one for all or [runs].
+    ``outcome`` holds the observer's columns [runs, outcome_width], ``parameters``
+    [runs, parameters] and ``state_scales`` [runs, states] those of the runs,
+    ``observe`` the observation time [s], one for all or [runs].
 
     ``half_difference`` is the largest difference between the two halves of the
     observation: of the extremes relative to their range (plus a hundredth of the
@@ -150,7 +150,9 @@ def returns_of(
     :func:`measured`."""
     ring = outcome[
         :,
-        report_width(names, declaration, peaks) : report_width(names, declaration, peaks, returns),
+        outcome_width(names, declaration, peaks) : outcome_width(
+            names, declaration, peaks, returns
+        ),
     ]
     if not ring.shape[1]:
         return np.full((len(outcome), returns, len(names.states) + 1), np.nan)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from nsdrill.errors import InputError
-from nsdrill.units import QuantityError, asked
+from nsdrill.units import QuantityError, parse_with_unit
 
 INCH = 0.0254  # m
 WIDTH_RANGE = (1.0, 40.0)  # inches
@@ -73,7 +73,7 @@ def value_of(name: str, value: Any, units: str) -> float:
         if units in ("", "1"):
             return _plain_number(name, value)
         try:
-            return float(asked(value, units))
+            return float(parse_with_unit(value, units))
         except QuantityError as error:
             raise InputError(f"--{name}: {error}") from error
     if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):

@@ -16,7 +16,7 @@ from nsdrill.models.leaves import as_told, words_along
 from nsdrill.observe.trust import verdict
 from nsdrill.plot.labels import quantity
 from nsdrill.quantity import amount
-from nsdrill.units import Asked
+from nsdrill.units import WithUnit
 from nsdrill.variables import AXES, SAMPLE
 
 
@@ -37,7 +37,8 @@ def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
 
 
 def select_sample(results: Results, number: float) -> Results:
-    """The results of one sample of the uncertain numbers, as a sweep without samples."""
+    """The results of one sample of the uncertain numbers, as a sweep without
+    samples."""
     if SAMPLE not in results.coords:
         raise InputError(
             f"--at {SAMPLE}: found {number:g}; allowed: nothing, as no number is uncertain."
@@ -90,7 +91,7 @@ def _index_of(axis: str, key: str, values: Array, target: float) -> int:
         def shown(value: float) -> str:
             return (
                 amount(value, target.unit, 4)
-                if isinstance(target, Asked)
+                if isinstance(target, WithUnit)
                 else quantity(axis).value(value)
             )
 
@@ -177,7 +178,8 @@ def is_logarithmic(values: Array) -> bool:
 
 
 def spaced(axes: Any, x: Array | None = None, y: Array | None = None) -> None:
-    """Give the axes logarithmic scales where the values along them have equal ratios."""
+    """Give the axes logarithmic scales where the values along them have equal
+    ratios."""
     from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
     for values, scale, axis in ((x, axes.set_xscale, axes.xaxis), (y, axes.set_yscale, axes.yaxis)):

@@ -102,7 +102,7 @@ def changes(a: dict[str, Any], b: dict[str, Any]) -> list[tuple[str, str | None,
     return [(key, value_text(a, key), value_text(b, key)) for key in keys]
 
 
-def told_changes(a: dict[str, Any], b: dict[str, Any], keys: Sequence[str] | None = None) -> str:
+def changes_text(a: dict[str, Any], b: dict[str, Any], keys: Sequence[str] | None = None) -> str:
     """The ``keys`` in which two resolved studies differ, all but the title if None, as
     a part of a message: ``bit.friction.static: 0.5 there, 0.6 here; ...``."""
     if keys is None:
@@ -302,7 +302,8 @@ _HEAD = """\
 
 _SWEEP = """\
 sweep:                                      # {sweep}; without it one operating point is run
-  # Each axis is {{from, to, points}}, a list of values, or one value. Axes left out come from `operation`.
+  # Each axis is {{from, to, points}}, a list of values, or one value. Axes left out
+  # come from `operation`.
   depth: {{from: 500 m, to: 9000 m, points: 86}}
   # wob: [22.24 kN, 66.72 kN]
   # rotary_speed: {{from: 10 rpm, to: 120 rpm, points: 111}}

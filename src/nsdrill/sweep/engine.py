@@ -170,13 +170,13 @@ class Engine:
         slots = [_WorkerSlot(self.work.new_batch(self.lanes, self.slots)) for _ in range(count)]
         self._segment = min(SEGMENT, slots[0].batch.slots // self._segments)
         futures: dict[Future[Any], _WorkerSlot] = {}
-        with interrupt.heeded():
+        with interrupt.interruptible():
             try:
                 for worker in slots:
                     self._submit(worker, futures)
                 while futures:
                     finished, _ = wait(futures, POLL_SECONDS, FIRST_COMPLETED)
-                    interrupt.look()
+                    interrupt.check()
                     if not finished and (check := getattr(self.executor, "check", None)):
                         check()
                     for future in finished:

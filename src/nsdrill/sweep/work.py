@@ -154,7 +154,7 @@ class Work:
         model, record, rows = self.kind, self.record, self.variant.rows
         more = scratch_size(rows, len(model.contacts)) if record.exponent else 0
         store = model.store(lanes, self.parameters, record, more)
-        width = model.report_width(record, self.variant.fixed)
+        width = model.outcome_width(record, self.variant.fixed)
         if record.exponent:
             store[GROWTH_HEADER : GROWTH_HEADER + 2] = growth_header(self.simulation.observe)
             width += len(GROWTH_COLUMNS)

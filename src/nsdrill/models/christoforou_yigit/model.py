@@ -178,7 +178,7 @@ class ChristoforouYigit(Model):
         spacing = section.REVOLUTION / (parameters.bit.lobes if record.section == "lobe" else 1)
         return layout.new_store(lanes, record.peaks, record.poincare, spacing, more)
 
-    def report_width(self, record: Record, variant: Variant) -> int:
+    def outcome_width(self, record: Record, variant: Variant) -> int:
         return layout.outcome_width(record.peaks, record.poincare)
 
     def features(
