@@ -89,12 +89,12 @@ def _lateral(
         driving_speed = math.sqrt(stiffness / k.m_c) / swirl if stiffness > 0 else None
         quantities = {
             "critical_speed": DerivedQuantity(
-                critical, "rad/s", "critical speed of forward whirl in mud that turns", "lateral"
+                critical, "rad/s", "critical speed of forward whirl in rotating mud", "lateral"
             ),
             "fluid_whirl": DerivedQuantity(
                 driving_speed,
                 "rad/s",
-                "speed above which mud that turns drives whirl by itself",
+                "speed above which rotating mud drives whirl by itself",
                 "lateral",
             ),
         }

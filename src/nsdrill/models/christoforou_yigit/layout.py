@@ -58,10 +58,10 @@ TIME_PARTS = (
     "stabilizer_grazes",
 )
 WALL_PATHS = ("rolled_crossings", "rotated_crossings", "rolled_grazes", "rotated_grazes")
-# For each quantity whose peaks must be told from ripples of the error, and once for all
-# others: the least value since the last peak; the greatest since then, if it may become
-# a peak; and the prominence of a peak at a value of zero. The prominence per unit of
-# value is the same for all.
+# For each quantity whose peaks must be distinguished from ripples of the error, and
+# once for all others: the least value since the last peak; the greatest since then, if
+# it may become a peak; and the prominence of a peak at a value of zero. The prominence
+# per unit of value is the same for all.
 PEAK_ROWS = ("low", "high", "margin")
 PEAK_QUANTITIES = ("z", "speed", "else")
 # The rows of the observer. The last ones: prominence per unit of value; a torque that

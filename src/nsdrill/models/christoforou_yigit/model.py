@@ -182,9 +182,9 @@ class ChristoforouYigit(Model):
         return layout.outcome_width(record.peaks, record.poincare)
 
     def features(
-        self, report: Array, table: Array, observe: float, variant: Variant
+        self, outcome: Array, table: Array, observe: float, variant: Variant
     ) -> dict[str, Array]:
-        return reduce.features(report, table, observe, Options(*variant))
+        return reduce.features(outcome, table, observe, Options(*variant))
 
     def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
         parameters, (_, wob, speed) = points.parameters, points.operation
@@ -196,14 +196,14 @@ class ChristoforouYigit(Model):
             )
         return derived
 
-    def peaks(self, report: Array, record: Record) -> dict[str, Array]:
-        heights = reduce.peaks(report, record.peaks)
+    def peaks(self, outcome: Array, record: Record) -> dict[str, Array]:
+        heights = reduce.peaks(outcome, record.peaks)
         return {name: heights[:, i] for i, name in enumerate(variable.name for variable in PEAKS)}
 
     def section(
-        self, report: Array, record: Record, table: Array, variant: Variant
+        self, outcome: Array, record: Record, table: Array, variant: Variant
     ) -> dict[str, Array]:
-        return section.coordinates(reduce.section(report, record.peaks, record.poincare))
+        return section.coordinates(reduce.section(outcome, record.peaks, record.poincare))
 
     def returns(self, section: Mapping[str, Array]) -> Array:
         return in_the_bit_frame(section)
