@@ -59,7 +59,7 @@ def test_warnings_of_check(call: Call, small: Path) -> None:
     more = ["--set", "drillstring.eccentricity=10 cm", "--set", "simulation.observe=20 s"]
     said = call("check", small, *more, "--units", "field").err
     assert "the eccentricity (3.937 in) exceeds the clearance (3 in)" in said
-    assert "at 9.549 rpm the observed window" in said
+    assert "at 9.549 rpm the observation of" in said
     assert both(call, "check", small, *more)[1]["warnings"][0] in said
 
 

@@ -151,7 +151,7 @@ def section_watch() -> tuple[Any, Any]:
 
 
 def roessler_returns(a: float, b: float, c: float, simulation: Simulation) -> np.ndarray:
-    """(x, y, z) at the returns to y = 0, rising, in the observed window: shape
+    """(x, y, z) at the returns to y = 0, rising, in the observation: shape
     (returns, 3)."""
     store = np.zeros(1 + 3 * 5000)
     run(True, [(a, b, c)], (1.0, 1.0, 0.0), simulation, 1, section_watch(), store)

@@ -308,7 +308,7 @@ class Description:
             ),
             responses("response", "critical responses present", self.responses),
             *self.labels,
-            flag("settled", "both halves of the observed window agree", "unsettled settled"),
+            flag("settled", "both halves of the observation agree", "unsettled settled"),
             flag(
                 "motion",
                 "kind of motion",
@@ -336,7 +336,7 @@ class Description:
             feature(
                 "half_difference",
                 "1",
-                "largest disagreement between the halves of the observed window",
+                "largest disagreement between the halves of the observation",
             ),
             feature(
                 "zero_one",

@@ -110,7 +110,7 @@ MEANINGS: dict[str, str] = {
     "classify.whirl.strong_acceleration": "Severity: strong above this",
     "classify.whirl.severe_acceleration": "Severity: severe above this",
     "classify.settled": "Settled motion",
-    "classify.settled.tolerance": "Largest difference between the halves of the observed window, "
+    "classify.settled.tolerance": "Largest difference between the halves of the observation, "
     "over the range",
     "classify.trust": "Trust, where points were checked",
     "classify.trust.tolerance": "Largest difference of the features between a run and its checks, "
