@@ -100,7 +100,7 @@ def observe(
     back = np.argsort(np.concatenate([part.job for part in done]))
     status, report, final = (
         np.concatenate([getattr(part, name) for part in done])[back]
-        for name in ("status", "report", "final")
+        for name in ("status", "outcome", "final")
     )
     assert (status == 1).all()
     return Observed(

@@ -112,7 +112,7 @@ def exponents(
         is_roessler, parameters, start, simulation, lanes, watch, growth_header(simulation.observe)
     )
     assert (done.status == 1).all()
-    return done.report
+    return done.outcome
 
 
 @lru_cache

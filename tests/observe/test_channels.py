@@ -654,7 +654,7 @@ def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -
         Compiled(doubling, *make_observer(lanes, rows, WITH_AUX, declaration)), 60.0, True
     )
     found = measured(
-        WITH_AUX, declaration, done.report, np.zeros((1, 0)), np.ones((1, 2)), simulation.observe
+        WITH_AUX, declaration, done.outcome, np.zeros((1, 0)), np.ones((1, 2)), simulation.observe
     )
     assert found["high"] == pytest.approx([2.0], abs=1e-6)
     assert found["low"] == pytest.approx([-2.0], abs=1e-6)

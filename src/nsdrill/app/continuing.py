@@ -706,7 +706,7 @@ def _features(
     while remaining:
         interrupt.check()
         done = batch.advance(parts, 1.0, True)
-        outcome[done.job], ok[done.job] = done.report, done.status == OK
+        outcome[done.job], ok[done.job] = done.outcome, done.status == OK
         parameters[done.job] = done.parameters
         remaining -= len(done.job)
     features = model.features(

@@ -138,7 +138,7 @@ class FinishedRuns:
     rejected: Array
     initial: Array  #: [runs, states + 1], the phase last
     final: Array
-    report: Array  #: the observer's columns
+    outcome: Array  #: the observer's columns
     parameters: Array
 
 
@@ -338,6 +338,6 @@ class Batch:
             rejected=out[:, 2].astype(np.int64),
             initial=self._state[slots],
             final=out[:, len(RUN_COLUMNS) : len(RUN_COLUMNS) + states + 1],
-            report=out[:, len(RUN_COLUMNS) + states + 1 :],
+            outcome=out[:, len(RUN_COLUMNS) + states + 1 :],
             parameters=self._table[slots, : self.rows.parameters],
         )

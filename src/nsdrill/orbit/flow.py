@@ -275,7 +275,7 @@ class Flow:
             finished = batch.advance(functions, 60.0, True)
             final_state[finished.job], outcome[finished.job], ok[finished.job] = (
                 finished.final,
-                finished.report,
+                finished.outcome,
                 finished.status == OK,
             )
             remaining -= len(finished.job)

@@ -237,7 +237,7 @@ class Work:
     def measured(self, done: FinishedRuns) -> dict[str, Array]:
         """The features of finished runs; NaN where a run failed."""
         features = self.kind.features(
-            done.report, done.parameters, self.simulation.observe, self.variant.fixed
+            done.outcome, done.parameters, self.simulation.observe, self.variant.fixed
         )
         return _or_nan(done.status == OK, features)
 
@@ -249,13 +249,13 @@ class Work:
             # In a step the relative error of the deviation is about that of the motion.
             duration = self.simulation.transient + self.simulation.observe
             bias = self.simulation.rtol * done.accepted / duration
-            growth = done.report[:, -len(GROWTH_COLUMNS) :]
+            growth = done.outcome[:, -len(GROWTH_COLUMNS) :]
             measured |= _or_nan(ok, exponent_of(growth, self.simulation.observe, bias))
         measured |= _or_nan(ok, model.derived(measured, self.at(self.plan.values(done.job))))
         state_scales = model.state_scales(done.parameters, self.variant.fixed)
         if record.poincare:
             measured |= _or_nan(
-                ok, model.section(done.report, record, done.parameters, self.variant.fixed)
+                ok, model.section(done.outcome, record, done.parameters, self.variant.fixed)
             )
             measured["zero_one"] = self._zero_one(model.returns(measured), state_scales)
         labels = model.classify(measured, done.status, self.thresholds, state_scales)
@@ -268,7 +268,7 @@ class Work:
             "method": np.full(len(state_scales), self.simulation.method == "implicit", np.int8),
             # numbered once all starts have been run
             **({"attractor": np.zeros(len(state_scales), np.int16)} if self.plan.starts else {}),
-            **_or_nan(ok, model.peaks(done.report, record)),
+            **_or_nan(ok, model.peaks(done.outcome, record)),
             "initial_state": self.to_all_states(self.own_state(done.initial)),
             "final_state": self.to_all_states(self.own_state(done.final)),
         }
