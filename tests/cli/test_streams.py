@@ -143,7 +143,7 @@ def test_a_damaged_cache_is_told_once(
     """Empty files, as a power cut leaves them; one small function, to be quick."""
     study, whole = shared / "small.yaml", shared / "small.h5"  # whose functions are in the cache
     folder = Path(shutil.copytree(cache_directory(source_digest()), tmp_path / source_digest()))
-    damaged = [path for path in folder.iterdir() if path.name.startswith("settle_")]
+    damaged = [path for path in folder.iterdir() if path.name.startswith("flush_events")]
     for path in damaged:
         path.write_bytes(b"")
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
