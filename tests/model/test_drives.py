@@ -501,14 +501,14 @@ def test_a_ramp_with_a_drive_keeps_the_set_point() -> None:
 
 
 def test_a_drive_that_swings_is_no_ramp() -> None:
-    from nsdrill.plot.schedule import moving, point_words
+    from nsdrill.plot.schedule import moving_values, operating_point_text
     from nsdrill.store import from_dataset
 
     study = "drive: {kind: soft_torque}\noperation: {wob: 66.72 kN, rotary_speed: 2 rad/s}"
     trace = from_dataset(nsdrill.simulate(study, duration=5.0, sample=0.1))
     assert np.ptp(trace["drive_speed"]) > 0.0
-    assert moving(trace) == []
-    assert point_words(trace, "si").endswith("2 rad/s")
+    assert moving_values(trace) == []
+    assert operating_point_text(trace, "si").endswith("2 rad/s")
     with pytest.raises(nsdrill.StudyError, match=r"initial.lag.*with an ensemble"):
         parse_study(study + "\ninitial: {ensemble: 4, lag: 1 rad}")
 

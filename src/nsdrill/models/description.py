@@ -334,9 +334,7 @@ class Description:
             *self.features,
             *self.derived,
             feature(
-                "half_difference",
-                "1",
-                "largest disagreement between the halves of the observation",
+                "half_difference", "1", "largest disagreement between the halves of the observation"
             ),
             feature(
                 "zero_one",
