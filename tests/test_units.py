@@ -129,10 +129,10 @@ def test_capitals_are_suggested(text: str, meant: str) -> None:
     ],
 )
 def test_anything_else_is_a_clear_error_at_once(text: str) -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(QuantityError) as caught:
         to_si(text, "m")
-    assert time.perf_counter() - start < 1.0
+    assert time.process_time() - start < 1.0
     assert "m, mm, in or ft" in str(caught.value)
     assert len(str(caught.value)) < 400
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import click
@@ -35,13 +34,9 @@ def test_help_imports_nothing_heavy(words: list[str]) -> None:
         "try: main()\n"
         f"except SystemExit: print('heavy:', [m for m in {HEAVY!r} if m in sys.modules])"
     )
-    begun = time.perf_counter()
     done = subprocess.run(
         [sys.executable, "-c", code, *words], capture_output=True, text=True, check=True
     )
-    # Measured 0.1 s; the bound is for a loaded machine, and still far below what
-    # importing numba alone takes on one.
-    assert time.perf_counter() - begun < 5
     assert done.stdout.rstrip().endswith("heavy: []")
     assert "Usage: nsdrill" in done.stdout
     assert done.stderr == ""

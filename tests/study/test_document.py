@@ -90,10 +90,10 @@ def test_aliases_serve_within_bounds() -> None:
     ],
 )
 def test_broken_documents(text: str, line: int, says: str) -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(StudyError) as caught:
         parse_study(text, "s.yaml")
-    assert time.perf_counter() - start < 5.0
+    assert time.process_time() - start < 5.0
     assert says in str(caught.value)
     assert f"s.yaml, line {line}" in str(caught.value)
 
