@@ -117,6 +117,15 @@ def test_a_scheduler_that_is_gone_ends_the_run(
         log.close()
 
 
+def test_a_scheduler_that_is_gone_takes_no_task() -> None:
+    """A client may be closed when lost futures are sent again, before anyone waits."""
+    pytest.importorskip("distributed")
+    with dask_executor(workers=1) as (executor, _):
+        assert executor.submit(abs, -1).result(60) == 1
+    with pytest.raises(NsdrillError, match=r"scheduler is gone.*are safe.*--resume"):
+        executor.submit(abs, -1)
+
+
 class Mortal(Executor):
     """Runs every task here; those whose number is in ``deaths`` die with their
     worker."""

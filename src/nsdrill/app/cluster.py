@@ -94,9 +94,16 @@ class _Cluster(Executor):
         self._client, self._executor = client, client.get_executor(pure=False)
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **more: Any) -> Future[Any]:
-        future: Future[Any] = self._executor.submit(
-            _call_on_same_versions, versions(), _model_sources(), function, *args, **more
-        )
+        """As of any executor; NsdrillError where the scheduler is lost."""
+        try:
+            future: Future[Any] = self._executor.submit(
+                _call_on_same_versions, versions(), _model_sources(), function, *args, **more
+            )
+        except Exception:
+            # A client that has lost its scheduler cancels all futures, and refuses new
+            # ones once it has tried in vain to connect again.
+            self.check()
+            raise
         return future
 
     def check(self) -> None:
