@@ -49,7 +49,7 @@ _compiling = threading.RLock()
 
 BUFFER = types.float64[::1]
 # A right-hand side reads the rows `stage`, `stage_time`, `phase` and `parameter`, and
-# writes `acceleration` and `aux_now`; one with friction apart (`Rows.apart`) reads
+# writes `acceleration` and `aux_now`; one with implicit friction (`Rows.implicit`) reads
 # `relax`, writes `push` and `falling`, and moves the velocities among the `stage` rows.
 RIGHT_HAND_SIDE = types.FunctionType(types.void(BUFFER))
 # An observer is called after every packed step, with the lane buffer and its store.
@@ -184,8 +184,8 @@ class Rows:
     along a chain, that of a drive. Its row holds its value at the run's time zero, less
     whole revolutions.
 
-    **Friction.** ``apart`` has bit k set where friction acts in own slope k and is kept
-    apart, for a stepper that treats friction implicitly. The part of such a slope that
+    **Friction.** ``implicit`` has bit k set where friction acts in own slope k and is
+    evaluated separately, for a stepper that treats it implicitly. The part of such a slope that
     is due to friction is its *push*, in a row of ``push``; the slope includes it. With
     ``relax`` [s] above zero, the right-hand side first solves for velocities that are
     the given ones plus ``relax`` times the push, and stores them in ``stage``. The
@@ -201,7 +201,7 @@ class Rows:
     singles: int = 0
     private: int = 0
     judged: bool = False
-    apart: int = 0
+    implicit: int = 0
 
     @property
     def own(self) -> int:
@@ -227,7 +227,7 @@ class Rows:
     @property
     def pushed(self) -> tuple[int, ...]:
         """The slopes that have a push, in the order of its rows."""
-        own = tuple(k for k in range(self.own_slopes) if self.apart >> k & 1)
+        own = tuple(k for k in range(self.own_slopes) if self.implicit >> k & 1)
         return own + (tuple(self.own_slopes + k for k in own) if self.tangent_states else ())
 
     @property
@@ -270,11 +270,11 @@ class Rows:
 
     @property
     def phase(self) -> int:
-        return self.stage_time + (3 if self.apart else 1)
+        return self.stage_time + (3 if self.implicit else 1)
 
     # The observer also reads these: the step goes from (`time`, `start`) to (`time` +
     # `step`, `stage`), with the accelerations `start_acceleration` and `acceleration`
-    # at its ends; `moves` is 1.0 where it is accepted, `window` is 1.0 during the
+    # at its ends; `moves` is 1.0 where it is accepted, `observing` is 1.0 during the
     # observation, else 0.0.
     @property
     def start(self) -> int:
@@ -305,7 +305,7 @@ class Rows:
         return self.time + 2
 
     @property
-    def window(self) -> int:
+    def observing(self) -> int:
         return self.time + 3
 
     # The rows of the kernel, of which an observer may read `scale` and the tolerance.

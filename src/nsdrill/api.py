@@ -19,8 +19,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar, cast
 
 from nsdrill.app.arguments import (
+    check_other_file,
     is_whole,
-    keep_apart,
     name_in,
     number_in,
     seconds_in,
@@ -166,7 +166,7 @@ def run(
     check_sweep(loaded)
     if path is not None:
         path = name_in(path, "path")
-        keep_apart(study, path)
+        check_other_file(study, path)
         check_target(path)  # before a cluster is started
     with (
         _executor_of(engine, scheduler, workers) as (executor, count),
@@ -231,7 +231,7 @@ def continue_branches(
         )
     if path is not None:
         path = name_in(path, "path")
-        keep_apart(study, path)
+        check_other_file(study, path)
     say: Callable[[str], object] = lambda text: None  # noqa: E731
     if callable(progress):
         say = progress
@@ -858,8 +858,8 @@ def fit(
     calls = Rounds()
     if path is not None:
         path = name_in(path, "path")
-        keep_apart(study, path)
-        keep_apart(data, path)
+        check_other_file(study, path)
+        check_other_file(data, path)
         calls = Rounds.beside(path, loaded, measured, batch, overwrite=overwrite, resume=resume)
     with calls.guarding(), reporting(progress) as watch:
         found = app.fit(

@@ -25,15 +25,15 @@ Array = np.ndarray[Any, np.dtype[Any]]
 Numbers = Mapping[str, Any]  # {kind: numbers}
 
 KINDS = ("uniform", "normal", "lognormal", "triangular", "values")
-CUT = ("low", "high")  # keys of the bounds of a truncated distribution
-NAMED: dict[str, tuple[str, ...]] = {
+BOUNDS = ("low", "high")  # keys of the bounds of a truncated distribution
+NUMBERS_OF: dict[str, tuple[str, ...]] = {
     "normal": ("mean", "deviation"),
     "lognormal": ("median", "factor"),
 }
 DESIGNS = ("sobol", "saltelli")
 DIGITS = 9  # of a sample: the last digits of a quantile depend on the version of SciPy
-MOST_SAMPLES = 100_000
-MOST_UNKNOWNS = 40
+MAX_SAMPLES = 100_000
+MAX_UNKNOWNS = 40
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ def quantile(numbers: Numbers, u: Array) -> Array:
     ((kind, shape),) = numbers.items()
     if kind == "values":
         return np.asarray(shape, dtype=float)[np.asarray(frozen.ppf(u), dtype=int)]
-    if kind not in NAMED:
+    if kind not in NUMBERS_OF:
         return np.asarray(frozen.ppf(u))
     below, above = part_below(numbers)
     low, high = cut_of(numbers)

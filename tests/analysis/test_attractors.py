@@ -14,7 +14,7 @@ from scipy.stats import binomtest
 from nsdrill.analysis.attractors import UNSETTLED_SHARE, describe, label, linked, places, wilson
 from nsdrill.analysis.branches import number
 from nsdrill.models.christoforou_yigit.compare import WEIGHTS, extent, scaled
-from nsdrill.models.christoforou_yigit.variables import TOLD
+from nsdrill.models.christoforou_yigit.variables import DISTINGUISHING
 from nsdrill.variables import (
     BIT_BOUNCE,
     CHAOTIC,
@@ -300,7 +300,7 @@ def test_what_is_told_of_attractors() -> None:
     ]
     one = {name: np.concatenate([part[name] for part in parts])[None] for name in parts[0]}
     one["attractor"] = np.array([[7] * 6 + [3] * 2 + [0] * 2])
-    (((first, second), counts),) = describe(one, TOLD)
+    (((first, second), counts),) = describe(one, DISTINGUISHING)
     assert (first.number, second.number) == (7, 3), "by falling share"
     assert counts == {"starts": 10, "failed": 1, "pending": 1, "unsettled": 2, "ungrouped": 0}
     assert (first.response, first.members, first.unsettled, first.share) == (BIT_BOUNCE, 6, 0, 0.75)

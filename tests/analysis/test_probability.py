@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from nsdrill.analysis.probability import EVERY, chances, interval, window_state
+from nsdrill.analysis.probability import EVERY, interval, probabilities_of, window_state
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
@@ -40,7 +40,7 @@ def test_shares_are_counted_for_each_history_and_for_all() -> None:
     response = np.zeros((2, 1, 1, 8), int)
     response[0, 0, 0, :3] = STICK_SLIP
     response[1, 0, 0, 2:6] = WHIRL | BIT_BOUNCE
-    found = chances(made_up(response))
+    found = probabilities_of(made_up(response))
     assert found.histories == ("up", "down", EVERY)
     assert found.outcomes == ("safe", "bit_bounce", "stick_slip", "whirl")
     assert found.total == 8
@@ -54,7 +54,7 @@ def test_a_failed_run_is_not_safe_and_leaves_open_what_it_might_be() -> None:
     status[0, 0, 0, :2] = DIVERGED  # safe downwards: open
     # not safe downwards: known not to be safe
     status[0, 0, 1, :2], response[1, 0, 1, :2] = DIVERGED, WHIRL
-    found = chances(made_up(response, status))
+    found = probabilities_of(made_up(response, status))
     assert found.count[-1, 0].ravel().tolist() == [8, 8, 10]
     assert found.open[-1].ravel().tolist() == [2, 0, 0]
     inside, might = window_state(found, 0.9)
@@ -93,8 +93,8 @@ def test_rows_of_a_table_that_are_the_same_count_as_fewer() -> None:
     for data in (plain, results):
         data.drawn[ROCK] = np.repeat([1e7, 2e7, 3e7], [5, 2, 1])
     # a list of values: draws that happen to be the same are independent
-    assert chances(plain).effective == 8.0
-    found = chances(results)
+    assert probabilities_of(plain).effective == 8.0
+    found = probabilities_of(results)
     assert found.effective == pytest.approx(64 / 30)
     share, low, high = (float(part.ravel()[0]) for part in found.of("safe"))
     assert share == 3 / 8
@@ -102,7 +102,9 @@ def test_rows_of_a_table_that_are_the_same_count_as_fewer() -> None:
         tuple(map(float, interval(np.array(3 / 8 * 64 / 30), 64 / 30)))
     )
     assert (
-        high - low > 1.3 * (chances(plain).of("safe")[2] - chances(plain).of("safe")[1]).ravel()[0]
+        high - low
+        > 1.3
+        * (probabilities_of(plain).of("safe")[2] - probabilities_of(plain).of("safe")[1]).ravel()[0]
     )
     assert find_window(results, confidence=0.3)["effective"] == pytest.approx(64 / 30)
 
@@ -174,12 +176,12 @@ def test_of_the_saltelli_design_two_matrices_count() -> None:
     response = np.full((1, 1, 1, 30), WHIRL)  # of one unknown: 10 x (1 + 2)
     response[..., :20] = 0
     attrs = {"study_resolved": '{"uncertain": {"design": "saltelli", "samples": 10}}'}
-    assert chances(made_up(response, attrs=attrs)).of("safe")[0].ravel()[0] == 1.0
-    assert chances(made_up(response)).of("safe")[0].ravel()[0] == 20 / 30
+    assert probabilities_of(made_up(response, attrs=attrs)).of("safe")[0].ravel()[0] == 1.0
+    assert probabilities_of(made_up(response)).of("safe")[0].ravel()[0] == 20 / 30
     with pytest.raises(
         InputError, match="found 20 samples of the design saltelli; allowed: all 30"
     ):
-        chances(made_up(response[..., :20], attrs=attrs))
+        probabilities_of(made_up(response[..., :20], attrs=attrs))
 
 
 def test_by_severity() -> None:
@@ -198,7 +200,7 @@ def test_results_without_samples_have_no_probability() -> None:
         results.coords, {name: values[..., 0] for name, values in results.variables.items()}
     )
     with pytest.raises(InputError, match="without samples"):
-        chances(plain)
+        probabilities_of(plain)
     with pytest.raises(InputError, match="--confidence: found results without samples"):
         find_window(plain, confidence=0.9)
     assert find_window(plain)["confidence"] is None

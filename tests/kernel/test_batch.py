@@ -62,7 +62,7 @@ def test_steps_tried_are_accepted_and_rejected_ones() -> None:
 def test_four_registers_to_a_row_where_steps_wait_for_themselves(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Of friction apart, with runs for all lanes, in a cache that nearly holds them;
+    """With implicit friction, with runs for all lanes, in a cache that nearly holds them;
     unless the user has chosen."""
     monkeypatch.delenv("NSDRILL_LANES", raising=False)
     rows = {

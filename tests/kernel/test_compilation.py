@@ -25,9 +25,9 @@ EXPLICIT = [name for name, stepper in STEPPERS.items() if isinstance(stepper, Ex
 ASSEMBLY = """
 import sys
 from nsdrill.kernel.steppers import IMPLICIT, STEPPERS
-from nsdrill.models.christoforou_yigit.apart import make_solve
-from nsdrill.models.christoforou_yigit.apart_along import make_axial_solve
-from nsdrill.models.christoforou_yigit.apart_held import make_stabilizer_solve
+from nsdrill.models.christoforou_yigit.implicit import make_solve
+from nsdrill.models.christoforou_yigit.implicit_along import make_axial_solve
+from nsdrill.models.christoforou_yigit.implicit_held import make_stabilizer_solve
 from nsdrill.models.christoforou_yigit.rhs import aux_of, columns_of, rows_of
 from nsdrill.models.christoforou_yigit.rhs import make_right_hand_side
 from nsdrill.models.christoforou_yigit.options import Options
@@ -36,7 +36,7 @@ from nsdrill.variables import MODEL
 from nsdrill.models.christoforou_yigit.events import make_events
 from nsdrill.models.christoforou_yigit.layout import OBSERVED
 rows = model_named(MODEL).rows(Options(), len(OBSERVED))
-APART = Options(apart=1)
+SPLIT = Options(implicit=1)
 function = {
     "rhs": lambda: make_right_hand_side(8),
     **{f"law {n}": lambda n=n: make_right_hand_side(8, Options(friction=n)) for n in (1, 2, 3)},
@@ -44,12 +44,12 @@ function = {
     "events 3": lambda: make_events(8, rows, friction=3)[1],
     "options": lambda: make_right_hand_side(8, Options(swirl=1, stabilizer=1, weight=1, axial_friction=1)),
     "stabilizer": lambda: make_right_hand_side(8, Options(hertz=1, stabilizer=1)),
-    **{f"slips {W}": lambda W=W: make_solve(W, APART, rows_of(APART), columns_of(APART), aux_of(APART))
+    **{f"slips {W}": lambda W=W: make_solve(W, SPLIT, rows_of(SPLIT), columns_of(SPLIT), aux_of(SPLIT))
        for W in (8, 16)},
     **{f"{name} {W}": lambda W=W, make=make, o=o: make(W, o, rows_of(o), columns_of(o), aux_of(o))
-       for name, make, o in (("held", make_stabilizer_solve, APART._replace(stabilizer=1)),
-                             ("along", make_axial_solve, APART._replace(axial_friction=1))) for W in (8, 16)},
-    **{f"implicit {W}": lambda W=W: STEPPERS[IMPLICIT].make(W, STEPPERS[IMPLICIT].rows(rows_of(APART)))
+       for name, make, o in (("held", make_stabilizer_solve, SPLIT._replace(stabilizer=1)),
+                             ("along", make_axial_solve, SPLIT._replace(axial_friction=1))) for W in (8, 16)},
+    **{f"implicit {W}": lambda W=W: STEPPERS[IMPLICIT].make(W, STEPPERS[IMPLICIT].rows(rows_of(IMPLICIT)))
        for W in (8, 16)},
     **{name: lambda stepper=stepper: stepper.make(8, stepper.rows(rows)) for name, stepper in STEPPERS.items()},
     "events": lambda: make_events(8, rows)[1],
@@ -99,22 +99,22 @@ def test_lane_loops_compile_to_packed_instructions(part: str, tmp_path: Path) ->
 BESIDE = """
 from nsdrill.models.christoforou_yigit.features import make_observer
 from nsdrill.models.christoforou_yigit.options import Options
-for apart in (0, 1):
-    print("".join(make_observer(16, Options(apart=apart))[0].inspect_asm().values()))
+for implicit in (0, 1):
+    print("".join(make_observer(16, Options(implicit=implicit))[0].inspect_asm().values()))
     print("NEXT")
 """
 
 
 @needs_wide_registers
-def test_the_observer_is_as_packed_with_friction_apart_as_without(tmp_path: Path) -> None:
+def test_the_observer_is_as_packed_with_implicit_friction_as_without(tmp_path: Path) -> None:
     """It has rare parts for one lane, which are the same in both, so it is compared
     with itself."""
-    together, apart = (
+    explicit, implicit = (
         packed_and_single(text) for text in printed(BESIDE, tmp_path).split("NEXT")[:2]
     )
-    assert together[1] > 0
-    assert apart[1] <= together[1] + 10
-    assert apart[0] >= together[0]
+    assert explicit[1] > 0
+    assert implicit[1] <= explicit[1] + 10
+    assert implicit[0] >= explicit[0]
 
 
 PLAIN = """

@@ -133,7 +133,7 @@ def test_short_runs_equal_scipy(seed: int) -> None:
     rng = np.random.default_rng(100 + seed)
     case = random_case(
         rng,
-        lobes=3,  # each number is compiled apart
+        lobes=3,  # each number is compiled separately
         wall_stiffness=10 ** rng.uniform(6, 8),
         rock_stiffness=10 ** rng.uniform(6.5, 8),
         bit_smoothing=10 ** rng.uniform(1, 2),

@@ -86,7 +86,7 @@ def test_derivatives_equal_the_reference(
     wall_law: str, softening: str, eccentric_mass: str
 ) -> None:
     """To 2e-13 of the terms summed, at 200 random states of 200 random strings, all
-    contacts and, with a linear wall, lobe numbers, each of which is compiled apart."""
+    contacts and, with a linear wall, lobe numbers, each of which is compiled separately."""
     options = {"wall_law": wall_law, "softening": softening, "eccentric_mass": eccentric_mass}
     if wall_law == "hertz":
         options |= law(True)
@@ -128,7 +128,7 @@ def test_lobed_surface_is_the_sine_of_the_multiple_angle(lobes: int) -> None:
 
 
 def law(hertz: bool) -> dict:
-    """Linear with three lobes, Hertz with eight: each is compiled apart."""
+    """Linear with three lobes, Hertz with eight: each is compiled separately."""
     return {"wall_law": "hertz", "lobes": 8} if hertz else {"wall_law": "linear", "lobes": 3}
 
 

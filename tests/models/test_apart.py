@@ -34,7 +34,7 @@ def buffer_of(text: str, apart: bool, seed: int, relax: float = 0.0) -> Any:
     study = parse_study(text)
     model, rng, at = model_named(study.model), np.random.default_rng(seed), study.operation
     variant = model.variant(study.parameters)
-    variant = model.apart(variant) if apart else variant
+    variant = model.implicit(variant) if apart else variant
     rows = model.rows(variant)
     points = Values(
         study.parameters,
@@ -111,7 +111,7 @@ def test_the_deviation_of_a_stage_is_its_derivative() -> None:
     text, step = CASES["beam, few modes"].replace("EPS", "500"), 1e-5
     study = parse_study(text)
     model = model_named("beam")
-    variant = model.apart(model.variant(study.parameters))
+    variant = model.implicit(model.variant(study.parameters))
     plain, ordinary, function = buffer_of(text, True, 7, RELAX)
     rows = model.rows(variant, tangent=True)
     b, own, slopes = np.zeros((rows.total, W)), rows.own, rows.own_slopes

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from nsdrill import plot
-from nsdrill.analysis.probability import chances
+from nsdrill.analysis.probability import probabilities_of
 from nsdrill.analysis.sensitivity import sensitivity
 from nsdrill.analysis.window import find_window
 from nsdrill.app.run import run_in_memory
@@ -53,7 +53,7 @@ def holding(figure: Figure, gid: str) -> Axes:
 
 def test_maps_show_the_probability_of_each_outcome_in_one_scale(both: Results) -> None:
     figure = plot.draw(both, "probability")
-    found = chances(both)
+    found = probabilities_of(both)
     for number, outcome in enumerate(found.outcomes):
         gid = f"probability:{outcome}"
         mesh = by_gid(holding(figure, gid), gid)
@@ -65,7 +65,7 @@ def test_maps_show_the_probability_of_each_outcome_in_one_scale(both: Results) -
 def test_the_line_surrounds_the_window_at_the_confidence(both: Results) -> None:
     for confidence in (0.5, 0.99):
         figure = plot.draw(both, "probability", confidence=confidence)
-        inside = chances(both).of("safe")[0][0] >= confidence - 1e-9
+        inside = probabilities_of(both).of("safe")[0][0] >= confidence - 1e-9
         padded = np.pad(inside, 1).astype(int)
         borders = np.abs(np.diff(padded, axis=0)).sum() + np.abs(np.diff(padded, axis=1)).sum()
         line = by_gid(holding(figure, "confidence"), "confidence")
@@ -79,7 +79,7 @@ def test_the_line_surrounds_the_window_at_the_confidence(both: Results) -> None:
 def test_along_an_axis_the_bands_are_the_intervals(both: Results) -> None:
     figure = plot.draw(both, "probability", at={"wob": 60e3})
     one = plot.cut(both, {"wob": 60e3})
-    found = chances(one)
+    found = probabilities_of(one)
     axes = holding(figure, "line:safe")
     for outcome in found.outcomes:
         share, low, high = (100 * part.ravel() for part in found.of(outcome))
@@ -96,7 +96,11 @@ def test_along_an_axis_the_bands_are_the_intervals(both: Results) -> None:
 
 def test_one_point_has_bars(both: Results) -> None:
     figure = plot.draw(both, "probability", at={"wob": 60e3, "rotary_speed": 4.0})
-    share = chances(plot.cut(both, {"wob": 60e3, "rotary_speed": 4.0})).of("safe")[0].ravel()[0]
+    share = (
+        probabilities_of(plot.cut(both, {"wob": 60e3, "rotary_speed": 4.0}))
+        .of("safe")[0]
+        .ravel()[0]
+    )
     axes = figure.axes[0]
     point = next(line for line in axes.get_lines() if line.get_gid() == "point:safe")
     assert point.get_xdata()[0] == pytest.approx(100 * share)

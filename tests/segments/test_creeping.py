@@ -25,10 +25,10 @@ FEW = {"segments__pipe": 2, "segments__collar": 2}
 
 def lanes_of(states: np.ndarray, relax: float | None, **keys: Any) -> tuple[np.ndarray, Any]:
     """The lane buffer after the right-hand side at these ``states`` [8, states],
-    friction apart or not (None)."""
+    implicit friction or not (None)."""
     parameters = string(**FEW, **keys)
     variant = MODEL.variant(parameters)
-    variant = variant if relax is None else MODEL.apart(variant)
+    variant = variant if relax is None else MODEL.implicit(variant)
     rows = MODEL.rows(variant)
     b = np.zeros((rows.total, 8))
     points = Values(parameters, Initial(), (DEPTH, 100e3, SPEED))

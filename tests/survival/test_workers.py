@@ -23,7 +23,7 @@ from nsdrill.app.run import run_study
 from nsdrill.errors import NsdrillError
 from nsdrill.store import RunLog, part_path, read_results
 from nsdrill.study import parse_study
-from nsdrill.sweep.engine import MOST_LOSSES, Progress
+from nsdrill.sweep.engine import MAX_LOSSES, Progress
 from nsdrill.sweep.work import advance
 
 GRID = """
@@ -170,7 +170,7 @@ def test_a_cluster_that_only_dies_is_given_up(
     mortal = Mortal(range(8, 10**6))
     with pytest.raises(NsdrillError, match=r"lost 11 times with its worker .*are safe.*--resume"):
         run_study(study, out, workers=1, lanes=8, executor=mortal)
-    assert mortal.count == 7 + MOST_LOSSES + 1
+    assert mortal.count == 7 + MAX_LOSSES + 1
     with RunLog.open(part_path(out)) as log:
         done = int(np.count_nonzero(log.done()))
     assert 0 < done < 80

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nsdrill.analysis.probability import SAFE, chances
+from nsdrill.analysis.probability import SAFE, probabilities_of
 from nsdrill.analysis.window import classes
 from nsdrill.app.run import run_in_memory
 from nsdrill.data import Results
@@ -52,7 +52,7 @@ def cube() -> Results:
 
 
 def test_probabilities_over_two_axes(uncertain: Results) -> None:
-    found = chances(uncertain)
+    found = probabilities_of(uncertain)
     areas = dict(probability_areas(uncertain, "field", "rotary_speed", "wob"))
     head, columns = areas["Probability: safe"]
     assert np.allclose(columns["values"][0], 100 * found.of(SAFE)[0][0])  # [y, x] is wob, speed
@@ -66,7 +66,7 @@ def test_probabilities_over_two_axes(uncertain: Results) -> None:
 def test_probabilities_along_one_axis() -> None:
     results = run(UNCERTAIN + "sweep: {rotary_speed: [4 rad/s, 8 rad/s, 12 rad/s]}\n")
     head, columns = probability_lines(results, "si", "rotary_speed")
-    found = chances(results)
+    found = probabilities_of(results)
     assert head["procedures"][0] == "safe"
     assert np.allclose(columns["values"][0, :, 0], 100 * found.of(SAFE)[0].ravel())
     assert columns["outcome"][0].tolist() == [0, 0, 0]  # the colour of no critical response

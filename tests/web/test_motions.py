@@ -59,7 +59,7 @@ def test_going_on_with_nothing_changed_is_the_next_run_of_a_carried_sweep(
     before, after = (0, 0, 0, 4), (0, 0, 0, 5)
     state = np.array(results["final_state"][before])
     simulation = session.study.simulation
-    motion = motions.go_on(
+    motion = motions.run_from(
         motions.at(motions.values(after)),
         state,
         1.0,
@@ -87,7 +87,7 @@ def test_a_changed_number_is_that_of_a_study_with_it(session: Session) -> None:
     assert study.parameters == own.parameters
     assert study.operation == own.operation
     start = motions.start(study)
-    motion = motions.go_on(study, start, 3.0, 0.01)
+    motion = motions.run_from(study, start, 3.0, 0.01)
     there = trajectory.simulate(own, duration=3.0)
     assert np.array_equal(motion.final, there.trace.attrs["final_state"])
 
@@ -117,13 +117,13 @@ def test_the_points_around_have_the_bits_of_runs_of_their_own(session: Session) 
     study = motions.at(motions.own)
     state = motions.start(study)
     across = np.linspace(2.0, 6.0, 9)
-    found = motions.around(study, state, "rotary_speed", across, settle=2.0, observe=1.0)
+    found = motions.run_along(study, state, "rotary_speed", across, settle=2.0, observe=1.0)
     for i in (0, 4, 8):
         one = motions.at(
             motions.own,
             {"rotary_speed": f"{across[i]!r} rad/s".replace("np.float64(", "").replace(")", "")},
         )
-        motion = motions.go_on(one, state, 1.0, 0.01, settle=2.0, observe=1.0)
+        motion = motions.run_from(one, state, 1.0, 0.01, settle=2.0, observe=1.0)
         assert np.array_equal(found["final_state"][i], motion.final)
         assert found["stick_slip_index"][i] == motion.found["stick_slip_index"]
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.outcome import known, text
-from nsdrill.analysis.probability import chances
+from nsdrill.analysis.probability import probabilities_of
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import as_told
+from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.variables import PENDING, SAMPLE
@@ -172,7 +172,7 @@ def _only_in_one(a: Results | Trace, b: Results | Trace) -> dict[str, list[str]]
 def point_of(coords: dict[str, Array], place: Sequence[int]) -> dict[str, Any]:
     """The coordinates of a point, as plain data."""
     return {
-        name: text(values[i]) if name == "procedure" else as_told(name, values[i].item())
+        name: text(values[i]) if name == "procedure" else word_or_number(name, values[i].item())
         for (name, values), i in zip(coords.items(), place, strict=True)
     }
 
@@ -299,7 +299,9 @@ def _probabilities(
     if any(np.any(data["status"] == PENDING) for data in (a, b)):
         return None
     try:
-        probabilities = [chances(data, None, model_in(data.attrs).responses) for data in (a, b)]
+        probabilities = [
+            probabilities_of(data, None, model_in(data.attrs).responses) for data in (a, b)
+        ]
     except InputError:  # a part of a design of which only the whole gives a probability
         return None
     if probabilities[0].outcomes != probabilities[1].outcomes:

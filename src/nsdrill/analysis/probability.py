@@ -129,7 +129,7 @@ def check_samples(results: Results, what: str) -> None:
 
 
 @dataclass(frozen=True)
-class Chances:
+class Probabilities:
     """Counts of ``total`` samples: ``count`` [history, outcome, axes]; ``open``
     [history, axes], the samples in which a failed run leaves open whether they are
     safe. ``histories`` are the procedures, and :data:`EVERY` after them where there are
@@ -158,9 +158,9 @@ class Chances:
         return self.share[place], *(end[place] for end in self.interval)
 
 
-def chances(
+def probabilities_of(
     results: Results, severity: int | None = None, responses: Iterable[str] = RESPONSES
-) -> Chances:
+) -> Probabilities:
     """The numbers of samples that are safe, and that have each of the ``responses``, at
     every operating point."""
     check_samples(results, "probability")
@@ -189,7 +189,7 @@ def chances(
         (EVERY,) if len(safe) > 1 else ()
     )
     count, undecided = (np.array(part) for part in zip(*counts, strict=True))
-    return Chances(
+    return Probabilities(
         histories,
         (SAFE, *names),
         count,
@@ -200,7 +200,7 @@ def chances(
 
 
 def window_state(
-    probabilities: Chances, confidence: float, history: str | None = None
+    probabilities: Probabilities, confidence: float, history: str | None = None
 ) -> tuple[Array, Array]:
     """Where the probability of a safe run reaches ``confidence``, and where it would
     only if the failed runs were safe: arrays of bool over the axes."""

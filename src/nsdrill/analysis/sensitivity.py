@@ -25,7 +25,7 @@ import numpy as np
 from nsdrill.analysis.probability import NORMAL_QUANTILE, check_samples, independent, run_safety
 from nsdrill.data import Array, Results, overrides, resolved_study
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import as_told
+from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.variables import OK, SAMPLE, Unknown
@@ -219,7 +219,7 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
         "design": design,
         "dependent": dependent,
         "points": int(np.prod([len(results.coords[axis]) for axis in results.axes])),
-        "at": {axis: as_told(axis, value) for axis, value in results.held.items()},
+        "at": {axis: word_or_number(axis, value) for axis, value in results.held.items()},
         "swept": list(results.swept),
         "histories": len(results.coords["procedure"]),
         "answers": rows,

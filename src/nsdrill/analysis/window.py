@@ -22,11 +22,11 @@ from nsdrill.analysis.hysteresis import response_text
 from nsdrill.analysis.outcome import known, text
 from nsdrill.analysis.plane import largest_margin, regions
 from nsdrill.analysis.probability import (
-    chances,
     check_samples,
     effective_number,
     independent,
     one_procedure,
+    probabilities_of,
     run_safety,
     window_state,
 )
@@ -188,7 +188,7 @@ def _classes_by_confidence(
     ``confidence``. ``bits`` are the responses that may prevent that: those with a
     probability of at least a third of 1 less ``confidence``."""
     x, y, third = swept
-    runs, probabilities = run_safety(results, severity), chances(results, severity)
+    runs, probabilities = run_safety(results, severity), probabilities_of(results, severity)
     is_safe, is_undecided = window_state(probabilities, confidence)
 
     def placed(array: Array) -> Array:

@@ -85,7 +85,7 @@ def name_in(path: Any, name: str = "results") -> str:
     )
 
 
-def keep_apart(study: Any, path: str) -> None:
+def check_other_file(study: Any, path: str) -> None:
     """InputError where ``path`` is the file of the study, which the output would
     replace."""
     try:

@@ -15,7 +15,7 @@ from nsdrill.analysis.branches import Places, number
 from nsdrill.data import IN_MEMORY, Array, Results
 from nsdrill.errors import FileError
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import as_told, in_parts, values_at
+from nsdrill.models.leaves import in_parts, values_at, word_or_number
 from nsdrill.models.registry import described, model_in, model_named
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Attractors
@@ -107,11 +107,11 @@ def _coordinates(
     points with these ``values`` [points]."""
     model = model_named(study.model)
     places, several = [], []
-    for apart, there in in_parts(study.model, values):
+    for compiled, there in in_parts(study.model, values):
         at = values_at(
             study.parameters,
             study.initial,
-            {key: value[there] for key, value in values.items()} | apart,
+            {key: value[there] for key, value in values.items()} | compiled,
         )
         table = model.pack(at, study.thresholds)
         here = {name: value[there] for name, value in variables.items()}
@@ -145,7 +145,7 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
             "initial.ensemble, say --set initial.ensemble=64."
         )
     starts = len(results.coords["start"])
-    features = model_in(results.attrs).told
+    features = model_in(results.attrs).distinguishing
     names = dict.fromkeys((*NEEDED, *IF_THERE, *features, "attractor"))
     flat = {name: results[name].reshape(-1, starts) for name in names if name in results.variables}
     sampled = not results.slice
@@ -153,7 +153,7 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
     return [
         {
             **{
-                name: as_told(name, float(results.coords[name][i]))
+                name: word_or_number(name, float(results.coords[name][i]))
                 for name, i in zip(results.grid[1:-1], place, strict=True)
             },
             **counts,

@@ -46,7 +46,7 @@ class Report:
     disk: int
     memory: float
     method: tuple[str, ...] = ("explicit",)
-    told: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    explained: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     """The units and the meaning of each coefficient."""
 
     def as_json(self) -> dict[str, Any]:
@@ -59,7 +59,7 @@ class Report:
             },
             "coefficients": {
                 name: {"value": float(getattr(self.coefficients, name)), "units": units}
-                for name, (units, _) in self.told.items()
+                for name, (units, _) in self.explained.items()
             },
             "figures": {
                 name: {"value": figure.value, "units": figure.units, "meaning": figure.meaning}

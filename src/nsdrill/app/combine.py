@@ -20,7 +20,7 @@ from nsdrill.app.planned import plan_of
 from nsdrill.app.provenance import provenance, versions
 from nsdrill.data import Array, Results, resolved_study
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import is_apart, place_of, states_of_all, word_at, words_of
+from nsdrill.models.leaves import is_compiled_in, place_of, states_of_all, word_at, words_of
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import kind_of, read_results
 from nsdrill.study.keys import Keys, keys_of
@@ -191,7 +191,7 @@ def _differing(named: Sequence[NamedResults]) -> tuple[str, Keys]:
             f"values. Allowed: a "
             "number beside those that are refined; run the whole range as one study."
         )
-    if is_apart(keys.model.name, axis) and sweep["procedure"] != "same":
+    if is_compiled_in(keys.model.name, axis) and sweep["procedure"] != "same":
         raise InputError(
             f"combine: found {words}, which no state is carried over; allowed: with "
             f"sweep.procedure: same."

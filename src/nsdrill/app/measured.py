@@ -30,7 +30,7 @@ from nsdrill.study.study import Study
 from nsdrill.units import QuantityError, kind_of, plain_units, to_si
 from nsdrill.variables import dimension_of
 
-MOST_BYTES = 200_000_000
+MAX_BYTES = 200_000_000
 # assumed error: share of the value, and of the greatest value of its column
 RELATIVE, ABSOLUTE = 0.05, 0.02
 GRADE = 0.5  # assumed error of a severity
@@ -163,10 +163,9 @@ class _Names:
 def _rows(path: str | os.PathLike[str]) -> list[tuple[int, list[str]]]:
     """The rows of the file with their line numbers, without empty rows and comments."""
     try:
-        if Path(path).stat().st_size > MOST_BYTES:
+        if Path(path).stat().st_size > MAX_BYTES:
             raise FileError(
-                f"{path}: found a file of more than {MOST_BYTES // 10**6} MB; "
-                f"allowed: a part of it."
+                f"{path}: found a file of more than {MAX_BYTES // 10**6} MB; allowed: a part of it."
             )
         text = Path(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:

@@ -38,8 +38,8 @@ from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.variables import INFERRED, PENDING
 
-MOST_STEPS = 4_000_000  # of one motion, which take some seconds
-MOST_SAMPLES = 200_000
+MAX_STEPS = 4_000_000  # of one motion, which take some seconds
+MAX_SAMPLES = 200_000
 LARGEST_STATE = 1e12  # SI, of a state from which a motion starts
 
 
@@ -201,7 +201,7 @@ class Motions:
                     "and it is run."
                 )
             )
-        if (steps := int(point["steps"]) + int(point["rejected"])) > MOST_STEPS:
+        if (steps := int(point["steps"]) + int(point["rejected"])) > MAX_STEPS:
             raise InputError(
                 f"This point took {steps} steps, which is too long to wait for here. Use the "
                 f"command line below."
@@ -220,7 +220,7 @@ class Motions:
         )
         return replace(motion, same_bits=bool(same))
 
-    def glance(self, study: Study, state: Array) -> Motion:
+    def short_motion(self, study: Study, state: Array) -> Motion:
         """A motion of a tenth of a second from ``state``, which compiles the code of a
         replay."""
         simulation = _work(
@@ -233,7 +233,7 @@ class Motions:
             study, study.operation, simulation, self.validated_state(study, state), 0.1, 0.01
         )
 
-    def go_on(
+    def run_from(
         self,
         study: Study,
         state: Array,
@@ -251,7 +251,7 @@ class Motions:
             study.simulation,
             transient=settle,
             observe=observe or seconds,
-            max_steps=min(study.simulation.max_steps, MOST_STEPS),
+            max_steps=min(study.simulation.max_steps, MAX_STEPS),
         )
         work = self._alone(study, simulation, state)
         runs = work.prepare(np.array([0]))
@@ -264,7 +264,7 @@ class Motions:
             motion, found={name: v[0].item() for name, v in columns.items() if np.ndim(v) == 1}
         )
 
-    def around(
+    def run_along(
         self, study: Study, state: Array, key: str, values: Array, *, settle: float, observe: float
     ) -> dict[str, Array]:
         """The points at ``values`` [n] (SI) of the axis ``key``, each from ``state``,
@@ -286,9 +286,11 @@ class Motions:
             Engine(work, threads, workers, lanes, deliver).run()
         return variables
 
-    def ready(self, study: Study, state: Array, key: str = "", values: Array | None = None) -> None:
-        """Compile the code of :meth:`go_on`, or with ``key`` and ``values`` that of
-        :meth:`around`. Other threads may run motions at the same time."""
+    def compile(
+        self, study: Study, state: Array, key: str = "", values: Array | None = None
+    ) -> None:
+        """Compile the code of :meth:`run_from`, or with ``key`` and ``values`` that of
+        :meth:`run_along`. Other threads may run motions at the same time."""
         if values is not None:
             work, _, lanes = self._group(study, state, {key: np.atleast_1d(values)}, 0.0, 1.0)
         else:
@@ -307,7 +309,7 @@ class Motions:
             study.simulation,
             transient=settle,
             observe=observe,
-            max_steps=min(study.simulation.max_steps, MOST_STEPS),
+            max_steps=min(study.simulation.max_steps, MAX_STEPS),
         )
         work = _work(study, simulation, Record(), self.validated_state(study, state), axes)
         count = math.prod(len(values) for values in axes.values())
@@ -399,7 +401,7 @@ def _motion(
     from its start, more coarsely."""
     total, schedule = simulation.transient + simulation.observe, Schedule(operation, {})
     begin, sample = max(0.0, total - seconds), float(sample)
-    sample = max(sample, (total - begin) / MOST_SAMPLES)
+    sample = max(sample, (total - begin) / MAX_SAMPLES)
     for _ in range(2):
         samples = math.floor((total - begin) / sample * (1 + 1e-12)) + 1
         states, status, accepted, rejected, final = run_at(
@@ -407,7 +409,7 @@ def _motion(
         )
         if len(states) > 1 or begin == 0.0:
             break
-        begin, sample = 0.0, max(sample, total / MOST_SAMPLES)
+        begin, sample = 0.0, max(sample, total / MAX_SAMPLES)
     time = begin + np.arange(len(states)) * sample
     variables = sampled_variables(study, schedule, initial, time, states)
     return Motion(time, variables, initial, final, status, accepted + rejected, total, {})

@@ -7,7 +7,7 @@ from typing import Any
 
 from nsdrill.errors import InputError
 from nsdrill.models.kept import Kept
-from nsdrill.models.leaves import is_apart, parts_of, states_of_all, values_at
+from nsdrill.models.leaves import is_compiled_in, parts_of, states_of_all, values_at
 from nsdrill.models.registry import described
 from nsdrill.study.study import Study
 from nsdrill.sweep.method import Chosen
@@ -54,7 +54,7 @@ def _options(study: Study, parameters: Any) -> tuple[str, ...]:
     varied = {
         key: values
         for key, values in study.varied.items()
-        if not is_apart(study.model, key) and key not in unread
+        if not is_compiled_in(study.model, key) and key not in unread
     }
     return described(study.model).options(values_at(parameters, study.initial, varied).parameters)
 

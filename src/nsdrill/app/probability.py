@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.probability import EVERY, SAFE, Chances, chances
+from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of
 from nsdrill.data import Results
-from nsdrill.models.leaves import as_told
+from nsdrill.models.leaves import word_or_number
 from nsdrill.models.registry import model_in
 from nsdrill.store.layout import coordinate_attributes, stored_coordinate
 
@@ -18,7 +18,7 @@ def dataset(results: Results, severity: int | None = None) -> Any:
     """The Dataset of :func:`nsdrill.api.probability`."""
     import xarray
 
-    estimates = _chances(results, severity)
+    estimates = _probabilities(results, severity)
     low, high = estimates.interval
     dims = ("history", "outcome", *results.axes)
     variables = {
@@ -67,13 +67,13 @@ def rows(results: Results) -> list[dict[str, Any]]:
     """One row for each operating point, and for each procedure and for all of them
     where there are several: the axes in SI, and of each outcome the ``probability`` and
     the ends ``low`` and ``high`` of its 95 % interval."""
-    estimates = _chances(results, None)
+    estimates = _probabilities(results, None)
     share, (low, high) = estimates.share, estimates.interval
     table = []
     for number, history in enumerate(estimates.histories):
         for place in np.ndindex(*share.shape[2:]):
             values = {
-                axis: as_told(axis, float(results.coords[axis][i]))
+                axis: word_or_number(axis, float(results.coords[axis][i]))
                 for axis, i in zip(results.axes, place, strict=True)
             }
             row: dict[str, Any] = {**values, "history": history}
@@ -88,8 +88,8 @@ def rows(results: Results) -> list[dict[str, Any]]:
     return table
 
 
-def _chances(results: Results, severity: int | None) -> Chances:
-    return chances(results, severity, model_in(results.attrs).responses)
+def _probabilities(results: Results, severity: int | None) -> Probabilities:
+    return probabilities_of(results, severity, model_in(results.attrs).responses)
 
 
 __all__ = ["EVERY", "SAFE", "dataset", "rows"]

@@ -39,7 +39,7 @@ def run_schedule(
         )
     fixed = model.variant(study.parameters)
     if study.simulation.method == "implicit":
-        fixed = model.apart(fixed)
+        fixed = model.implicit(fixed)
     cuts = schedule.cuts(duration, pieces)
     table = model.ramps.pack(study.parameters, schedule, cuts, study.thresholds)
     rows = model.rows(fixed, columns=len(model.ramps.columns(fixed)))

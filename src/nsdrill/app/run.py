@@ -178,8 +178,8 @@ def _advice(study: Study, plan: Plan, log: Sink) -> str:
         return ""
     explicit = not chosen_of(study).points(points).all()
     values = plan.values(points)
-    apart, there = next(in_parts(study.model, values))
-    here = {key: value[there] for key, value in values.items()} | apart
+    compiled, there = next(in_parts(study.model, values))
+    here = {key: value[there] for key, value in values.items()} | compiled
     at = values_at(study.parameters, study.initial, here)
     return advice("explicit" if explicit else "implicit", study.model, at)
 

@@ -318,11 +318,11 @@ def _state_scales(study: Study, results: Results) -> np.ndarray:
     model, names = model_named(study.model), results.coords["state"].tolist()[:-1]
     # NaN for states that the string of a point lacks
     by_point = np.full((axes[0].size, len(names)), np.nan)
-    for apart, selected in in_parts(study.model, values):
+    for compiled, selected in in_parts(study.model, values):
         at = values_at(
             study.parameters,
             study.initial,
-            {key: value[selected] for key, value in values.items()} | apart,
+            {key: value[selected] for key, value in values.items()} | compiled,
         )
         variant = model.variant(at.parameters)
         places = [names.index(name) for name in model.states(variant)]

@@ -23,10 +23,10 @@ from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.leaves import (
     OPERATION,
     Values,
-    as_told,
     chosen_at,
     values_at,
     word_in,
+    word_or_number,
     words_of,
 )
 from nsdrill.models.operation import Operation
@@ -43,7 +43,7 @@ from nsdrill.units import WithUnit, readable
 from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE, SCHEDULED, STEP_LIMIT
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
-MOST_SAMPLES = 50_000_000
+MAX_SAMPLES = 50_000_000
 
 
 @dataclass(frozen=True)
@@ -216,7 +216,9 @@ def replay(
     schedule = Schedule(Operation(*here.operation), {})
     extra: dict[str, Any] = {"procedure": procedure, "replay_of": printable(str(path))}
     if further := {
-        key: as_told(key, value) for key, value in values_there.items() if key not in OPERATION
+        key: word_or_number(key, value)
+        for key, value in values_there.items()
+        if key not in OPERATION
     }:
         extra["at"] = json_text(further)
     if plan.starts:
@@ -300,7 +302,7 @@ def _not_run(status: Array, plan: Plan, number: int, units: Mapping[str, str]) -
     where = " ".join(
         option_of(
             name,
-            str(as_told(name, values[i]))
+            str(word_or_number(name, values[i]))
             if words_of(name)
             else readable(values[i], units[name]).replace(" ", ""),
         )
@@ -353,9 +355,9 @@ def _on_axis(
     lack."""
     if words_of(name):
         if value not in values:
-            listed = ", ".join(str(as_told(name, one)) for one in values)
+            listed = ", ".join(str(word_or_number(name, one)) for one in values)
             raise InputError(
-                f"{path}: {option_of(name)}: found {as_told(name, value)}; allowed: {listed}, as "
+                f"{path}: {option_of(name)}: found {word_or_number(name, value)}; allowed: {listed}, as "
                 f"the sweep."
             )
         return float(value)
@@ -394,9 +396,9 @@ def _trace(
         )
     sample = float(sample)
     samples = int(np.floor(total / sample * (1 + 1e-12))) + 1
-    if samples > MOST_SAMPLES:
+    if samples > MAX_SAMPLES:
         raise InputError(
-            f"--sample: {samples} samples of {total:g} s are more than {MOST_SAMPLES}. Sample "
+            f"--sample: {samples} samples of {total:g} s are more than {MAX_SAMPLES}. Sample "
             f"more coarsely or shorten "
             "the run with --duration."
         )
@@ -500,7 +502,7 @@ def run_at(
     model = model_named(study.model)
     fixed = model.variant(study.parameters)
     if simulation.method == "implicit":
-        fixed = model.apart(fixed)
+        fixed = model.implicit(fixed)
     # in the layout of sweeps, so that their compiled step is used
     points, rows, lanes = (
         _points(study, operation),

@@ -104,7 +104,7 @@ def command(
     if report.coefficients is not None:
         rows: list[tuple[str, float | None, str, str]] = [
             (name, float(getattr(report.coefficients, name)), *unit_and_meaning)
-            for name, unit_and_meaning in report.told.items()
+            for name, unit_and_meaning in report.explained.items()
         ]
         _print_table("Coefficients", rows, units, shown)
     for group, title in GROUPS.items():
@@ -156,7 +156,7 @@ def _sweep_text(study: Study, chains: int, units: str) -> str:
     from nsdrill.app.check import coarse_length
     from nsdrill.cli.words import count as number_of
     from nsdrill.cli.words import label_of, value_text
-    from nsdrill.models.leaves import as_told, words_of
+    from nsdrill.models.leaves import word_or_number, words_of
 
     axes = []
     for name in study.swept:
@@ -165,7 +165,7 @@ def _sweep_text(study: Study, chains: int, units: str) -> str:
         count = len(study.axes[name])
         if words_of(name):
             axes.append(
-                f"{label} {', '.join(str(as_told(name, value)) for value in study.axes[name])}"
+                f"{label} {', '.join(str(word_or_number(name, value)) for value in study.axes[name])}"
             )
             continue
         values = f"{count} values"

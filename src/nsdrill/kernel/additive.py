@@ -61,7 +61,7 @@ TINY = 1e-300  # in place of a zero divisor
 @dataclass(frozen=True)
 class AdditivePair(TableauStepper):
     """A stepper (:class:`nsdrill.kernel.steppers.Stepper`) from the numbers of an
-    additive pair, for right-hand sides that keep friction apart."""
+    additive pair, for right-hand sides with implicit friction."""
 
     tableau: Additive
 

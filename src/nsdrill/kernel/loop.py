@@ -100,10 +100,10 @@ class Places(NamedTuple):
     t_: int
     h_: int
     moves_: int
-    window_: int
+    observing_: int
     scale_: int
     frame_rate_: int
-    relax_: int  # -1 where no friction is kept apart
+    relax_: int  # -1 without implicit friction
     proposed_: int
     mark_time_: int
     last_error_: int
@@ -134,7 +134,7 @@ def places_of(lanes: int, rows: Rows) -> Places:
             "t_": rows.time,
             "h_": rows.step,
             "moves_": rows.moves,
-            "window_": rows.window,
+            "observing_": rows.observing,
             "scale_": rows.scale,
             "frame_rate_": rows.frame_rate,
             **{
@@ -151,7 +151,7 @@ def places_of(lanes: int, rows: Rows) -> Places:
         slopes_and_pushes=rows.slopes + len(rows.pushed),
         parameters=rows.parameters,
         carried=rows.own,
-        relax_=lanes * rows.relax if rows.apart else -1,
+        relax_=lanes * rows.relax if rows.implicit else -1,
         setting_c=rows.parameters + rows.states + rows.slopes,
         **offsets,
     )
@@ -235,13 +235,13 @@ def make_advance() -> Any:
             places.phase_,
             places.parameter_,
         )
-        y_, a1_, t_, h_, moves_, window_ = (
+        y_, a1_, t_, h_, moves_, observing_ = (
             places.y_,
             places.a1_,
             places.t_,
             places.h_,
             places.moves_,
-            places.window_,
+            places.observing_,
         )
         first_setting, observer_column = places.setting_c, state_column + N + 1
         refill = True
@@ -271,7 +271,7 @@ def make_advance() -> Any:
                             b[places.frame_rate_ + j * W + i] = table[slot, P + N + j]
                         b[t_ + i] = 0.0
                         b[moves_ + i] = 0.0
-                        b[window_ + i] = 0.0
+                        b[observing_ + i] = 0.0
                         b[places.proposed_ + i] = table[slot, first_setting + _FIRST]
                         b[places.least_step_ + i] = table[slot, first_setting + _LEAST]
                         b[places.per_rtol_ + i] = table[slot, first_setting + _PER_RTOL]
@@ -310,7 +310,7 @@ def make_advance() -> Any:
                             # without a transient the observation begins at once
                             if b[places.mark_time_ + i] <= 0.0:
                                 marker(b, store, i, OPENS, outbox[lane[i]], observer_column)
-                                b[window_ + i] = 1.0
+                                b[observing_ + i] = 1.0
                                 lane[W + i] = OPENS + 1
                                 b[places.mark_time_ + i] = table[
                                     lane[i], first_setting + _OPENS + 1
@@ -334,7 +334,7 @@ def make_advance() -> Any:
                     mark = lane[W + i]
                     marker(b, store, i, mark, outbox[slot], observer_column)
                     if mark != CLOSES:
-                        b[window_ + i] = 1.0
+                        b[observing_ + i] = 1.0
                         lane[W + i] = mark + 1
                         b[places.mark_time_ + i] = table[slot, first_setting + _OPENS + mark + 1]
                         continue
@@ -356,7 +356,7 @@ def make_advance() -> Any:
                 finished[counters[FINISHED]] = slot
                 counters[FINISHED] += 1
                 counters[LANE_STEPS] += int(b[places.accepted_ + i] + b[places.rejected_ + i])
-                b[window_ + i] = 0.0
+                b[observing_ + i] = 0.0
                 next_slot = successor[slot]
                 if next_slot >= 0:
                     # after a failure the next run starts from the state in its own slot

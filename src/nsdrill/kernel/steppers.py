@@ -48,8 +48,8 @@ class Stepper(Protocol):
 
 
 IMPLICIT = "kennedy_carpenter"
-"""The name of the stepper that treats friction implicitly. Its right-hand sides keep
-friction apart."""
+"""The name of the stepper that treats friction implicitly. Its right-hand sides
+have implicit friction."""
 
 STEPPERS: dict[str, ExplicitPair | AdditivePair] = {
     "tsitouras": ExplicitPair(TSITOURAS),

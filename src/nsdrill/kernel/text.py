@@ -9,9 +9,9 @@ from nsdrill.abi import CONTROL, MARK, Rows
 from nsdrill.kernel.controller import INTEGRAL
 
 # The compiler packs a loop over the lanes only if it unrolls the loop over pairs of
-# states inside it, which it does for up to MOST_PAIRS of them. More pairs are divided
+# states inside it, which it does for up to MAX_PAIRS of them. More pairs are divided
 # into parts of PAIRS_PER_LOOP, each with a loop over the lanes of its own.
-MOST_PAIRS, PAIRS_PER_LOOP = 8, 4
+MAX_PAIRS, PAIRS_PER_LOOP = 8, 4
 
 
 def step_constants(rows: Rows, lanes: int, order: int) -> dict[str, float]:
@@ -55,7 +55,7 @@ def loops_over(rows: Rows, *, tangent_states: bool = True) -> list[tuple[str, in
                 joined[-1][1] += 1
             else:
                 joined.append(single)
-    divided = sum(count for _, count, _, _, _ in joined) > MOST_PAIRS
+    divided = sum(count for _, count, _, _, _ in joined) > MAX_PAIRS
     heads: list[tuple[str, int, bool, bool]] = []
     for order, count, state, slope, push in joined:
         indices = [f"({order} * p + {state + k}) * W + i" for k in range(order)] + [

@@ -147,8 +147,8 @@ class Model(ABC):
         where the model does not define it."""
         raise NotImplementedError
 
-    def apart(self, variant: Variant) -> Variant:
-        """The variant whose friction is kept apart (:class:`nsdrill.abi.Rows`), where
+    def implicit(self, variant: Variant) -> Variant:
+        """The variant with implicit friction (:class:`nsdrill.abi.Rows`), where
         friction can be integrated implicitly (``explicit_only`` of the description)."""
         raise NotImplementedError
 

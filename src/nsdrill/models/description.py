@@ -152,9 +152,9 @@ class Description:
     Variables
         ``labels`` follow ``response``, which has a bit for each of ``responses``, those
         that the model can show. ``check_features`` are the features from which the
-        responses are made, ``shown`` those whose range ``show`` prints, ``told`` those
-        that are printed for an attractor. ``derived`` are variables made from the
-        features and the numbers of the study
+        responses are made, ``shown`` those whose range ``show`` prints,
+        ``distinguishing`` those that are printed for an attractor. ``derived`` are
+        variables made from the features and the numbers of the study
         (:meth:`nsdrill.models.base.Model.derived`). ``own_trace`` has the variables of
         a trace, ``untraced`` the states that a trace leaves out. ``options`` gives
         words for what such a string has beside the usual: a feature whose ``only`` is
@@ -201,7 +201,7 @@ class Description:
     several_states: tuple[tuple[str, ...], ...] = ()
     compared: Mapping[str, str | None] = field(default_factory=dict)
     grouped: tuple[str, ...] = ()
-    told: tuple[str, ...] = ()
+    distinguishing: tuple[str, ...] = ()
     orders: tuple[Order, ...] = ()
     constraints: Callable[[Any], Iterator[Any]] | None = None
     units_by: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
@@ -213,7 +213,7 @@ class Description:
     hole: Callable[[Any], tuple[float, float]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
     friction_rates: Callable[[Any], Mapping[str, Any]] = lambda _: {}
-    explicit_only: Callable[[Any], str | None] = lambda _: "this model does not keep friction apart"
+    explicit_only: Callable[[Any], str | None] = lambda _: "this model has no implicit friction"
     checks: str = ""
     charts: str = ""
     drawn: Drawn = field(default_factory=Drawn)
@@ -226,7 +226,7 @@ class Description:
         uses: dict[str, tuple[Iterable[str], set[str]]] = {
             "check_features": (self.check_features, names),
             "shown": (self.shown, names),
-            "told": (self.told, names),
+            "distinguishing": (self.distinguishing, names),
             "compared": (self.compared, names),
             "drawn.panels": (
                 (name for panel in drawn.panels for name in (panel.peaks, panel.greatest)),

@@ -21,11 +21,11 @@ from nsdrill.scalar import STEP
 Touch = tuple[int, int]
 
 
-def rows_to_keep(own: int, slopes: int, apart: int, contacts: int = 0) -> int:
+def rows_to_keep(own: int, slopes: int, implicit: int, contacts: int = 0) -> int:
     """The number of rows in which a difference keeps intermediate results, with ``own``
-    states and ``slopes`` of the motion; ``apart`` has a bit for each slope whose
-    friction is apart."""
-    return own + slopes + 4 * apart.bit_count() + contacts + 1
+    states and ``slopes`` of the motion; ``implicit`` has a bit for each slope with
+    implicit friction."""
+    return own + slopes + 4 * implicit.bit_count() + contacts + 1
 
 
 def make_differences(
@@ -54,10 +54,10 @@ def make_differences(
         W * (first + own),
     )
     pushes = tuple(p for p in rows.pushed if p < slopes)
-    apart, contacts = len(pushes), len(touches)
-    push_, pushed_ = W * rows.push, W * (rows.push + apart)
+    pushed, contacts = len(pushes), len(touches)
+    push_, pushed_ = W * rows.push, W * (rows.push + pushed)
     solved_ = below_ + W * slopes  # for each push: velocity and push above, then below
-    closed_ = solved_ + 4 * W * apart
+    closed_ = solved_ + 4 * W * pushed
     side_ = closed_ + W * contacts
     start_ = W * (rows.observer + place)
     # Where friction is implicit, the right-hand side solves for velocities and stores
@@ -74,7 +74,7 @@ def make_differences(
         motion(b)
         for j in range(slopes * W):
             b[above_ + j] = b[slope_ + j]
-        for k in range(apart):
+        for k in range(pushed):
             for i in range(W):
                 b[solved_ + 4 * k * W + i] = b[state_ + velocity[k] + i]
                 b[solved_ + (4 * k + 1) * W + i] = b[push_ + k * W + i]
@@ -87,7 +87,7 @@ def make_differences(
         motion(b)
         for j in range(slopes * W):
             b[below_ + j] = b[slope_ + j]
-        for k in range(apart):
+        for k in range(pushed):
             for i in range(W):
                 b[solved_ + (4 * k + 2) * W + i] = b[state_ + velocity[k] + i]
                 b[solved_ + (4 * k + 3) * W + i] = b[push_ + k * W + i]
@@ -112,7 +112,7 @@ def make_differences(
                 upper = b[slope_ + j] if side < 0.0 else b[above_ + j]
                 lower = b[slope_ + j] if side > 0.0 else b[below_ + j]
                 b[above_ + j] = (upper - lower) * ((0.5 if side == 0.0 else 1.0) / STEP)
-        for k in range(apart):
+        for k in range(pushed):
             for i in range(W):
                 side, velocity_ = b[side_ + i], state_ + velocity[k] + i
                 scale = (0.5 if side == 0.0 else 1.0) / STEP

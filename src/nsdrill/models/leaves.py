@@ -116,7 +116,7 @@ def word_at(key: str, value: float) -> str | bool:
     return bool(value) if words == SWITCH else words[int(value)]
 
 
-def as_told(key: str, value: float) -> float | str:
+def word_or_number(key: str, value: float) -> float | str:
     """A value along an axis as files and output have it: a number as it is, or a
     word."""
     words = words_of(key) or words_along(key)
@@ -124,7 +124,7 @@ def as_told(key: str, value: float) -> float | str:
 
 
 def as_value(key: str, text: Any) -> float:
-    """The inverse of :func:`as_told`. ValueError for what is neither a number nor a
+    """The inverse of :func:`word_or_number`. ValueError for what is neither a number nor a
     word of the choice."""
     words = words_of(key) or words_along(key)
     return float(words.index(text) if isinstance(text, str) and words else text)
@@ -154,7 +154,7 @@ def _choice(name: str) -> tuple[str, ...]:
     return words_along(dimension_of(name)) if name else ()
 
 
-def is_apart(model: str, key: str) -> bool:
+def is_compiled_in(model: str, key: str) -> bool:
     """Whether each value along this axis has its own compiled code: the axis is a
     choice, or a number that is compiled in."""
     return key in described(model).compiled or key in choices_of(model)
@@ -164,9 +164,9 @@ def in_parts(
     model: str, values: Mapping[str, Any]
 ) -> Iterator[tuple[dict[str, Any], Array | slice]]:
     """The points with these ``values``, arrays [points], in parts in which each axis
-    that :func:`is_apart` has one value. Yields those values by key, and the indices of
+    that :func:`is_compiled_in` has one value. Yields those values by key, and the indices of
     the points; without such an axis there is one part with all points."""
-    keys = [key for key in values if is_apart(model, key)]
+    keys = [key for key in values if is_compiled_in(model, key)]
     if not keys:
         yield {}, slice(None)
         return
@@ -209,12 +209,12 @@ def values_at(parameters: Any, initial: Starts, values: Mapping[str, Any]) -> Va
     )
 
 
-def part_at(parameters: Any, initial: Starts, apart: Mapping[str, Any]) -> tuple[Any, Starts]:
+def part_at(parameters: Any, initial: Starts, compiled: Mapping[str, Any]) -> tuple[Any, Starts]:
     """``parameters`` and ``initial`` of one part (:func:`in_parts`), whose values are
-    ``apart``."""
-    chosen = {key: value for key, value in apart.items() if words_of(key)}
+    ``compiled``."""
+    chosen = {key: value for key, value in compiled.items() if words_of(key)}
     parameters = with_values(
-        parameters, {key: value for key, value in apart.items() if key not in chosen}
+        parameters, {key: value for key, value in compiled.items() if key not in chosen}
     )
     if chosen:
         parameters, initial, _ = chosen_at(parameters, initial, chosen)
@@ -226,12 +226,14 @@ def parts_of(
 ) -> list[tuple[Any, Starts]]:
     """The parameters and the start of every part of a sweep of these ``axes``, without
     the values of the other axes."""
-    apart = {
-        key: np.unique(values).tolist() for key, values in axes.items() if is_apart(model, key)
+    compiled = {
+        key: np.unique(values).tolist()
+        for key, values in axes.items()
+        if is_compiled_in(model, key)
     }
     return [
-        part_at(parameters, initial, dict(zip(apart, row, strict=True)))
-        for row in product(*apart.values())
+        part_at(parameters, initial, dict(zip(compiled, row, strict=True)))
+        for row in product(*compiled.values())
     ]
 
 

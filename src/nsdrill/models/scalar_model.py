@@ -24,7 +24,7 @@ from nsdrill.observe.thresholds import Record, Thresholds
 
 if TYPE_CHECKING:
     from nsdrill.abi import Rows
-    from nsdrill.models.scalar_apart import Contact
+    from nsdrill.models.scalar_implicit import Contact
 
 
 class ScalarModel(Model):
@@ -94,9 +94,9 @@ class ScalarModel(Model):
     # What follows from these
 
     fixed: ClassVar[int] = 0
-    """The length of :meth:`variant`; one number more means that friction is apart."""
+    """The length of :meth:`variant`; one number more means implicit friction."""
 
-    def apart(self, variant: Variant) -> Variant:
+    def implicit(self, variant: Variant) -> Variant:
         return (*variant, 1)
 
     @property
@@ -130,13 +130,19 @@ class ScalarModel(Model):
         states = len(names.states)
         tangent_states = states if tangent else 0
         width = len(names.parameters) if columns is None else columns
-        apart = self.pushed(variant) if len(variant) > self.fixed else 0
-        aux = len(names.aux) + (self.extra_tangent_rows(states, apart) if tangent else 0)
+        implicit = self.pushed(variant) if len(variant) > self.fixed else 0
+        aux = len(names.aux) + (self.extra_tangent_rows(states, implicit) if tangent else 0)
         return Rows(
-            states + tangent_states, aux, width, observed, tangent_states, self.singles, apart=apart
+            states + tangent_states,
+            aux,
+            width,
+            observed,
+            tangent_states,
+            self.singles,
+            implicit=implicit,
         )
 
-    def extra_tangent_rows(self, states: int, apart: int) -> int:
+    def extra_tangent_rows(self, states: int, implicit: int) -> int:
         """The number of additional rows of the tangent dynamics, for a right-hand side
         in lanes that is not linearised."""
         return 0
@@ -152,22 +158,22 @@ class ScalarModel(Model):
         from nsdrill.scalar import in_lanes
 
         if len(variant) > self.fixed:
-            return self._apart_in_lanes(lanes, variant, self.rows(variant))
+            return self._implicit_in_lanes(lanes, variant, self.rows(variant))
         return in_lanes(self.slopes(variant), lanes, self.rows(variant))
 
-    def _apart_in_lanes(self, lanes: int, variant: Variant, rows: Rows) -> Any:
-        from nsdrill.models.scalar_apart import apart_in_lanes
+    def _implicit_in_lanes(self, lanes: int, variant: Variant, rows: Rows) -> Any:
+        from nsdrill.models.scalar_implicit import implicit_in_lanes
 
         contact = self.contact(variant)
         assert contact is not None
-        return apart_in_lanes(self.slopes(variant), contact, self.names(variant), lanes, rows)
+        return implicit_in_lanes(self.slopes(variant), contact, self.names(variant), lanes, rows)
 
     def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
         from nsdrill.scalar import in_lanes
 
         rows = self.rows(variant, tangent=True)
         if len(variant) > self.fixed:
-            return self._apart_in_lanes(lanes, variant, rows)
+            return self._implicit_in_lanes(lanes, variant, rows)
         return in_lanes(self.slopes(variant), lanes, rows, self.deviation(variant))
 
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:

@@ -209,7 +209,7 @@ class Torsion(ScalarModel):
         return Symmetry(folds=0, free=(0, 1))  # nothing depends on the angle of the drive
 
     def contact(self, variant: Any) -> Any:
-        from nsdrill.models.scalar_apart import Contact
+        from nsdrill.models.scalar_implicit import Contact
 
         def load(t, y, p):  # type: ignore[no-untyped-def]
             inertia, _, _, _, torque, smoothing, decay, dynamic, _ = p
@@ -320,7 +320,7 @@ DESCRIPTION = Description(
     own_trace=tuple(IN_TRACE[name] for name in (*STATES, "bit_torque", "surface_torque")),
     shown=(*FEATURES[3:], "surface_torque_max"),
     compared={**dict.fromkeys(FEATURES[:3], "drive_speed"), "stuck_fraction": None},
-    told=FEATURES,
+    distinguishing=FEATURES,
     orders=(
         Order("drillstring.collar_length", "operation.depth", words="the length of the collars"),
         Order("bit.friction.dynamic", "bit.friction.static", True, "lower"),

@@ -25,7 +25,7 @@ import numpy as np
 
 Expression = str | float | Callable[..., Any]
 ALWAYS = ("time", "phase")  # rows of every model
-MOST_CHANNELS = 61  # one bit of a float64 for each, and one for the section
+MAX_CHANNELS = 61  # one bit of a float64 for each, and one for the section
 HALF_DIFFERENCE = "half_difference"  # reserved: no feature may have this name
 
 
@@ -224,9 +224,9 @@ def check(names: Names, declaration: Declaration) -> None:
     peaks = [feature.peaks for feature in declaration.of_kind(Extremes) if feature.peaks]
     features = [name for name, _ in declaration.named_features]
     _check_unique("feature or parameter", [*features, *peaks, HALF_DIFFERENCE, *names.parameters])
-    if len(declaration.channels) > MOST_CHANNELS:
+    if len(declaration.channels) > MAX_CHANNELS:
         raise ValueError(
-            f"channels: found {len(declaration.channels)}; allowed: at most {MOST_CHANNELS}"
+            f"channels: found {len(declaration.channels)}; allowed: at most {MAX_CHANNELS}"
         )
     if declaration.outputs:
         readable = {*names.states, *names.slopes, *names.parameters, *names.aux, *ALWAYS}

@@ -24,7 +24,7 @@ from nsdrill.elementary import angle_between, bits_float, float_bits, fma, lowes
 from nsdrill.generate import constants, define
 from nsdrill.observe import interpolant
 from nsdrill.observe.channels import (
-    MOST_CHANNELS,
+    MAX_CHANNELS,
     Channel,
     Declaration,
     Expression,
@@ -268,7 +268,7 @@ class _ObserverBuilder:
     def _observer_lines(self) -> list[str]:
         """The body of the observer, which is called every step: all lanes at once."""
         rows, outputs = self.rows, self.declaration.outputs
-        is_observed = f"{self._row(rows.moves)} * {self._row(rows.window)} != 0.0"
+        is_observed = f"{self._row(rows.moves)} * {self._row(rows.observing)} != 0.0"
         # A length unknown to the compiler, which would otherwise unroll the loop of a
         # small model before packing it.
         lanes = "for i in range(min(W, len(b)){}):"
@@ -328,7 +328,7 @@ class _ObserverBuilder:
         bit, section = 1 << k, self.declaration.section
         if section and section.channel == name:
             lines.append(
-                f"event_bits |= {1 << MOST_CHANNELS} if g1_{k} >= {self._own_row('level')} else 0"
+                f"event_bits |= {1 << MAX_CHANNELS} if g1_{k} >= {self._own_row('level')} else 0"
             )
         if ("least", name) in self.row_of or ("above", name) in self.row_of:
             lines.append(f"extremum_inside = has_extremum(d0_{k}, d1_{k})")
@@ -450,7 +450,7 @@ class _ObserverBuilder:
             angle = self.declaration.channels[self.number_of[section.channel]]
             entry = len(self.names.states) + 1
             lines += [
-                f"        if k == {MOST_CHANNELS}:",
+                f"        if k == {MAX_CHANNELS}:",
                 *_indented(self._polynomial(angle), 3),
                 "            record_returns(",
                 "                b, store, i, W, h, p0, p1, p2, p3, p4, p5, end,",

@@ -104,7 +104,12 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     slope_, slopes = W * (rows.acceleration + rows.own_slopes), rows.own_slopes
     pushes = len(rows.pushed) // 2
     push_ = W * (rows.push + pushes)
-    time_, step_, moves_, window_ = W * rows.time, W * rows.step, W * rows.moves, W * rows.window
+    time_, step_, moves_, observing_ = (
+        W * rows.time,
+        W * rows.step,
+        W * rows.moves,
+        W * rows.observing,
+    )
     next_time_, log_, last_log_, last_time_, began_, weight_, growth_ = (
         W * (rows.observer + first + i) for i in range(7)
     )
@@ -162,7 +167,7 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
                     b[push_ + j + i] *= scale
             else:
                 b[log_ + i] = np.nan
-            if b[window_ + i] != 0.0:
+            if b[observing_ + i] != 0.0:
                 add(b, store, i, b[log_ + i], now)
 
     @compiled(

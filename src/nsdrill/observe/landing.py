@@ -28,7 +28,7 @@ from nsdrill.elementary import lowest_bit
 from nsdrill.kernel.scheme import Scheme
 from nsdrill.observe.interpolant import crossing, extreme, quintic, value
 
-MOST_ZEROS = 2  # zeros of a contact function in a step, at most
+MAX_ZEROS = 2  # zeros of a contact function in a step, at most
 NO_ZERO = 2.0  # a theta outside the step
 
 
@@ -41,7 +41,7 @@ def landing_rows(contacts: int) -> int:
 def scratch_size(rows: Rows, contacts: int) -> int:
     """The number of entries at the end of the store: the buffer of one lane, and the
     zeros of the contact functions."""
-    return rows.total + MOST_ZEROS * contacts
+    return rows.total + MAX_ZEROS * contacts
 
 
 def _no_landing(lanes: int, rows: Rows, first: int, *variant: int) -> Any:
@@ -96,7 +96,7 @@ def make_landing(
     # The push of each slope, -1 where it has none.
     push_of = np.array([rows.pushed.index(p) if p in rows.pushed else -1 for p in range(M)])
     own_slopes = rows.own_slopes
-    relax, implicit, A = rows.relax, rows.apart != 0, M + len(rows.pushed)
+    relax, implicit, A = rows.relax, rows.implicit != 0, M + len(rows.pushed)
     own_pushes = len(rows.pushed) // 2
     # The first state of each slope, and whether it is a position, which its velocity
     # follows.
@@ -152,16 +152,16 @@ def make_landing(
             g1, d1, c1 = b[k1], b[k1 + W], b[k1 + 2 * W]
             p0, p1, p2, p3, p4, p5 = quintic(g0, h * d0, h * h * c0, g1, h * d1, h * h * c1)
             s[at_start + RATES * c] = g0
-            s[zeros + MOST_ZEROS * c] = NO_ZERO
-            s[zeros + MOST_ZEROS * c + 1] = NO_ZERO
+            s[zeros + MAX_ZEROS * c] = NO_ZERO
+            s[zeros + MAX_ZEROS * c + 1] = NO_ZERO
             if (g0 > 0.0) != (g1 > 0.0):
-                s[zeros + MOST_ZEROS * c] = crossing(p0, p1, p2, p3, p4, p5, 0.0, 1.0)
+                s[zeros + MAX_ZEROS * c] = crossing(p0, p1, p2, p3, p4, p5, 0.0, 1.0)
                 crossings += 1
             elif (d0 > 0.0) != (d1 > 0.0) and (d0 > 0.0) != (g0 > 0.0):
                 extremum = extreme(p1, p2, p3, p4, p5, h * d1)
                 if (value(p0, p1, p2, p3, p4, p5, extremum) > 0.0) != (g0 > 0.0):
-                    s[zeros + MOST_ZEROS * c] = crossing(p0, p1, p2, p3, p4, p5, 0.0, extremum)
-                    s[zeros + MOST_ZEROS * c + 1] = crossing(p0, p1, p2, p3, p4, p5, extremum, 1.0)
+                    s[zeros + MAX_ZEROS * c] = crossing(p0, p1, p2, p3, p4, p5, 0.0, extremum)
+                    s[zeros + MAX_ZEROS * c + 1] = crossing(p0, p1, p2, p3, p4, p5, extremum, 1.0)
                     crossings += 2
         if crossings == 0 and h > 0.0:
             return
@@ -180,7 +180,7 @@ def make_landing(
         s[time] = start_time
         for _ in range(crossings):
             contact_zero = 0
-            for k in range(MOST_ZEROS * contacts):
+            for k in range(MAX_ZEROS * contacts):
                 if s[zeros + k] < s[zeros + contact_zero]:
                     contact_zero = k
             s[step] = h * (s[zeros + contact_zero] - theta)
@@ -189,7 +189,7 @@ def make_landing(
             s[zeros + contact_zero] = NO_ZERO
             s[time] = start_time + h * theta
             s[stage_time] = s[time]
-            s[at_start + RATES * (contact_zero // MOST_ZEROS)] *= -1.0  # the contact changes
+            s[at_start + RATES * (contact_zero // MAX_ZEROS)] *= -1.0  # the contact changes
             tangent(s)
             for j in range(N):
                 s[start + j] = s[stage + j]

@@ -38,7 +38,7 @@ from nsdrill.plot.style import (
 from nsdrill.variables import INFERRED, OK
 
 BINS = 1500  # of a curve: about one for each pixel in print
-MOST_MARKERS = 200
+MAX_MARKERS = 200
 # colours and markers of curves, one curve for each word
 WORD_COLOURS = (BLACK, BLUE, VERMILLION, GREEN, WINE, ORANGE, SKY, GREY)
 WORD_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
@@ -130,11 +130,11 @@ def draw_values(axes: Axes, line: Line, name: str, x: Shown, y: Shown) -> None:
 
 
 def _style(procedure: str, procedures: tuple[str, ...], points: int = 0) -> dict[str, Any]:
-    """A line with markers; of more than :data:`MOST_MARKERS` points a line alone,
+    """A line with markers; of more than :data:`MAX_MARKERS` points a line alone,
     thinner from :data:`BINS` points on."""
     colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
     hollow = is_open(procedure, procedures)
-    if points > MOST_MARKERS:
+    if points > MAX_MARKERS:
         return {
             "color": colour,
             "linewidth": 0.7 if points < BINS else 0.4,

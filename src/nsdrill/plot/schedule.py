@@ -12,7 +12,7 @@ from nsdrill.plot.labels import operating_point, quantity
 from nsdrill.variables import AXES, SCHEDULED, dimension_of
 
 ORDER = ("rotary_speed", "wob", "depth")  # the order in which drillers move them
-MOST_VALUES = 4  # of a ramp that a title lists; of more, the least and the greatest
+MAX_VALUES = 4  # of a ramp that a title lists; of more, the least and the greatest
 
 
 def setpoint(trace: Trace, name: str) -> np.ndarray:
@@ -48,7 +48,7 @@ def operating_point_text(trace: Trace, units: str) -> str:
         _, values = knots(trace, name)
         # a value that is held is listed once
         values = values[np.append(True, np.diff(values) != 0.0)]
-        if len(values) > MOST_VALUES:
+        if len(values) > MAX_VALUES:
             values = np.array([values.min(), values.max()])
         shown = quantity(name, units)
         words = [shown.value(float(value)) for value in values]

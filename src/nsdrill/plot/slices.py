@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import as_told, words_along
+from nsdrill.models.leaves import word_or_number, words_along
 from nsdrill.observe.trust import verdict
 from nsdrill.plot.labels import quantity
 from nsdrill.quantity import amount
@@ -78,9 +78,9 @@ def _index_of(axis: str, key: str, values: Array, target: float) -> int:
     beyond the ends of the axis, or within one per cent of a single value."""
     if words_along(axis):
         if target not in values:
-            allowed = ", ".join(str(as_told(key, value)) for value in values)
+            allowed = ", ".join(str(word_or_number(key, value)) for value in values)
             raise InputError(
-                f"--at {key}: found {as_told(key, target)}; allowed: {allowed}, as the sweep."
+                f"--at {key}: found {word_or_number(key, target)}; allowed: {allowed}, as the sweep."
             )
         return int(np.flatnonzero(values == target)[0])
     ascending = np.sort(values)

@@ -26,7 +26,7 @@ def has_starts(data: Any) -> bool:
 def attractors_along(results: Results) -> tuple[str, list[tuple[list[Attractor], dict[str, int]]]]:
     """The swept axis, and the attractors and counts of every operating point along it."""
     attractors_and_counts = list(
-        describe(by_operating_point(results), model_in(results.attrs).told)
+        describe(by_operating_point(results), model_in(results.attrs).distinguishing)
     )
     if not any(attractors for attractors, _ in attractors_and_counts):
         raise InputError(

@@ -54,8 +54,8 @@ _SEAL_MAGIC = b"nsdrill\x1a"
 _COMPACT_BYTES = 8192
 _PROBE_SECONDS = 20.0
 _RATIO = 2000  # of the size of numbers to that of their stored bytes; deflate reaches 1032
-_MOST_MEMBERS = 1000
-_MOST_NAMES = {"procedure": len(PROCEDURES), "state": 1000}
+_MAX_MEMBERS = 1000
+_MAX_NAMES = {"procedure": len(PROCEDURES), "state": 1000}
 _EXIT_TRANSPOSED = 3  # exit code of the probe: dimensions in another order than the file says
 _PROBE = f"""
 import os, resource, sys
@@ -249,7 +249,7 @@ def check_plain(path: str | os.PathLike[str], file: Any) -> None:
     size of the file."""
     import h5py
 
-    if len(file) > _MOST_MEMBERS:
+    if len(file) > _MAX_MEMBERS:
         raise damaged(path, f"it has {len(file)} datasets")
     claimed, size = 0, os.stat(path).st_size
     for name in file:
@@ -434,7 +434,7 @@ def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array
             )
         return values
     # text can be larger than the file, as many values can share one string
-    if scale.size > (len(choices) or _MOST_NAMES[name]):
+    if scale.size > (len(choices) or _MAX_NAMES[name]):
         raise FileError(
             f"{path}: the coordinate {name} has {scale.size} values. Make the file again."
         )

@@ -14,7 +14,7 @@ import numpy as np
 
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description, Order
-from nsdrill.models.leaves import is_apart, words_of
+from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.ranges import bound_text
 from nsdrill.study.keys import SLICE, Leaf, shown
 from nsdrill.study.read import Document, KeyPath, dotted
@@ -23,8 +23,8 @@ from nsdrill.units import USUAL
 from nsdrill.variables import AXES
 
 Array = np.ndarray[Any, np.dtype[Any]]
-MOST_POINTS = 10**8
-MOST_STARTS = 10**5  # of one operating point: they are compared with each other
+MAX_POINTS = 10**8
+MAX_STARTS = 10**5  # of one operating point: they are compared with each other
 
 # Of the thresholds; those of its own a model tells.
 _ORDERS = tuple(
@@ -280,9 +280,9 @@ class Checker:
         if plane and len(plane) != 2:
             yield self.fault(SLICE, f"{len(plane)} of them ({', '.join(plane)})", "two states")
             return
-        if self._starts_of_a_point() > MOST_STARTS:
+        if self._starts_of_a_point() > MAX_STARTS:
             found = f"{self._starts_of_a_point():.3g} starts of every operating point"
-            yield self.fault(key, found, f"at most {bound_text(MOST_STARTS)}")
+            yield self.fault(key, found, f"at most {bound_text(MAX_STARTS)}")
         procedure = self.resolved["sweep"]["procedure"]
         if procedure != "same" and self.sound("sweep.procedure"):
             found = (
@@ -336,7 +336,7 @@ class Checker:
                     "no several starts beside it",
                     ("sweep", axis),
                 )
-        for axis in (axis for axis in swept if is_apart(self.model.name, axis)):
+        for axis in (axis for axis in swept if is_compiled_in(self.model.name, axis)):
             if words_of(axis):
                 if sweep["procedure"] != "same" and self.sound("sweep.procedure"):
                     found = (
@@ -372,7 +372,7 @@ class Checker:
             * starts
         )
         total *= len(next(iter(self.drawn.values()))) if self.drawn else 1
-        if total > MOST_POINTS:
+        if total > MAX_POINTS:
             of = (
                 "over all axes"
                 + (" and starts" if starts > 1 else "")
@@ -380,7 +380,7 @@ class Checker:
             )
             of += ", refined" if refined else ""
             yield self.fault(
-                "sweep", f"{total:.3g} points {of}", f"at most {bound_text(MOST_POINTS)}"
+                "sweep", f"{total:.3g} points {of}", f"at most {bound_text(MAX_POINTS)}"
             )
         if sweep["refine"] and starts > 1:
             allowed = (

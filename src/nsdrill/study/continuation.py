@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from nsdrill.errors import Fault
-from nsdrill.models.leaves import is_apart, words_of
+from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.study.keys import Keys, Leaf, did_you_mean, shown
 from nsdrill.study.read import Document, KeyPath
 from nsdrill.units import QuantityError
@@ -20,7 +20,7 @@ CURVE_KEYS = ("over", "from", "to", "of", "points")
 MOTIONS = ("periodic", "rolling", "stick_slip")
 BORDERS = ("lift_off", "wall", "fold", "doubling", "torus", "hopf")
 LOBES = (1, 2, 3, 4, 6)
-MOST_LOBES = 24
+MAX_LOBES = 24
 POINTS = Leaf("continue.points", "whole", 400, low=2, high=100_000)
 CURVE_POINTS = Leaf("continue.curves.points", "whole", 120, low=2, high=100_000)
 SEEDS = 7  # values of the range from which a study without seeds starts
@@ -148,7 +148,7 @@ class _Reader:
                 hint,
             )
             return None
-        if is_apart(self.keys.model.name, name):
+        if is_compiled_in(self.keys.model.name, name):
             what = "a choice" if words_of(name) else "a whole number that is compiled in"
             hint = f"Make a file for each of its values, with --set {name}=..."
             self.fault(path, f"{name}, {what}", "a number that varies continuously", hint)
@@ -187,7 +187,7 @@ class _Reader:
 
     def lobes(self, path: KeyPath, raw: Any) -> list[int]:
         listed = raw if isinstance(raw, list) else [raw]
-        leaf = Leaf("continue.lobes", "whole", 1, low=1, high=MOST_LOBES)
+        leaf = Leaf("continue.lobes", "whole", 1, low=1, high=MAX_LOBES)
         if not listed:
             self.fault(path, "an empty list", "the periods to try, in lobes, as [1, 2, 3]")
         read = [

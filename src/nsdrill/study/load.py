@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from nsdrill.errors import Fault, StudyError
-from nsdrill.models.leaves import is_apart, place_of, words_of
+from nsdrill.models.leaves import is_compiled_in, place_of, words_of
 from nsdrill.observe.thresholds import Thresholds
-from nsdrill.sampling import CUT, KINDS, NAMED
+from nsdrill.sampling import BOUNDS, KINDS, NUMBERS_OF
 from nsdrill.study.constraints import Checker
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.continuation import take_continuation
@@ -31,7 +31,7 @@ from nsdrill.variables import AXES
 LEAST_LEG = 1e-3  # s between knots: a shorter leg is a jump to a drill string
 _RANGE = ("from", "to", "points")
 Knots = list[list[float]]
-_MOST_FAULTS = 100  # told of one file; nobody reads more
+_MAX_FAULTS = 100  # told of one file; nobody reads more
 
 
 def load_study(source: str | Path, overrides: Sequence[str] = ()) -> Study:
@@ -137,7 +137,7 @@ def _validate(document: Document, keys: Keys) -> tuple[dict[str, Any], list[Faul
         except ValidationError as error:
             details = error.errors(include_url=False)
         else:
-            return given, faults[:_MOST_FAULTS], faulty
+            return given, faults[:_MAX_FAULTS], faulty
 
 
 def _validated(data: Any, keys: Keys) -> dict[str, Any]:
@@ -222,7 +222,7 @@ def _fault(document: Document, path: KeyPath, detail: Any, keys: Keys) -> Fault:
         found = "nothing"
         allowed = "all of from, to and points"
         if path[0] == "uncertain":
-            allowed = f"all of {' and '.join(NAMED[str(path[-2])])}"
+            allowed = f"all of {' and '.join(NUMBERS_OF[str(path[-2])])}"
         if path[0] == "operation":
             allowed = RAMP
     elif kind in ("model_type", "model_attributes_type", "dict_type"):
@@ -238,7 +238,11 @@ def _children(prefix: str, keys: Keys) -> list[str]:
     if prefix.startswith("operation."):
         return ["ramp"]
     if prefix.startswith("uncertain.") and prefix != "uncertain.table":
-        return [*NAMED[kind], *CUT] if (kind := prefix.rpartition(".")[2]) in NAMED else list(KINDS)
+        return (
+            [*NUMBERS_OF[kind], *BOUNDS]
+            if (kind := prefix.rpartition(".")[2]) in NUMBERS_OF
+            else list(KINDS)
+        )
     if prefix == SLICE:
         return list(keys.slices)
     prefix = re.sub(r"\[\d+\]", "", prefix)  # of a record of a list
@@ -278,7 +282,7 @@ def _no_axis(
     )
     if name.startswith("operation.") and name.removeprefix("operation.") in AXES:
         return f"{name} in full", allowed, f"Write {name.removeprefix('operation.')}."
-    if others == HOW and is_apart(keys.model.name, name):
+    if others == HOW and is_compiled_in(keys.model.name, name):
         found = "which is a choice" if words_of(name) else "which is compiled in"
         return f"{name}, {found}", allowed, f"Sweep it: sweep.{name} with procedure: same."
     if numbers := [key for key, (choice, _) in keys.model.units_by.items() if choice == name]:
@@ -447,7 +451,7 @@ def _in_file_order(faults: list[Fault]) -> list[Fault]:
     """By place in the file; those without one (``--set``) last. The same fault once."""
     unique = list(dict.fromkeys(faults))
     unique.sort(key=lambda fault: (fault.line is None, fault.line or 0, fault.column or 0))
-    return unique[:_MOST_FAULTS]
+    return unique[:_MAX_FAULTS]
 
 
 def _ramps(document: Document, operation: dict[str, Any]) -> tuple[dict[str, Knots], list[Fault]]:

@@ -26,7 +26,7 @@ from nsdrill.units import quoted
 
 LARGEST_FILE = 1_000_000  # bytes
 _DEEPEST = 20  # levels; a study has five
-_MOST_VALUES = 50_000  # after aliases are followed
+_MAX_VALUES = 50_000  # after aliases are followed
 
 KeyPath = tuple[str | int, ...]
 
@@ -294,9 +294,9 @@ class _Builder:
     def _value(self, event: Any, value: Any, size: int, anchor: bool = True) -> KeyPath:
         """Puts a value where it belongs and gives back its path."""
         self.count += size
-        if self.count > _MOST_VALUES:
+        if self.count > _MAX_VALUES:
             raise self._fault(
-                event, f"more than {_MOST_VALUES} values (aliases counted)", "a smaller study"
+                event, f"more than {_MAX_VALUES} values (aliases counted)", "a smaller study"
             )
         path: KeyPath = ()
         if not self.stack:

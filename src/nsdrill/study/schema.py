@@ -27,8 +27,8 @@ from pydantic import (
     create_model,
 )
 
-from nsdrill.models.leaves import is_apart
-from nsdrill.sampling import CUT, NAMED
+from nsdrill.models.leaves import is_compiled_in
+from nsdrill.sampling import BOUNDS, NUMBERS_OF
 from nsdrill.study.continuation import BORDERS, CURVE_POINTS, MOTIONS
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
 from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, Keys, Leaf, keys_of, shown
@@ -60,7 +60,7 @@ DISTRIBUTION = {
     "minProperties": 1,
     "maxProperties": 1,
     "properties": {
-        kind: {"type": "object" if kind in NAMED else "array", "description": form}
+        kind: {"type": "object" if kind in NUMBERS_OF else "array", "description": form}
         for kind, form in EXAMPLES.items()
     },
 }
@@ -160,7 +160,7 @@ def _continue_schema(keys: Keys) -> dict[str, Any]:
     axes = [
         name
         for name in keys.axes
-        if not name.startswith("initial.") and not is_apart(keys.model.name, name)
+        if not name.startswith("initial.") and not is_compiled_in(keys.model.name, name)
     ]
 
     def several(one: dict[str, Any]) -> dict[str, Any]:
@@ -423,7 +423,7 @@ def _uncertain_model(keys: Keys, asked: frozenset[str] | None) -> type[BaseModel
     columns: dict[str, Any] = {}
     for name, value in keys.axes.items():
         either = any(_is_asked(f"uncertain.{place}{name}", asked) for place in ("", "table."))
-        if either and not is_apart(keys.model.name, name):
+        if either and not is_compiled_in(keys.model.name, name):
             place, one = name.replace(".", "_"), _number(value, keys, SHORT)
             units = f", in {value.units}" if value.units else ""
             told = Field(
@@ -455,13 +455,13 @@ def _distribution_model(place: str, value: Leaf, one: Any, keys: Keys) -> type[B
     numbers = {"mean": one, "deviation": spread, "median": one, "factor": factor}
     kinds: dict[str, Any] = {}
     for kind, form in EXAMPLES.items():
-        if kind in NAMED:
+        if kind in NUMBERS_OF:
             given: dict[str, Any] = {
-                name: (numbers[name], Field(description=name)) for name in NAMED[kind]
+                name: (numbers[name], Field(description=name)) for name in NUMBERS_OF[kind]
             }
             given |= {
                 end: (one, Field(default=None, description=f"Cut off {CUT_WORDS[end]} this"))
-                for end in CUT
+                for end in BOUNDS
             }
             made: Any = create_model(f"{kind.capitalize()}_{place}", __config__=_STRICT, **given)
         else:

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from nsdrill.errors import Fault
-from nsdrill.models.leaves import is_apart
+from nsdrill.models.leaves import is_compiled_in
 from nsdrill.sampling import (
-    CUT,
+    BOUNDS,
     DESIGNS,
     KINDS,
-    MOST_SAMPLES,
-    MOST_UNKNOWNS,
-    NAMED,
+    MAX_SAMPLES,
+    MAX_UNKNOWNS,
+    NUMBERS_OF,
     Array,
     Uncertain,
     correlation_matrix,
@@ -34,7 +34,7 @@ SAMPLES = Leaf(
     "whole",
     256,
     low=2,
-    high=MOST_SAMPLES,
+    high=MAX_SAMPLES,
     meaning=MEANINGS["uncertain.samples"],
 )
 SEED = Leaf("uncertain.seed", "whole", 1, low=0, high=10**15, meaning=MEANINGS["uncertain.seed"])
@@ -97,15 +97,15 @@ def take_uncertain(
 def _within(numbers: dict[str, Any], leaf: Leaf) -> dict[str, Any]:
     """A distribution cut off at the range of its key."""
     ((kind, value),) = numbers.items()
-    if kind not in NAMED:
+    if kind not in NUMBERS_OF:
         return {kind: list(value)}
-    ends, made = dict(zip(CUT, cut_of(numbers), strict=True)), distribution(numbers)
+    ends, made = dict(zip(BOUNDS, cut_of(numbers), strict=True)), distribution(numbers)
     if ends["low"] is None and made.cdf(leaf.low) > 0.0:
         ends["low"] = leaf.low
     if ends["high"] is None and made.sf(leaf.high) > 0.0:
         ends["high"] = leaf.high
     return {
-        kind: {name: value[name] for name in NAMED[kind]}
+        kind: {name: value[name] for name in NUMBERS_OF[kind]}
         | {k: v for k, v in ends.items() if v is not None}
     }
 
@@ -129,7 +129,7 @@ def draws(section: dict[str, Any], keys: Keys) -> dict[str, Array]:
     if not unknown.keys:
         raise ValueError("uncertain: found no unknown")
     if strange := [
-        key for key in unknown.keys if key not in keys.axes or is_apart(keys.model.name, key)
+        key for key in unknown.keys if key not in keys.axes or is_compiled_in(keys.model.name, key)
     ]:
         raise ValueError(f"uncertain: found {', '.join(strange)}, which are no numbers to sample")
     drawn = draw(unknown)
@@ -155,9 +155,9 @@ def _faults(
         if given and not any(key not in HOW or (key == "table" and raw[key]) for key in raw):
             yield document.fault(("uncertain",), "no unknown", f"one by its key, {_example(keys)}")
         return
-    if len(told) + len(columns) > MOST_UNKNOWNS:
+    if len(told) + len(columns) > MAX_UNKNOWNS:
         yield document.fault(
-            ("uncertain",), f"{len(told) + len(columns)} unknowns", f"at most {MOST_UNKNOWNS}"
+            ("uncertain",), f"{len(told) + len(columns)} unknowns", f"at most {MAX_UNKNOWNS}"
         )
     for key in told:
         yield from _of_one(document, key, given[key], keys.axes[key])
@@ -213,7 +213,7 @@ def _of_named(
     """The faults of a normal or lognormal distribution: it lies within the range of its
     key, or is cut off there."""
     ((kind, value),) = numbers.items()
-    middle, spread = NAMED[kind]
+    middle, spread = NUMBERS_OF[kind]
     if value[spread] <= 0.0:
         yield document.fault((*path, spread), f"a {spread} of 0", "more than 0")
         return
@@ -258,9 +258,9 @@ def _of_table(
         if count != length:
             allowed = f"as many values as of {first}, {length}: each row is a sample"
             yield document.fault(("uncertain", "table", key), f"{count} values", allowed)
-    if not 2 <= length <= MOST_SAMPLES:
+    if not 2 <= length <= MAX_SAMPLES:
         yield document.fault(
-            ("uncertain", "table", first), f"{length} values", f"2 to {MOST_SAMPLES}"
+            ("uncertain", "table", first), f"{length} values", f"2 to {MAX_SAMPLES}"
         )
     if given.get("samples") not in (None, length):
         found = f"{given['samples']} beside a table of {length} rows"

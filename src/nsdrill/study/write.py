@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from nsdrill.data import differences
-from nsdrill.sampling import KINDS, NAMED
+from nsdrill.sampling import KINDS, NUMBERS_OF
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, Keys, Leaf, keys_of
 from nsdrill.study.uncertain import FACTOR, HOW
 from nsdrill.variables import MODEL
 
-MOST_TOLD = 6  # keys in a message
+MAX_TOLD = 6  # keys in a message
 
 
 def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
@@ -111,8 +111,8 @@ def changes_text(a: dict[str, Any], b: dict[str, Any], keys: Sequence[str] | Non
         f"{key}: {value_text(a, key) or 'nothing'} there, {value_text(b, key) or 'nothing'} here"
         for key in keys
     ]
-    return "; ".join(told[:MOST_TOLD]) + (
-        f" and {len(told) - MOST_TOLD} more" if len(told) > MOST_TOLD else ""
+    return "; ".join(told[:MAX_TOLD]) + (
+        f" and {len(told) - MAX_TOLD} more" if len(told) > MAX_TOLD else ""
     )
 
 
@@ -243,7 +243,7 @@ def _unknown_of(entry: str) -> str:
     if last in KINDS and not entry.startswith("uncertain.table."):
         return head
     above, _, kind = head.rpartition(".")
-    return above if kind in NAMED else entry
+    return above if kind in NUMBERS_OF else entry
 
 
 def _sweep_keys(resolved: dict[str, Any]) -> list[str]:

@@ -32,7 +32,7 @@ REMOTE_QUANTUM = 1.0  # in another process: a batch is then a message of some me
 # Seconds between checks for an interrupt and for a lost cluster while no task ends.
 POLL_SECONDS = 0.5
 SHORT = 10.0  # simulated seconds up to which a run is short
-MOST_LOSSES = 10  # times that the task of one batch may be lost with its worker
+MAX_LOSSES = 10  # times that the task of one batch may be lost with its worker
 
 
 @dataclass
@@ -230,7 +230,7 @@ class Engine:
         if not self.remote or (not future.cancelled() and future.exception() is None):
             return False
         worker.losses += 1
-        if worker.losses > MOST_LOSSES:
+        if worker.losses > MAX_LOSSES:
             cause = None if future.cancelled() else future.exception()
             raise NsdrillError(
                 f"A part of the sweep was lost {worker.losses} times with its worker "

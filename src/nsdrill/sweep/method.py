@@ -32,8 +32,8 @@ class Chosen:
         study's method or, with ``auto``, where friction is steep."""
         points = np.asarray(points)
         values, is_implicit = self.plan.values(points), np.zeros(np.shape(points), dtype=bool)
-        for apart, mask in in_parts(self.model, values):
-            values_at_part = {key: value[mask] for key, value in values.items()} | apart
+        for compiled, mask in in_parts(self.model, values):
+            values_at_part = {key: value[mask] for key, value in values.items()} | compiled
             is_implicit[mask] = implicit(
                 self.method, self.model, values_at(self.parameters, self.initial, values_at_part)
             )

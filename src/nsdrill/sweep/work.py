@@ -21,7 +21,7 @@ from nsdrill.models.base import Variant as ModelVariant
 from nsdrill.models.leaves import (
     Values,
     in_parts,
-    is_apart,
+    is_compiled_in,
     part_at,
     parts_of,
     states_of_all,
@@ -99,7 +99,7 @@ class Work:
         # An option is compiled in if some value of an axis needs it.
         fixed = self.kind.variant(self.at(self.plan.varied).parameters)
         if self.simulation.method == "implicit":
-            fixed = self.kind.apart(fixed)
+            fixed = self.kind.implicit(fixed)
         return Variant(self.model, fixed, self.record.exponent, self.simulation.stepper)
 
     def at(self, values: Mapping[str, Any]) -> Values:
@@ -117,7 +117,7 @@ class Work:
     @property
     def compiled(self) -> tuple[str, ...]:
         """The axes of numbers that are fixed when the model is compiled."""
-        return tuple(key for key in self.plan.axes if is_apart(self.model, key))
+        return tuple(key for key in self.plan.axes if is_compiled_in(self.model, key))
 
     def parts(self, points: Array) -> Iterator[tuple[Self, Array]]:
         """These points divided by what is compiled in: the work of each part, with its
@@ -125,8 +125,8 @@ class Work:
         if not self.compiled:
             yield self, points
             return
-        for apart, in_part in in_parts(self.model, self.plan.values(points)):
-            parameters, initial = part_at(self.parameters, self.initial, apart)
+        for compiled_values, in_part in in_parts(self.model, self.plan.values(points)):
+            parameters, initial = part_at(self.parameters, self.initial, compiled_values)
             yield replace(self, parameters=parameters, initial=initial), points[in_part]
 
     @property

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.analysis.outcome import outcome, text
-from nsdrill.analysis.probability import EVERY, SAFE, Chances, chances
+from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of
 from nsdrill.analysis.window import CRITICAL, HISTORY_DEPENDENT, UNKNOWN, classes
 from nsdrill.analysis.window import SAFE as SAFE_STATE
 from nsdrill.data import Array, Results
@@ -94,7 +94,7 @@ def verdict_areas(results: Results, units: str, x: str, y: str) -> Iterator[Titl
 def probability_areas(results: Results, units: str, x: str, y: str) -> Iterator[TitledReply]:
     """The probabilities, in percent, of a safe run and of each response that occurs,
     over two axes and whatever the history."""
-    probabilities = chances(results, responses=model_in(results.attrs).responses)
+    probabilities = probabilities_of(results, responses=model_in(results.attrs).responses)
     x_axis, y_axis = (axis_data(results, axis, units) for axis in (x, y))
     for name, words in occurring_outcomes(probabilities):
         share = _as_plane(results, 100.0 * probabilities.of(name)[0], x, y)
@@ -107,7 +107,7 @@ def probability_areas(results: Results, units: str, x: str, y: str) -> Iterator[
 def probability_lines(results: Results, units: str, x: str) -> Reply:
     """The probabilities, in percent, of a safe run and of each response that occurs
     along one axis: a line for each."""
-    probabilities = chances(results, responses=model_in(results.attrs).responses)
+    probabilities = probabilities_of(results, responses=model_in(results.attrs).responses)
     outcomes = occurring_outcomes(probabilities)
     codes = [0 if name == SAFE else 1 << RESPONSES.index(name) for name, _ in outcomes]
     values = np.stack([100.0 * probabilities.of(name)[0].ravel() for name, _ in outcomes])
@@ -128,7 +128,7 @@ def probability_lines(results: Results, units: str, x: str) -> Reply:
     }
 
 
-def occurring_outcomes(probabilities: Chances) -> list[tuple[str, str]]:
+def occurring_outcomes(probabilities: Probabilities) -> list[tuple[str, str]]:
     """The outcomes that occur, safe first, each with its words."""
     suffix = ", whatever the history" if EVERY in probabilities.histories else ""
     return [(SAFE, f"safe{suffix}")] + [

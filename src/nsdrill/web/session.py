@@ -25,7 +25,7 @@ import numpy as np
 
 from nsdrill.data import Array, Results, Trace, frozen_modes, overrides
 from nsdrill.errors import FileError, InputError
-from nsdrill.models.leaves import as_told, words_of
+from nsdrill.models.leaves import word_or_number, words_of
 from nsdrill.models.registry import described, drawn_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.labels import operating_point, quantity, retold
@@ -140,17 +140,17 @@ class Session:
         study = self.motions.at(values)
         state = self.motions.start(study)
         with self._compute_lock:
-            self.motions.glance(study, state)
-        self.motions.ready(study, state)
+            self.motions.short_motion(study, state)
+        self.motions.compile(study, state)
         time.sleep(0.01)  # a waiting request takes the lock first
         with self._compute_lock:
-            motion = self.motions.go_on(study, state, 0.1, SAMPLE)
+            motion = self.motions.run_from(study, state, 0.1, SAMPLE)
         if motion.status == OK:
             near = np.linspace(0.99, 1.01, MAX_POINTS) * values["rotary_speed"]
-            self.motions.ready(study, motion.final, "rotary_speed", near)
+            self.motions.compile(study, motion.final, "rotary_speed", near)
             time.sleep(0.01)
             with self._compute_lock:
-                self.motions.around(
+                self.motions.run_along(
                     study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01
                 )
 
@@ -394,7 +394,7 @@ class Session:
             )
             study = replace(study, simulation=simulation)
             state = np.append(branches.state[point], 0.0)
-            motion = self.motions.go_on(study, state, seconds, min(SAMPLE, period / 400))
+            motion = self.motions.run_from(study, state, seconds, min(SAMPLE, period / 400))
         # "settled" compares the halves of the observation, which says nothing of a
         # motion with another period.
         labels = {name: value for name, value in motion.found.items() if name != "settled"}
@@ -466,7 +466,7 @@ class Session:
             if state is None:
                 state = self.motions.start(study)
                 settle, observe = study.simulation.transient, study.simulation.observe
-            motion = self.motions.go_on(
+            motion = self.motions.run_from(
                 study, state, seconds, _sample(seconds), settle=settle, observe=observe
             )
         names = described(study.model).shown
@@ -517,11 +517,11 @@ class Session:
             low, high = max(leaf.low, centre - width), min(leaf.high, centre + width)
             for end in (low, high):  # InputError where the study is not valid there
                 self.motions.at(values, {**self._changes(request), key: leaf.text(end)})
-            probe = self.motions.go_on(study, state, DEFAULT_SECONDS, DEFAULT_SECONDS)
+            probe = self.motions.run_from(study, state, DEFAULT_SECONDS, DEFAULT_SECONDS)
             cost = max(1.0, len(state) / 9) * probe.steps / DEFAULT_SECONDS * (SETTLE + OBSERVE)
             points = int(np.clip(MAX_STEPS / cost, MIN_POINTS, MAX_POINTS))
             x = np.linspace(low, high, points)
-            columns = self.motions.around(study, state, key, x, settle=SETTLE, observe=OBSERVE)
+            columns = self.motions.run_along(study, state, key, x, settle=SETTLE, observe=OBSERVE)
         return self._local(study, key, x, columns, centre, state)
 
     def _local(
@@ -772,7 +772,7 @@ class Session:
             key = keys.get(name, name)
             value = float(results.coords[name][place[results.grid.index(name)]])
             text = (
-                str(as_told(key, value))
+                str(word_or_number(key, value))
                 if words_of(key)
                 else leaves[key].text(value).replace(" ", "")
             )

@@ -13,7 +13,7 @@ from nsdrill.models.beam.columns import coefficients as lumped_coefficients
 from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.christoforou_yigit import derived_quantities as lumped
 from nsdrill.models.christoforou_yigit.checks import COEFFICIENTS as LUMPED
-from nsdrill.models.christoforou_yigit.checks import Told
+from nsdrill.models.christoforou_yigit.checks import FormatValue
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients
 from nsdrill.models.christoforou_yigit.derived_quantities import DerivedQuantity
 from nsdrill.models.leaves import Values
@@ -64,13 +64,13 @@ def _at(operation: Operation) -> tuple[float, float, float]:
     return operation.depth, operation.wob, operation.rotary_speed
 
 
-def warnings(study: Any, corners: list[Values], format_value: Told) -> list[str | None]:
+def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
     """Warnings of a study, whose ``corners`` are the values at the ends of all axes;
     None where there is nothing to warn of."""
     return [_buckled(corners, format_value), _undamped(study.parameters)]
 
 
-def _buckled(corners: list[Values], format_value: Told) -> str | None:
+def _buckled(corners: list[Values], format_value: FormatValue) -> str | None:
     """The warning of modes that the weight on bit buckles."""
     worst = max(corners, key=lambda corner: float(corner.operation[1]))
     buckled = [

@@ -8,7 +8,7 @@ from typing import Any
 
 from nsdrill.models.beam.constraints import ORDERS, constraints
 from nsdrill.models.beam.options import COMMON, FIRST_MODE, STATE_SETS
-from nsdrill.models.beam.parameters import MOST_MODES, Initial, Parameters
+from nsdrill.models.beam.parameters import MAX_MODES, Initial, Parameters
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
 from nsdrill.models.christoforou_yigit.description import attributes
@@ -17,7 +17,7 @@ from nsdrill.models.leaves import Values
 from nsdrill.variables import Variable, feature, in_trace
 
 USUAL = 5  # modes
-MOST_RUBBING = 8  # stations whose friction is solved for together; the work grows as their cube
+MAX_RUBBING = 8  # stations whose friction is solved for together; the work grows as their cube
 
 MEANINGS = {
     "beam": "The collar between the stabilisers, an elastic beam",
@@ -30,7 +30,7 @@ MEANINGS = {
 
 def _mode_variables() -> tuple[Variable, ...]:
     mode_variables = []
-    for n in range(1, MOST_MODES + 1):
+    for n in range(1, MAX_MODES + 1):
         for axis in "xy":
             name = f"{axis}_{n}"
             mode_variables += [
@@ -57,10 +57,10 @@ def explicit_only(parameters: Parameters) -> str | None:
     """Why the friction of this collar cannot be integrated implicitly, None where it
     can."""
     count = len(parameters.beam.stations)
-    if count <= MOST_RUBBING:
+    if count <= MAX_RUBBING:
         return None
     return (
-        f"{count} stations rub on the same modes, of which {MOST_RUBBING} are solved for together "
+        f"{count} stations rub on the same modes, of which {MAX_RUBBING} are solved for together "
         f"(beam.stations)"
     )
 
@@ -92,7 +92,7 @@ DESCRIPTION = Description(
     shown=LUMPED.shown,
     compared=LUMPED.compared,
     grouped=LUMPED.grouped,
-    told=LUMPED.told,
+    distinguishing=LUMPED.distinguishing,
     orders=ORDERS,
     compiled=("bit.lobes",),
     constraints=constraints,

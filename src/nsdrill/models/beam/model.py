@@ -41,8 +41,8 @@ class ElasticCollar(ScalarModel):
     def variant(self, parameters: Parameters) -> Variant:
         return options_of(parameters)
 
-    def apart(self, variant: Variant) -> Variant:
-        return Options(*variant)._replace(apart=1)
+    def implicit(self, variant: Variant) -> Variant:
+        return Options(*variant)._replace(implicit=1)
 
     def symmetry(self, points: Values) -> Symmetry:
         """The equations depend on the direction only through the lobes."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from nsdrill.models.beam.parameters import MOST_MODES, Parameters
+from nsdrill.models.beam.parameters import MAX_MODES, Parameters
 
 FIRST_MODE = ("x", "vx", "y", "vy")  # of the first mode, as named in the study's start
 COMMON = ("z", "vz", "twist", "bit_speed")
@@ -15,7 +15,7 @@ class Options(NamedTuple):
     ``modes`` and ``stations``; whether the law of the wall is Hertz's; the ``lobes`` of
     the rock; the ``unbalanced`` modes as a sum of bits, 1 for the first, 2 for the
     second, 4 for the third; whether the ``torque`` softens the collar; whether friction
-    is kept ``apart``."""
+    is kept ``implicit``."""
 
     modes: int = 5
     stations: int = 5
@@ -23,7 +23,7 @@ class Options(NamedTuple):
     lobes: int = 3
     unbalanced: int = 1
     torque: int = 0
-    apart: int = 0
+    implicit: int = 0
 
     @property
     def eccentric(self) -> tuple[int, ...]:
@@ -74,4 +74,4 @@ def slopes_of(modes: int) -> tuple[str, ...]:
     return ("ax_1", "ay_1", "az", "bit_acceleration", *higher)
 
 
-STATE_SETS = {n: (*states_of(n), "drive_angle") for n in range(1, MOST_MODES + 1)}
+STATE_SETS = {n: (*states_of(n), "drive_angle") for n in range(1, MAX_MODES + 1)}

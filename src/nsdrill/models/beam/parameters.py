@@ -28,7 +28,7 @@ from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, parameter, records
 
-MOST_MODES, MOST_STATIONS = 10, 21
+MAX_MODES, MAX_STATIONS = 10, 21
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ class Beam(Checked):
         "G",
         "high",
         low=1,
-        high=MOST_MODES,
+        high=MAX_MODES,
         usual="1 to 10",
         meaning="Number of bending modes in each plane, sin(n pi x / l)",
     )
@@ -167,7 +167,7 @@ class Beam(Checked):
         tuple(Station(at) for at in (0.1, 0.3, 0.5, 0.7, 0.9)),
         "R",
         "modelling choice",
-        most=MOST_STATIONS,
+        most=MAX_STATIONS,
         meaning="Places along the span where the collar may touch a wall and the mud drags",
     )
     watched: float | None = parameter(
@@ -189,7 +189,7 @@ class Beam(Checked):
         high=10.0,
         usual="1 to 15 mm",
         meaning="Distances of the mass centre, of mode 1, 2, ...; null: drillstring.eccentricity",
-        most=MOST_MODES,
+        most=MAX_MODES,
     )
     axial_load: float | str = parameter(
         "live",

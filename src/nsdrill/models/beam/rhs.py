@@ -35,7 +35,7 @@ from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma, sincos
 from nsdrill.generate import define
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
-from nsdrill.models.beam import apart
+from nsdrill.models.beam import implicit
 from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
 from nsdrill.models.christoforou_yigit.friction import slip_factors
 from nsdrill.models.christoforou_yigit.lobes import multiple_sine
@@ -103,7 +103,7 @@ def columns_of(options: Options) -> tuple[str, ...]:
 def aux_of(options: Options) -> tuple[str, ...]:
     """The names of the auxiliary outputs."""
     local = (f"{name}_{j}" for j in range(1, options.stations + 1) for name in LOCAL)
-    return (*SHARED, *local, *(apart.aux_of(options) if options.apart else ()))
+    return (*SHARED, *local, *(implicit.aux_of(options) if options.implicit else ()))
 
 
 def rows_of(
@@ -114,9 +114,14 @@ def rows_of(
     states = 4 * options.modes + 4
     tangent_states = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
-    pushed = apart.pushed(options) if options.apart else 0
+    pushed = implicit.pushed(options) if options.implicit else 0
     return Rows(
-        states + tangent_states, len(aux_of(options)), width, observed, tangent_states, apart=pushed
+        states + tangent_states,
+        len(aux_of(options)),
+        width,
+        observed,
+        tangent_states,
+        implicit=pushed,
     )
 
 
@@ -133,7 +138,7 @@ def make_right_hand_side(lanes: int, options: Options, *, tangent: bool = False)
         "slip_factors": slip_factors,
         "multiple_sine": multiple_sine,
     }
-    if options.apart:
+    if options.implicit:
         helpers |= {"first_slip": first_slip, "hyperbolic": hyperbolic, "kept": kept}
     function = define("right_hand_side", text(lanes, options, tangent=tangent), **helpers)
     return compiled(types.void(BUFFER), lanes, *options, tangent)(function)
@@ -155,9 +160,9 @@ def text(lanes: int, options: Options, *, tangent: bool = False) -> str:
             value, follows = (f"b[{lanes * n} + i]" for n in (slope_row, tangent_row))
             result = value if sign == "+" else f"({follows} - {value}) * {0.5 / STEP!r}"
             lines += [f"    for i in range({lanes}):", f"        {follows} = {result}"]
-    if tangent and options.apart:
+    if tangent and options.implicit:
         aux, names = aux_of(options), states_of(options.modes)
-        for k, name in enumerate(apart.velocities(options)):
+        for k, name in enumerate(implicit.velocities(options)):
             places = (
                 *(rows.aux_now + aux.index(f"{word}_{k}") for word in ("above", "below")),
                 rows.own + names.index(name),
@@ -191,9 +196,9 @@ class Writer:
         place |= {name: rows.aux_now + k for k, name in enumerate(aux_of(options))}
         place |= {name: rows.parameter + k for k, name in enumerate(columns_of(options))}
         place |= {"time": rows.stage_time, "phase": rows.phase}
-        if options.apart:
+        if options.implicit:
             place |= {"relax": rows.relax, "falling": rows.falling}
-            moved = dict(enumerate(apart.velocities(options)))
+            moved = dict(enumerate(implicit.velocities(options)))
             place |= {f"push_{k}": rows.push + k for k in moved}
             kept = {"+": "above", "-": "below"}
             place |= {
@@ -209,10 +214,10 @@ class Writer:
                 self.row[name] = f"(b[{number} + i] {sign} {STEP!r} * b[{number + deviation} + i])"
 
     def lines(self) -> list[str]:
-        if self.options.apart:
-            lines = apart.Solve(self, for_tangent=bool(self.sign)).lines()
+        if self.options.implicit:
+            lines = implicit.Solve(self, for_tangent=bool(self.sign)).lines()
             # All that follows is evaluated at the velocities after the pushes.
-            for k, name in enumerate(apart.velocities(self.options)):
+            for k, name in enumerate(implicit.velocities(self.options)):
                 self.row[name] = self.row[f"moved_{k}"]
         else:
             flags = " = ".join(f"touching_{j}" for j in self.stations)
@@ -239,7 +244,7 @@ class Writer:
     def loop(self, body: list[str]) -> list[str]:
         # A length that is unknown at compile time keeps the compiler from unrolling the
         # short loops of few lanes.
-        few = self.options.apart and self.lanes <= FEW
+        few = self.options.implicit and self.lanes <= FEW
         length = f"min({self.lanes}, len(b))" if few else f"{self.lanes}"
         return [f"    for i in range({length}):", *(f"        {line}" for line in body)]
 
@@ -298,7 +303,7 @@ class Writer:
             *self.load(f"gap_{j}", f"drag_{j}", "collar_radius", "bit_speed"),
             # The floor matters only at the centre of the hole, where there is no force.
             "radius = np.sqrt(max(fma(px, px, py * py), 1e-60))",
-            *([] if self.options.apart else [f"touching_{j} |= 1 if radius > gap_{j} else 0"]),
+            *([] if self.options.implicit else [f"touching_{j} |= 1 if radius > gap_{j} else 0"]),
             f"drag = drag_{j} * np.sqrt(fma(vx, vx, vy * vy))",
             *self.store(
                 **{
@@ -326,7 +331,7 @@ class Writer:
             f"g, decayed, per_radius = slip_factors({slip}, {radius}, wall_smoothing, wall_decay)",
             "rubbing = normal * (g * fma(wall_rise, decayed, wall_dynamic))",
         ]
-        if self.options.apart:
+        if self.options.implicit:
             names = (f"normal_{j}", f"load_{j}")
             law = [
                 *self.load(*names),

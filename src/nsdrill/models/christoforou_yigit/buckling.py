@@ -24,7 +24,7 @@ from nsdrill.models.christoforou_yigit.tubes import Tube
 # Effective length over length. A beam fixed at one end and pinned at the other has
 # tan(x) = x, x = 4.4934...
 ENDS = {"fixed_free": 2.0, "fixed_pinned": math.pi / 4.493409457909064, "fixed_fixed": 0.5}
-MOST_UNITS = 100.0  # units of length; a longer column needs more terms than are computed
+MAX_UNITS = 100.0  # units of length; a longer column needs more terms than are computed
 
 
 def euler(bending: float, span: float, ends: str | None = None) -> float:
@@ -58,7 +58,7 @@ def half_wave(tube: Tube, inclination: float) -> float | None:
 def vertical(tube: Tube) -> float | None:
     """Force [N] on the lower end of a vertical tube, hinged at both ends, at which it
     buckles under its own weight; None where it has no weight in mud, or is longer than
-    :data:`MOST_UNITS` units of length.
+    :data:`MAX_UNITS` units of length.
 
     It is the least W of E I y'''' + ((W - w x) y')' = 0, expanded in sines that vanish
     at both ends: a generalised eigenproblem.
@@ -67,7 +67,7 @@ def vertical(tube: Tube) -> float | None:
         return None
     unit = (tube.bending / tube.weight) ** (1 / 3)
     length = tube.length / unit
-    if length > MOST_UNITS:
+    if length > MAX_UNITS:
         return None
     order = np.arange(1, int(40 + 3 * length))
     wavenumber = order * math.pi / length

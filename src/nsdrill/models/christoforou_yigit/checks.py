@@ -26,7 +26,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.steepness import implicit
 
 # Text of a value in SI units, from the value, its SI unit and the unit that is shown.
-Told = Callable[[float, str, str], str]
+FormatValue = Callable[[float, str, str], str]
 
 MEANINGS = {
     "m_c": "modal steel mass of the span",
@@ -45,7 +45,7 @@ MEANINGS = {
     "buckling_load": "buckling load of the span",
 }
 COEFFICIENTS = {name: (UNITS[name], meaning) for name, meaning in MEANINGS.items()}
-MOST_STEPS_PER_SECOND = 2000  # a point of 500 s then takes a million steps
+MAX_STEPS_PER_SECOND = 2000  # a point of 500 s then takes a million steps
 LEAST_PERIODS = 4
 LEAST_SHARPNESS = 500.0  # smoothing times dynamic_from
 # Numbers that are not on a sheet of the assembly and that affect critical speeds.
@@ -78,7 +78,7 @@ def every_derived_quantity(
     }
 
 
-def warnings(study: Any, corners: list[Values], format_value: Told) -> list[str | None]:
+def warnings(study: Any, corners: list[Values], format_value: FormatValue) -> list[str | None]:
     """Warnings of a study, each None where it does not apply. ``corners`` are the
     points at the ends of all axes and ramps."""
     texts = [
@@ -100,7 +100,7 @@ def warnings(study: Any, corners: list[Values], format_value: Told) -> list[str 
     return texts
 
 
-def _buckled(study: Any, corners: list[Values], format_value: Told) -> str | None:
+def _buckled(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
     stiffness, wob, load, well = min(
         (
             (
@@ -132,7 +132,7 @@ def _buckled(study: Any, corners: list[Values], format_value: Told) -> str | Non
     )
 
 
-def _many_steps(study: Any, corners: list[Values], format_value: Told) -> str | None:
+def _many_steps(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
     """An explicit method takes about (slope of the friction) / 3.3 steps a second while
     the bit sticks."""
 
@@ -149,7 +149,7 @@ def _many_steps(study: Any, corners: list[Values], format_value: Told) -> str | 
         )
 
     steps_per_second, key, value = max(map(steps, corners))
-    if steps_per_second <= MOST_STEPS_PER_SECOND:
+    if steps_per_second <= MAX_STEPS_PER_SECOND:
         return None
     return (
         f"Slow: the friction at the bit is so steep ({key} {value:g} s/rad) that a stuck bit takes "
@@ -159,7 +159,7 @@ def _many_steps(study: Any, corners: list[Values], format_value: Told) -> str | 
     )
 
 
-def _peak_smoothed(study: Any, corners: list[Values], format_value: Told) -> str | None:
+def _peak_smoothed(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
     """The smoothing removes the peak of the linear law, whose fall is confined to
     speeds below dynamic_from."""
     laws = [law for corner in corners if (law := corner.parameters.bit.friction).law == "linear"]
@@ -178,7 +178,7 @@ def _peak_smoothed(study: Any, corners: list[Values], format_value: Told) -> str
     )
 
 
-def _overloaded(study: Any, corners: list[Values], format_value: Told) -> str | None:
+def _overloaded(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
     """A motor at its torque limit does not keep the set speed."""
     limited = [corner for corner in corners if corner.parameters.drive.torque_limit is not None]
     return overloaded(
@@ -198,7 +198,7 @@ def _overloaded(study: Any, corners: list[Values], format_value: Told) -> str | 
     )
 
 
-def _eccentric(study: Any, corners: list[Values], format_value: Told) -> str | None:
+def _eccentric(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
     gap, eccentricity = min(
         (
             (
@@ -223,7 +223,7 @@ def _speeds(study: Any, corners: list[Values]) -> tuple[float, float]:
     return min(speeds), max(speeds)
 
 
-def _brought_to_wall(study: Any, corners: list[Values], format_value: Told) -> str | None:
+def _brought_to_wall(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
     """The imbalance can hold the collar at the wall in the whole sweep, which begins
     above the speed for that."""
     slowest, fastest = _speeds(study, corners)
@@ -325,7 +325,7 @@ def _starts_beyond(name: str, corner: Values) -> bool:
     return math.hypot(float(start.x), float(start.y)) >= gap
 
 
-def _passed_over(study: Any, corners: list[Values], format_value: Told) -> str | None:
+def _passed_over(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
     passed = passed_over(study, corners)
     if not passed:
         return None
@@ -360,7 +360,7 @@ def _greatest_eccentricity(corner: Values) -> float:
     return low
 
 
-def _sensitive(study: Any, corners: list[Values], format_value: Told) -> str | None:
+def _sensitive(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
     """Poorly known numbers: half or twice the value of one moves a critical speed
     through much of the sweep."""
     slowest, fastest = _speeds(study, corners)
@@ -450,7 +450,7 @@ def _critical_fraction(name: str, critical: float | None, slowest: float, fastes
     return max(min(high, fastest) - max(low, slowest), 0.0) / (fastest - slowest)
 
 
-def _unstable(study: Any, corners: list[Values], format_value: Told) -> str | None:
+def _unstable(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
     """A drive that makes the string oscillate by itself, as with gains of the wrong
     sign."""
     driven = [
@@ -467,7 +467,7 @@ def _unstable(study: Any, corners: list[Values], format_value: Told) -> str | No
     return swinging(growing, "depth" in study.swept, format_value)
 
 
-def _few_periods(study: Any, corners: list[Values], format_value: Told) -> str | None:
+def _few_periods(study: Any, corners: list[Values], format_value: FormatValue) -> str | None:
     coefficients = [derive(corner.parameters, *corner.operation) for corner in corners]
     period = max(2 * math.pi * math.sqrt(float(k.J) / float(k.k_t)) for k in coefficients)
     if study.simulation.observe >= LEAST_PERIODS * period:

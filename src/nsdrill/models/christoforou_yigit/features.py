@@ -118,17 +118,17 @@ def observer_options(options: Options) -> ObserverOptions:
         options.friction,
         options.stabilizer,
         options.weight,
-        options.apart,
+        options.implicit,
         columns.index("clearance") if options.stabilizer else 0,
-        aux.index("bb") if options.apart else 0,
-        aux.index("slope") if options.apart else 0,
+        aux.index("bb") if options.implicit else 0,
+        aux.index("slope") if options.implicit else 0,
     )
 
 
 @lru_cache
 def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
     W, lobes, driven, friction = lanes, options.lobes, options.driven, options.friction
-    stabilizer, weight, apart = options.stabilizer, options.weight, options.apart
+    stabilizer, weight, implicit = options.stabilizer, options.weight, options.implicit
     clearance_ = W * (rows.parameter + options.clearance)
     # The rows of the drive's states; an ideal drive has none.
     lag0_, omega_d0_, alpha_d0_ = (
@@ -149,7 +149,7 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
         W * (rows.aux_now + AUX.index(name))
         for name in ("cosine", "sine", "direction", "decay", "radius")
     )
-    h_, moves_, observing_ = W * rows.step, W * rows.moves, W * rows.window
+    h_, moves_, observing_ = W * rows.step, W * rows.moves, W * rows.observing
     parameter = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
     offset = {name: W * (rows.observer + i) for i, name in enumerate(OBSERVED)}
     gap_, k_c_, s0_, stuck_, set_speed_ = (
@@ -296,7 +296,7 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
                 has_extremum(b[alpha0_ + i], alpha),
                 b[dT0_ + i] > 0.0 and b[dT1_ + i] <= 0.0,
             )
-            if apart:
+            if implicit:
                 # Friction holds the bit at the end of a step that is much longer than
                 # the time constant of friction. The acceleration jumps inside such a
                 # step, so its polynomial undershoots; and the bit creeps, so the sign

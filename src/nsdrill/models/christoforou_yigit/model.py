@@ -67,8 +67,8 @@ class ChristoforouYigit(Model):
     def variant(self, parameters: Parameters) -> Variant:
         return options_of(parameters)
 
-    def apart(self, variant: Variant) -> Variant:
-        return Options(*variant)._replace(apart=1)
+    def implicit(self, variant: Variant) -> Variant:
+        return Options(*variant)._replace(implicit=1)
 
     def states(self, variant: Variant) -> tuple[str, ...]:
         return rhs.states_of(Options(*variant))

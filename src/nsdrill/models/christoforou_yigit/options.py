@@ -27,8 +27,8 @@ class Options(NamedTuple):
     ``stabilizer``      the stabilisers have a clearance, perhaps 0, and friction
     ``weight``          the hole is inclined
     ``axial_friction``  friction at wall and stabilisers acts along the axis too
-    ``apart``           the friction of bit and wall is kept apart, for a stepper that
-                        treats it implicitly
+    ``implicit``        the friction of bit and wall is evaluated separately, for a
+                        stepper that treats it implicitly
     ==================  =============================================================
     """
 
@@ -43,7 +43,7 @@ class Options(NamedTuple):
     stabilizer: int = 0
     weight: int = 0
     axial_friction: int = 0
-    apart: int = 0
+    implicit: int = 0
 
     @property
     def differenced(self) -> bool:
@@ -63,7 +63,7 @@ class ObserverOptions(NamedTuple):
     friction: int
     stabilizer: int
     weight: int
-    apart: int
+    implicit: int
     clearance: int
     bb: int
     slope: int

@@ -16,9 +16,6 @@ from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma, sincos
-from nsdrill.models.christoforou_yigit.apart import SOLVE_AUX, make_solve
-from nsdrill.models.christoforou_yigit.apart_along import AXIAL_AUX
-from nsdrill.models.christoforou_yigit.apart_held import STABILIZER_AUX
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
 from nsdrill.models.christoforou_yigit.friction import (
@@ -27,6 +24,9 @@ from nsdrill.models.christoforou_yigit.friction import (
     friction_per_slip,
     slip_factors,
 )
+from nsdrill.models.christoforou_yigit.implicit import SOLVE_AUX, make_solve
+from nsdrill.models.christoforou_yigit.implicit_along import AXIAL_AUX
+from nsdrill.models.christoforou_yigit.implicit_held import STABILIZER_AUX
 from nsdrill.models.christoforou_yigit.lateral import (
     AXIAL_PARAMETERS,
     STABILIZER_PARAMETERS,
@@ -135,7 +135,7 @@ def columns_of(options: Options) -> tuple[str, ...]:
 
 def aux_of(options: Options) -> tuple[str, ...]:
     """The names of the auxiliary outputs."""
-    if not options.apart:
+    if not options.implicit:
         return AUX
     return (
         *AUX,
@@ -154,11 +154,11 @@ def rows_of(
     states = len(states_of(options))
     tangent_states = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
-    apart = (PUSHED_ALONG if options.axial_friction else PUSHED) if options.apart else 0
+    implicit = (PUSHED_ALONG if options.axial_friction else PUSHED) if options.implicit else 0
     aux = len(aux_of(options))
     if tangent and options.differenced:
-        aux += rows_to_keep(states, states // 2, apart, CONTACTS)
-    return Rows(states + tangent_states, aux, width, observed, tangent_states, apart=apart)
+        aux += rows_to_keep(states, states // 2, implicit, CONTACTS)
+    return Rows(states + tangent_states, aux, width, observed, tangent_states, implicit=implicit)
 
 
 MAIN = Options()
@@ -255,9 +255,9 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
     # the radius at which a contact begins: stabilisers touch before the collar does
     contact_radius_ = clearance_ if stabilizer else gap_
     axial_ = slip_  # friction along the axis overwrites the slip, which is not needed any more
-    apart = options.apart
+    implicit = options.implicit
     solve = (
-        make_solve(lanes, options, rows, columns_of(options), aux_of(options)) if apart else None
+        make_solve(lanes, options, rows, columns_of(options), aux_of(options)) if implicit else None
     )
 
     @compiled(types.void(BUFFER), W, *options, tangent)
@@ -278,7 +278,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
             b[cosine_ + i] = c
             b[sine_ + i] = s
             b[force_ + i] = force
-            if not apart:
+            if not implicit:
                 omega = b[speed_ + i]
                 g, decayed = bit_factors(law_of_bit, omega, b[eps_b_ + i], b[tau_b_ + i])
                 b[direction_ + i] = g
@@ -289,7 +289,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
 
         # Wall, if some lane touches: penetration, normal force, friction against the
         # slip of the collar's surface (the row has slip times radius).
-        if apart:
+        if implicit:
             solve(b, touching)
         elif touching != 0:
             for i in range(W):
@@ -328,7 +328,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
         # The stabilisers carry the restoring force of the bent span, whose size is the
         # normal load of their friction. Its torque on the bit is added to the wall's
         # friction, as a force at the surface of the collar.
-        if stabilizer and not apart and touching != 0:
+        if stabilizer and not implicit and touching != 0:
             for i in range(W):
                 x, vx, y, vy, r = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[radius_ + i]
                 stiffness = fma(

@@ -21,8 +21,8 @@ from numba import types
 
 from nsdrill.abi import BUFFER, RATES, compiled
 from nsdrill.elementary import fma
-from nsdrill.models.christoforou_yigit.apart import make_deviation
 from nsdrill.models.christoforou_yigit.friction import bit_slope, coefficient, slip_factors
+from nsdrill.models.christoforou_yigit.implicit import make_deviation
 from nsdrill.models.christoforou_yigit.lateral import SWIRL_PARAMETERS, WEIGHT_PARAMETERS
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
 from nsdrill.models.christoforou_yigit.options import Options
@@ -154,19 +154,19 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     )
     rock_, wall_ = (W * (rows.observer + place + RATES * c) for c in range(len(CONTACTS)))
     motion = make_right_hand_side(lanes, options, tangent=True)
-    apart, aux = options.apart, aux_of(options)
+    implicit, aux = options.implicit, aux_of(options)
     deviate = (
-        make_deviation(lanes, options, rows, columns_of(options), aux, place) if apart else None
+        make_deviation(lanes, options, rows, columns_of(options), aux, place) if implicit else None
     )
     slope_b_, slope_w_, coefficient_ = (
-        W * (rows.aux_now + aux.index(name)) if apart else 0
+        W * (rows.aux_now + aux.index(name)) if implicit else 0
         for name in ("slope", "slope_w", "coefficient")
     )
 
     @compiled(types.void(BUFFER), W, *options, place)
     def tangent(b):  # type: ignore[no-untyped-def]
         motion(b)
-        if apart:
+        if implicit:
             deviate(b)
 
         # Deviations of the loads of the bit, and of the lateral forces without the
@@ -203,7 +203,7 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                 b[rise_b_ + i],
                 b[mu_b_ + i],
             )
-            if apart:  # the slope with which the loads were solved for
+            if implicit:  # the slope with which the loads were solved for
                 darm = b[slope_b_ + i]
             dtorque = fma(dforce, arm, force * darm * domega)
 
@@ -284,7 +284,7 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                     b[rise_w_ + i],
                     b[mu_w_ + i],
                 )
-                if apart:
+                if implicit:
                     mu = b[coefficient_ + i] if penetration > 0.0 else mu
                     dmu = b[slope_w_ + i] if penetration > 0.0 else dmu
                 dfriction = fma(dnormal, mu, normal * dmu * dslip)

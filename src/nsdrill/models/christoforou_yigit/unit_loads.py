@@ -1,6 +1,6 @@
 """The accelerations that unit loads of bit and wall cause, and the bit's law with all
-its slopes: shared by the friction solves of :mod:`.apart`, :mod:`.apart_along` and
-:mod:`.apart_held`."""
+its slopes: shared by the friction solves of :mod:`.implicit`, :mod:`.implicit_along` and
+:mod:`.implicit_held`."""
 
 from __future__ import annotations
 

@@ -128,7 +128,7 @@ GROUPED = (
     "bit_speed_max",
 )
 # The features that are listed for an attractor.
-TOLD = (
+DISTINGUISHING = (
     "stick_slip_index",
     "stuck_fraction",
     "lift_off_fraction",

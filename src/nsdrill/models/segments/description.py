@@ -12,7 +12,7 @@ from nsdrill.models.drilling import DRILLED
 from nsdrill.models.leaves import Values
 from nsdrill.models.segments.constraints import ORDERS, constraints
 from nsdrill.models.segments.names import names_of
-from nsdrill.models.segments.parameters import MOST_SEGMENTS, Initial, Parameters, SegmentsOperation
+from nsdrill.models.segments.parameters import MAX_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.string import SPEEDS, depth_root, string_of
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.variables import at_section, feature, in_trace
@@ -32,7 +32,7 @@ def are_states(names: tuple[str, ...]) -> bool:
     """Whether these are the states of a string with any allowed number of segments.
     (The names give only the sum of the segments of pipe and of collars.)"""
     last = (len(names) - 2) // 4 - 1
-    return 2 <= last <= 2 * MOST_SEGMENTS and names == states_of(1, last - 1)
+    return 2 <= last <= 2 * MAX_SEGMENTS and names == states_of(1, last - 1)
 
 
 # The states between surface and bit, which a trace leaves out.
@@ -41,7 +41,7 @@ _INNER = (
     in_trace("v_0", "m s-1", "axial velocity of the top"),
     *(
         variable
-        for node in range(1, 2 * MOST_SEGMENTS)
+        for node in range(1, 2 * MAX_SEGMENTS)
         for variable in (
             in_trace(
                 f"u_{node}",
@@ -189,7 +189,7 @@ DESCRIPTION = Description(
         "stuck_fraction": None,
         "lift_off_fraction": None,
     },
-    told=(
+    distinguishing=(
         "bit_speed_min",
         "bit_speed_max",
         "stick_slip_index",

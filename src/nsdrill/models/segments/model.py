@@ -96,8 +96,8 @@ class Segments(ScalarModel):
 
         return make_contact(lanes, self.rows(variant, tangent=True), place, *variant)
 
-    def extra_tangent_rows(self, states: int, apart: int) -> int:
-        return rows_to_keep(states, (states + self.singles) // 2, apart, len(self.contacts))
+    def extra_tangent_rows(self, states: int, implicit: int) -> int:
+        return rows_to_keep(states, (states + self.singles) // 2, implicit, len(self.contacts))
 
     def pushed(self, variant: Variant) -> int:
         return 1 << (2 * sum(variant[:2]) + 1)  # the slope of the bit speed

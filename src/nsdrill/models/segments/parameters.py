@@ -20,7 +20,7 @@ from nsdrill.models.segments.reads import unread
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, parameter
 
-MOST_SEGMENTS = 40
+MAX_SEGMENTS = 40
 
 
 @dataclass(frozen=True)
@@ -201,7 +201,7 @@ class Segments(Checked):
         "B",
         "high",
         low=1,
-        high=MOST_SEGMENTS,
+        high=MAX_SEGMENTS,
         usual="5 to 20",
         meaning="Number of segments of the pipe",
     )
@@ -211,7 +211,7 @@ class Segments(Checked):
         "B",
         "high",
         low=1,
-        high=MOST_SEGMENTS,
+        high=MAX_SEGMENTS,
         usual="5 to 20",
         meaning="Number of segments of the collars",
     )

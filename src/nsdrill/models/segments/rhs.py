@@ -114,7 +114,7 @@ BIT = """        lobes, omega = b[lobes_ + i], b[w_n + i]
         b[torque_ + i] = force * fma(b[friction_arm + i], rubbing, b[cutting_arm + i] * cutting)
 """
 
-# The same with the cutting torque apart, T(omega) = c F on(F) g(omega) r(omega), r =
+# The same with an implicit cutting torque, T(omega) = c F on(F) g(omega) r(omega), r =
 # sqrt(delta / r_b). The force F depends on the bit speed too, as the rock is damped.
 # Two kinds of lanes:
 #
@@ -131,7 +131,7 @@ BIT = """        lobes, omega = b[lobes_ + i], b[w_n + i]
 # The load is that of the last tangent, which agrees with the velocity to rounding.
 # After four iterations its error is below 1e-8 in all but some thousandths of random
 # stages as long as steps may be; in the worst of them it is some hundredths.
-BIT_APART = """        phi = b[th_n + i] + fma(b[set_speed + i], b[time_ + i], b[phase_ + i])
+BIT_IMPLICIT = """        phi = b[th_n + i] + fma(b[set_speed + i], b[time_ + i], b[phase_ + i])
         sine, cosine = sincos(b[lobes_ + i] * phi)
         b[sine_ + i] = sine
         b[cosine_ + i] = cosine
@@ -369,7 +369,7 @@ TORQUE = """    for i in range(n):
 def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int, by_torque: int) -> Any:
     """The compiled right-hand side for these numbers of lanes and of segments of pipe
     and collar, in a buffer of these ``rows``; the drive is one by torque, or the
-    electric motor. The cutting torque is apart where ``rows.apart`` says so."""
+    electric motor. The cutting torque is implicit where ``rows.implicit`` says so."""
     W, last = lanes, pipes + collars
     place = {
         name: W * (rows.parameter + i)
@@ -408,7 +408,7 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int, by_to
         ]
     main = MAIN.replace(
         "        BIT\n",
-        BIT_APART.replace("ITERATIONS", ITERATIONS * ITERATION) if rows.apart else BIT,
+        BIT_IMPLICIT.replace("ITERATIONS", ITERATIONS * ITERATION) if rows.implicit else BIT,
     )
     main = main.replace("    DRIVE\n", TORQUE if by_torque else MOTOR)
     # The cache tells compiled functions apart by their text, so it has the helpers'
@@ -416,7 +416,7 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int, by_to
     head = "".join(f"# {line}\n" for line in HELPERS.splitlines())
     text = f"{head}{constants(**place)}def right_hand_side(b):{main}" + "\n".join(lines) + "\n"
     known = {"np": np, "fma": fma, "sincos": sincos, "exp2": exp2, "direction": direction}
-    if rows.apart:
+    if rows.implicit:
         known |= {
             "first_slip": first_slip,
             "newton_step": newton_step,
@@ -428,14 +428,14 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int, by_to
         pipes,
         collars,
         by_torque,
-        int(rows.apart > 0),
+        int(rows.implicit > 0),
         int(rows.tangent_states > 0),
     )(define("right_hand_side", text, **known, **helpers))
 
 
 @lru_cache
 def make_contact(
-    lanes: int, rows: Rows, place: int, pipes: int, collars: int, by_torque: int, *apart: int
+    lanes: int, rows: Rows, place: int, pipes: int, collars: int, by_torque: int, *implicit: int
 ) -> Any:
     """The compiled function that stores value, slope and second derivative of the
     interference of bit and rock at the end of the step in the observer's rows at
@@ -454,7 +454,7 @@ def make_contact(
     axial_, angular_ = W * (rows.acceleration + last), W * (rows.acceleration + 2 * last + 1)
     value_, rate_, curvature_ = (W * (rows.observer + place + k) for k in range(RATES))
 
-    @compiled(types.void(BUFFER), W, place, pipes, collars, by_torque, *apart)
+    @compiled(types.void(BUFFER), W, place, pipes, collars, by_torque, *implicit)
     def rock(b):  # type: ignore[no-untyped-def]
         for i in range(W):
             lobe_rate = b[lobes_ + i] * b[speed_ + i]

@@ -54,7 +54,7 @@ def draw(results: Results, units: str = "si", states: Sequence[str] | None = Non
             f"it with {options}."
         )
     variables = by_operating_point(results)
-    ((attractors, counts),) = describe(variables, model_in(results.attrs).told)
+    ((attractors, counts),) = describe(variables, model_in(results.attrs).distinguishing)
     if counts["ungrouped"]:
         raise InputError(
             "The starts are not grouped into attractors yet: this is done when all points are "

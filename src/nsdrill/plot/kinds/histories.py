@@ -26,13 +26,12 @@ from nsdrill.plot.style import (
     put_title,
     set_panel_title,
 )
-from nsdrill.plot.traces import check_length, extra_height, title_of, varies
+from nsdrill.plot.traces import HISTORY_HEIGHT, check_length, extra_height, title_of, varies
 from nsdrill.variables import SCHEDULED
 
 BINS = 1500  # of a history: about one for each pixel in print
 SOLID_DENSITY = 50  # oscillations per inch from which on lines leave no white between them
 BAND_BINS = 100  # bins of a band per inch
-HISTORY_HEIGHT = 1.2  # inches
 PANEL_MARGINS = 1.1  # inches of axis and margin beside a panel
 
 

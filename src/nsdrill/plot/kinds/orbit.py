@@ -14,6 +14,7 @@ from matplotlib.transforms import Affine2D
 
 from nsdrill.data import Array, Trace, frozen_modes
 from nsdrill.plot.labels import quantity
+from nsdrill.plot.references import WALL_VISIBLE_FROM
 from nsdrill.plot.registry import TRACE, Kind
 from nsdrill.plot.style import (
     BLACK,
@@ -30,7 +31,6 @@ from nsdrill.plot.style import (
 from nsdrill.plot.traces import CONSTANT_TOLERANCE, LAST_SAMPLES, check_length, shown_part, title_of
 
 STEP = 2  # samples between which the direction is taken
-WALL_VISIBLE_FROM = 0.4  # part of the gap that the path reaches where the wall is in view
 MAX_STEP = 0.1  # of the gap: samples farther apart are joined by a curve
 SUBDIVISIONS = 8  # of such a curve between two samples
 # an arrowhead pointing up

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import Normal, Stroke
 
-from nsdrill.analysis.probability import EVERY, SAFE, Chances, chances, window_state
+from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of, window_state
 from nsdrill.analysis.window import ACROSS, USUAL_CONFIDENCE
 from nsdrill.data import Array, Results
 from nsdrill.models.leaves import words_along
@@ -47,7 +47,7 @@ EDGE_DASHES: tuple[Any, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2
 
 
 def draw(results: Results, units: str = "si", confidence: float = USUAL_CONFIDENCE) -> Figure:
-    probabilities = chances(results, responses=model_in(results.attrs).responses)
+    probabilities = probabilities_of(results, responses=model_in(results.attrs).responses)
     if len(results.swept) == 2:
         return _draw_maps(results, probabilities, units, confidence)
     return (
@@ -65,14 +65,16 @@ def _style(outcome: str) -> tuple[str, str, str]:
     return style.name, style.colour, style.marker
 
 
-def _title(results: Results, probabilities: Chances, units: str) -> str:
+def _title(results: Results, probabilities: Probabilities, units: str) -> str:
     samples = f"{len(results.coords[SAMPLE])} samples"
     history = "; whatever the history" if EVERY in probabilities.histories else ""
     point = operating_point(fixed_values(results), units)
     return heading(results.attrs, f"{point}; {samples}{history}", width=80)
 
 
-def _draw_maps(results: Results, probabilities: Chances, units: str, confidence: float) -> Figure:
+def _draw_maps(
+    results: Results, probabilities: Probabilities, units: str, confidence: float
+) -> Figure:
     numbers_first = sorted(results.axes, key=lambda axis: bool(words_along(axis)))
     axes_in_order = [axis for axis in (*ACROSS, *numbers_first) if axis in results.swept]
     x_axis, y_axis = dict.fromkeys(axes_in_order)
@@ -158,7 +160,9 @@ def _draw_outline(axes: Axes, x_edges: Array, y_edges: Array, inside: Array) -> 
     axes.add_collection(outline)
 
 
-def _draw_lines(results: Results, probabilities: Chances, units: str, confidence: float) -> Figure:
+def _draw_lines(
+    results: Results, probabilities: Probabilities, units: str, confidence: float
+) -> Figure:
     axis = results.swept[0]
     shown, values = quantity(axis, units), positions(results, axis)
     figure = new_figure(page_width(), 3.2)
@@ -233,7 +237,7 @@ def _draw_lines(results: Results, probabilities: Chances, units: str, confidence
     return figure
 
 
-def _draw_points(results: Results, probabilities: Chances, units: str) -> Figure:
+def _draw_points(results: Results, probabilities: Probabilities, units: str) -> Figure:
     """Draw each outcome of one operating point with its interval."""
     figure = new_figure(page_width(5.0), 0.9 + 0.3 * len(probabilities.outcomes))
     axes = figure.add_subplot(figure.add_gridspec(1, 1)[0])

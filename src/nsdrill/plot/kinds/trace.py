@@ -8,12 +8,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from nsdrill.data import Trace
-from nsdrill.plot.kinds.histories import HISTORY_HEIGHT, constant_histories, draw_histories
+from nsdrill.plot.kinds.histories import constant_histories, draw_histories
 from nsdrill.plot.kinds.orbit import draw_orbit, has_orbit
 from nsdrill.plot.kinds.phase import draw_planes
 from nsdrill.plot.registry import TRACE, Kind
 from nsdrill.plot.style import new_figure, page_width, put_title
-from nsdrill.plot.traces import check_length, extra_height, planes_of, title_of
+from nsdrill.plot.traces import HISTORY_HEIGHT, check_length, extra_height, planes_of, title_of
 
 PLANE_HEIGHT = 1.6  # inches
 TWO_COLUMNS_FROM = 5.0  # inches of width, from which on the planes stand beside the histories

@@ -12,7 +12,7 @@ from matplotlib import patheffects
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from nsdrill.analysis.probability import EVERY, SAFE, chances
+from nsdrill.analysis.probability import EVERY, SAFE, probabilities_of
 from nsdrill.data import Array, Results
 from nsdrill.plot.isolines import RATE_OF_PENETRATION
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
@@ -28,7 +28,7 @@ RATE_SPACING, PROBABILITY_SPACING = 0.05, 30.0
 
 
 def draw(results: Results, units: str = "si") -> Figure:
-    probabilities = chances(results)
+    probabilities = probabilities_of(results)
     probability, low, high = (100.0 * part.ravel() for part in probabilities.of(SAFE))
     shown, energy = quantity(RATE_OF_PENETRATION, units), quantity(SPECIFIC_ENERGY, units)
     rate = _mean(results, RATE_OF_PENETRATION) / shown.scale

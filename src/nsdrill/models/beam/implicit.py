@@ -1,4 +1,4 @@
-"""Friction of bit and stations kept apart, for a stepper that treats it implicitly
+"""Implicit friction of bit and stations, for a stepper that treats it implicitly
 (:mod:`nsdrill.kernel.additive`).
 
 Stations rub on the same modes, so every friction load changes the slip at every other

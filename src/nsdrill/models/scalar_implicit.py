@@ -1,5 +1,4 @@
-"""The right-hand side of a scalar model with its friction apart, for a stepper that
-treats it implicitly.
+"""The right-hand side of a scalar model with implicit friction.
 
 One friction contact acts on one velocity v: its slope is less by load f(v), with f(v) =
 g(v) [rise / (1 + decay |v|) + dynamic] and g(v) = (2/pi) atan(smoothing v). The model
@@ -35,7 +34,7 @@ class Contact:
     load: Callable[..., Sequence[float]]
 
 
-def apart_in_lanes(
+def implicit_in_lanes(
     slopes: Callable[..., Sequence[float]], contact: Contact, names: Names, lanes: int, rows: Rows
 ) -> Any:
     """The compiled right-hand side, with that of a deviation where ``rows`` has one;

@@ -1,4 +1,4 @@
-"""Friction kept apart: the same slopes to rounding, velocities that agree with the
+"""Implicit friction: the same slopes to rounding, velocities that agree with the
 loads, the deviation of a stage."""
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def buffer_of(
     b[rows.phase], b[rows.stage_time] = 1.0, 0.3
     if tangent:
         b[rows.stage + own : rows.stage + 2 * own] = rng.normal(size=(own, W)) * SPREAD[:own, None]
-    if options.apart:
+    if options.implicit:
         b[rows.relax] = relax
     return b, rows
 
@@ -81,9 +81,9 @@ CASES = [
 def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case: dict[str, Any]) -> None:
     parameters = string(**case)
     options, found = options_of(parameters), []
-    for apart in (0, 1):
-        b, rows = buffer_of(parameters, options._replace(apart=apart), 3)
-        make_right_hand_side(W, options._replace(apart=apart))(b.ravel())
+    for implicit in (0, 1):
+        b, rows = buffer_of(parameters, options._replace(implicit=implicit), 3)
+        make_right_hand_side(W, options._replace(implicit=implicit))(b.ravel())
         found.append(b[rows.acceleration : rows.acceleration + rows.slopes].copy())
     assert np.any(b[rows.stage] ** 2 + b[rows.stage + 2] ** 2 > 0.08**2), (
         "else nothing touches the wall"
@@ -100,9 +100,9 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) ->
     push."""
     parameters = string(**case)
     options = options_of(parameters)
-    b, rows = buffer_of(parameters, options._replace(apart=1), 5, relax=2e-3)
+    b, rows = buffer_of(parameters, options._replace(implicit=1), 5, relax=2e-3)
     free = b.copy()
-    make_right_hand_side(W, options._replace(apart=1))(b.ravel())
+    make_right_hand_side(W, options._replace(implicit=1))(b.ravel())
     own, moved = rows.own, (1, 3, 5, 7) if options.axial_friction else (1, 3, 7)
     pushes = b[rows.push : rows.push + len(moved)]
     for push, state in zip(pushes, moved, strict=True):
@@ -131,10 +131,10 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) ->
 )
 def test_the_deviation_of_a_stage_is_its_derivative(case: dict[str, Any]) -> None:
     """Velocities, slopes and pushes of the deviation, against differences of two stages
-    1e-6 of it apart, on rock and wall and off them. Newton's method leaves 1e-5 of a
+    1e-6 of it implicit, on rock and wall and off them. Newton's method leaves 1e-5 of a
     load, and up to a thousandth of how it changes."""
     parameters = string(**case)
-    options = options_of(parameters)._replace(apart=1)
+    options = options_of(parameters)._replace(implicit=1)
     b, rows = buffer_of(parameters, options, 11, relax=2e-3, tangent=True)
     own, slopes, pushes, step = rows.own, rows.own_slopes, len(rows.pushed) // 2, 1e-6
     moved = []

@@ -1,4 +1,4 @@
-"""The friction of bit and wall kept apart, for a stepper that treats it implicitly
+"""The implicit friction of bit and wall, for a stepper that treats it implicitly
 (:mod:`nsdrill.kernel.additive`).
 
 The torque of the bit is its force F times an arm a(omega), the friction of the wall its
@@ -26,8 +26,8 @@ from numba import types
 from nsdrill.abi import BUFFER, RATES, Rows, compiled, inlined
 from nsdrill.elementary import fma
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
-from nsdrill.models.christoforou_yigit.apart_along import make_axial_solve
-from nsdrill.models.christoforou_yigit.apart_held import make_stabilizer_solve
+from nsdrill.models.christoforou_yigit.implicit_along import make_axial_solve
+from nsdrill.models.christoforou_yigit.implicit_held import make_stabilizer_solve
 from nsdrill.models.christoforou_yigit.laws import RATIONAL
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine
 from nsdrill.models.christoforou_yigit.options import Options

@@ -1,4 +1,4 @@
-"""The friction of bit and wall kept apart, where friction at the wall acts along the
+"""The implicit friction of bit and wall, where friction at the wall acts along the
 hole too, for lanes some of which touch.
 
 The slip has two components, v_t around the hole and v_z along it, and one load N f(|v|)
@@ -13,7 +13,7 @@ so s gives both components. It is the root of
     sqrt((v_t* - c K_tb T)^2 + (v_z* D_t / D_z)^2) = D_t
 
 which is s + c K N f(s) = |v*| where both masses are equal. Newton's method solves it
-jointly with the equation of the bit (:mod:`.apart`); each lane iterates until it has
+jointly with the equation of the bit (:mod:`.implicit`); each lane iterates until it has
 converged.
 """
 
@@ -50,7 +50,7 @@ def make_axial_solve(
     lanes: int, options: Options, rows: Rows, columns: tuple[str, ...], aux: tuple[str, ...]
 ) -> Any:
     """The compiled ``solve_touching(buffer)`` for a number of lanes and these options,
-    which follows the part of :func:`.apart.make_solve` that concerns the bit alone."""
+    which follows the part of :func:`.implicit.make_solve` that concerns the bit alone."""
     W, law, hertz = lanes, options.friction, options.hertz
     x_, vx_, y_, vy_, _, vz_ = (W * (rows.stage + i) for i in range(6))
     speed_ = W * (rows.stage + 7)

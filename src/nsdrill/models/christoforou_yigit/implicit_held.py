@@ -1,4 +1,4 @@
-"""The friction of bit, stabilisers and wall kept apart, for lanes some of whose
+"""The implicit friction of bit, stabilisers and wall, for lanes some of whose
 stabilisers touch.
 
 Stabilisers and wall brake the same mass, at slips v_s = omega R_s + theta' s0 and v_w =
@@ -8,7 +8,7 @@ loads of a stage that moves velocities by c times the push satisfy
     v_i = v_i* - c (K_ib T(omega) + K_is N_s f(v_s) + K_iw N_w f(v_w)),   i = b, s, w,
     N_s = |k_0 - k_T T| max(r - s0, 0)
 
-as :mod:`.apart` has it for two. As the two contacts hardly differ, usually one sticks
+as :mod:`.implicit` has it for two. As the two contacts hardly differ, usually one sticks
 while the other slips, and Newton's method needs a good initial guess: the slip of each
 contact with the load that the other has while this one sticks. Each lane iterates until
 it has converged; its result does not depend on the neighbouring lanes.
@@ -59,7 +59,7 @@ def make_stabilizer_solve(
     lanes: int, options: Options, rows: Rows, columns: tuple[str, ...], aux: tuple[str, ...]
 ) -> Any:
     """The compiled ``solve_touching(buffer)`` for a number of lanes and these options,
-    which follows the part of :func:`.apart.make_solve` that concerns the bit alone."""
+    which follows the part of :func:`.implicit.make_solve` that concerns the bit alone."""
     W, law, hertz = lanes, options.friction, options.hertz
     x_, vx_, y_, vy_ = (W * (rows.stage + i) for i in range(4))
     speed_ = W * (rows.stage + 7)
