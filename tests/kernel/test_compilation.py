@@ -49,7 +49,7 @@ function = {
     **{f"{name} {W}": lambda W=W, make=make, o=o: make(W, o, rows_of(o), columns_of(o), aux_of(o))
        for name, make, o in (("held", make_stabilizer_solve, SPLIT._replace(stabilizer=1)),
                              ("along", make_axial_solve, SPLIT._replace(axial_friction=1))) for W in (8, 16)},
-    **{f"implicit {W}": lambda W=W: STEPPERS[IMPLICIT].make(W, STEPPERS[IMPLICIT].rows(rows_of(IMPLICIT)))
+    **{f"implicit {W}": lambda W=W: STEPPERS[IMPLICIT].make(W, STEPPERS[IMPLICIT].rows(rows_of(SPLIT)))
        for W in (8, 16)},
     **{name: lambda stepper=stepper: stepper.make(8, stepper.rows(rows)) for name, stepper in STEPPERS.items()},
     "events": lambda: make_events(8, rows)[1],

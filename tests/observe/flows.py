@@ -125,11 +125,11 @@ def section_watch() -> tuple[Any, Any]:
         ROWS.stage,
         ROWS.acceleration,
     )
-    step_, moves_, window_ = ROWS.step, ROWS.moves, ROWS.window
+    step_, moves_, observing_ = ROWS.step, ROWS.moves, ROWS.observing
 
     @compiled(types.void(BUFFER, BUFFER))
     def note_sections(b, store):  # type: ignore[no-untyped-def]
-        if b[moves_] * b[window_] == 0.0 or not (b[start_ + 1] < 0.0 <= b[end_ + 1]):
+        if b[moves_] * b[observing_] == 0.0 or not (b[start_ + 1] < 0.0 <= b[end_ + 1]):
             return
         h, count = b[step_], int(store[0])
         p0, p1, p2, p3, p4, p5 = cubic(
