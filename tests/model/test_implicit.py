@@ -131,7 +131,7 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) ->
 )
 def test_the_deviation_of_a_stage_is_its_derivative(case: dict[str, Any]) -> None:
     """Velocities, slopes and pushes of the deviation, against differences of two stages
-    1e-6 of it implicit, on rock and wall and off them. Newton's method leaves 1e-5 of a
+    1e-6 of it apart, on rock and wall and off them. Newton's method leaves 1e-5 of a
     load, and up to a thousandth of how it changes."""
     parameters = string(**case)
     options = options_of(parameters)._replace(implicit=1)

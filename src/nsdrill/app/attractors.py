@@ -15,7 +15,7 @@ from nsdrill.analysis.branches import Places, number
 from nsdrill.data import IN_MEMORY, Array, Results
 from nsdrill.errors import FileError
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import in_parts, values_at, word_or_number
+from nsdrill.models.leaves import values_in_parts, word_or_number
 from nsdrill.models.registry import described, model_in, model_named
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Attractors
@@ -107,12 +107,7 @@ def _coordinates(
     points with these ``values`` [points]."""
     model = model_named(study.model)
     places, several = [], []
-    for compiled, there in in_parts(study.model, values):
-        at = values_at(
-            study.parameters,
-            study.initial,
-            {key: value[there] for key, value in values.items()} | compiled,
-        )
+    for at, there in values_in_parts(study.model, study.parameters, study.initial, values):
         table = model.pack(at, study.thresholds)
         here = {name: value[there] for name, value in variables.items()}
         places.append(np.arange(len(values["depth"]))[there])

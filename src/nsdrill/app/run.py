@@ -26,7 +26,7 @@ from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.data import Results, differences, resolved_study
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.batch import choose_lanes
-from nsdrill.models.leaves import in_parts, values_at
+from nsdrill.models.leaves import values_in_parts
 from nsdrill.models.registry import model_named
 from nsdrill.models.steepness import advice
 from nsdrill.store import (
@@ -177,10 +177,7 @@ def _advice(study: Study, plan: Plan, log: Sink) -> str:
     if not len(points):
         return ""
     explicit = not chosen_of(study).points(points).all()
-    values = plan.values(points)
-    compiled, there = next(in_parts(study.model, values))
-    here = {key: value[there] for key, value in values.items()} | compiled
-    at = values_at(study.parameters, study.initial, here)
+    at, _ = next(values_in_parts(study.model, study.parameters, study.initial, plan.values(points)))
     return advice("explicit" if explicit else "implicit", study.model, at)
 
 

@@ -20,7 +20,7 @@ from nsdrill.app.datasets import missing_variable_errors
 from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import in_parts, in_words, values_at, words_along
+from nsdrill.models.leaves import in_words, values_in_parts, words_along
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.store import flag_words, read_results, rewrite_labels, variables_in
@@ -318,12 +318,7 @@ def _state_scales(study: Study, results: Results) -> np.ndarray:
     model, names = model_named(study.model), results.coords["state"].tolist()[:-1]
     # NaN for states that the string of a point lacks
     by_point = np.full((axes[0].size, len(names)), np.nan)
-    for compiled, selected in in_parts(study.model, values):
-        at = values_at(
-            study.parameters,
-            study.initial,
-            {key: value[selected] for key, value in values.items()} | compiled,
-        )
+    for at, selected in values_in_parts(study.model, study.parameters, study.initial, values):
         variant = model.variant(at.parameters)
         places = [names.index(name) for name in model.states(variant)]
         by_point[np.ix_(np.arange(len(by_point))[selected], places)] = model.state_scales(

@@ -48,8 +48,7 @@ class Stepper(Protocol):
 
 
 IMPLICIT = "kennedy_carpenter"
-"""The name of the stepper that treats friction implicitly. Its right-hand sides
-have implicit friction."""
+"""The name of the stepper for right-hand sides with implicit friction."""
 
 STEPPERS: dict[str, ExplicitPair | AdditivePair] = {
     "tsitouras": ExplicitPair(TSITOURAS),

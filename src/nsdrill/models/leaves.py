@@ -221,6 +221,16 @@ def part_at(parameters: Any, initial: Starts, compiled: Mapping[str, Any]) -> tu
     return parameters, initial
 
 
+def values_in_parts(
+    model: str, parameters: Any, initial: Starts, values: Mapping[str, Any]
+) -> Iterator[tuple[Values, Array | slice]]:
+    """:func:`values_at` of each of the parts (:func:`in_parts`), with the indices of its
+    points."""
+    for compiled, there in in_parts(model, values):
+        here = {key: value[there] for key, value in values.items()} | compiled
+        yield values_at(parameters, initial, here), there
+
+
 def parts_of(
     model: str, parameters: Any, initial: Starts, axes: Mapping[str, Any]
 ) -> list[tuple[Any, Starts]]:

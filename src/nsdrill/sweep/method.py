@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.leaves import in_parts, values_at
+from nsdrill.models.leaves import values_in_parts
 from nsdrill.models.starts import Starts
 from nsdrill.models.steepness import implicit
 from nsdrill.sweep.plan import Plan
@@ -32,11 +32,8 @@ class Chosen:
         study's method or, with ``auto``, where friction is steep."""
         points = np.asarray(points)
         values, is_implicit = self.plan.values(points), np.zeros(np.shape(points), dtype=bool)
-        for compiled, mask in in_parts(self.model, values):
-            values_at_part = {key: value[mask] for key, value in values.items()} | compiled
-            is_implicit[mask] = implicit(
-                self.method, self.model, values_at(self.parameters, self.initial, values_at_part)
-            )
+        for at, part in values_in_parts(self.model, self.parameters, self.initial, values):
+            is_implicit[part] = implicit(self.method, self.model, at)
         return is_implicit
 
     def words(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Implicit friction of bit and stations, for a stepper that treats it implicitly
+"""Implicit friction of bit and stations, as its stepper needs it
 (:mod:`nsdrill.kernel.additive`).
 
 Stations rub on the same modes, so every friction load changes the slip at every other

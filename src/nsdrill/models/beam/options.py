@@ -15,7 +15,7 @@ class Options(NamedTuple):
     ``modes`` and ``stations``; whether the law of the wall is Hertz's; the ``lobes`` of
     the rock; the ``unbalanced`` modes as a sum of bits, 1 for the first, 2 for the
     second, 4 for the third; whether the ``torque`` softens the collar; whether friction
-    is kept ``implicit``."""
+    is ``implicit``."""
 
     modes: int = 5
     stations: int = 5

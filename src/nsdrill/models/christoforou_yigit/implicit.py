@@ -1,4 +1,4 @@
-"""The implicit friction of bit and wall, for a stepper that treats it implicitly
+"""The implicit friction of bit and wall, as its stepper needs it
 (:mod:`nsdrill.kernel.additive`).
 
 The torque of the bit is its force F times an arm a(omega), the friction of the wall its

@@ -1,4 +1,4 @@
-"""Friction kept apart in models of several masses: the same slopes to rounding,
+"""Implicit friction in models of several masses: the same slopes to rounding,
 velocities that agree with loads."""
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ CASES = {
 }
 
 
-def buffer_of(text: str, apart: bool, seed: int, relax: float = 0.0) -> Any:
+def buffer_of(text: str, implicit: bool, seed: int, relax: float = 0.0) -> Any:
     """(buffer, rows, variant) of random states, about a half of the contacts closed."""
     study = parse_study(text)
     model, rng, at = model_named(study.model), np.random.default_rng(seed), study.operation
     variant = model.variant(study.parameters)
-    variant = model.implicit(variant) if apart else variant
+    variant = model.implicit(variant) if implicit else variant
     rows = model.rows(variant)
     points = Values(
         study.parameters,
@@ -53,7 +53,7 @@ def buffer_of(text: str, apart: bool, seed: int, relax: float = 0.0) -> Any:
         z = model.states(variant).index("z")
         b[rows.stage + z] -= 15.0 * size[:, z]
     b[rows.phase], b[rows.stage_time] = 1.0, 0.3
-    if apart:
+    if implicit:
         b[rows.relax] = relax
     return b, rows, model.right_hand_side(W, variant)
 
@@ -68,8 +68,8 @@ def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(
     case: str, smoothing: str
 ) -> None:
     found = []
-    for apart in (False, True):
-        b, rows, function = buffer_of(CASES[case].replace("EPS", smoothing), apart, 3)
+    for implicit in (False, True):
+        b, rows, function = buffer_of(CASES[case].replace("EPS", smoothing), implicit, 3)
         function(b.ravel())
         found.append(slopes_of(b, rows).copy())
     assert found[1] == pytest.approx(found[0], rel=1e-11, abs=1e-12 * np.abs(found[0]).max())
