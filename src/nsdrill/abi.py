@@ -11,58 +11,36 @@ A loop over the lanes of one or several rows then compiles to packed instruction
 holds only if all rows are in this one buffer and ``lanes`` and the row numbers are
 compile-time constants; so the compiled functions are made by small factories,
 ``make_...(lanes)``, and the row numbers come from :class:`Rows`.
-
-**Cache.** The machine code is cached on disk (:mod:`nsdrill.cache`). The cache detects
-an edit in the file of a function, but not in the files of the functions inlined into
-it: stale code would silently be used. So the cache directory is named after a digest of
-all compiled sources and of the versions of numba and llvmlite.
 """
 
 from __future__ import annotations
 
 import hashlib
-import threading
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
-import llvmlite
-import numba
 import numpy as np
-from numba import types
-from numba.core.registry import CPUDispatcher
 
-from nsdrill.cache import cache_for
-from nsdrill.compiling import compiling
+from nsdrill.compiler.functions import BUFFER, FUNCTION, INTEGER
 
 # The package's folders whose sources end up in compiled code.
-COMPILED = ("abi.py", "elementary.py", "models", "kernel", "observe")
+COMPILED = ("abi.py", "elementary.py", "compiler", "models", "kernel", "observe")
 
-# `nsz` ignores the sign of zero. No flag lets the compiler reorder sums or fuse
-# products (the bits would depend on the number of lanes) or assume that there is no NaN
-# (a run that diverges must be detected).
-FASTMATH = {"nsz"}
-
-_compiling = threading.RLock()
-
-BUFFER = types.float64[::1]
 # A right-hand side reads the rows `stage`, `stage_time`, `phase` and `parameter`, and
 # writes `acceleration` and `aux_now`; one with implicit friction (`Rows.implicit`) reads
 # `relax`, writes `push` and `falling`, and moves the velocities among the `stage` rows.
-RIGHT_HAND_SIDE = types.FunctionType(types.void(BUFFER))
+RIGHT_HAND_SIDE = BUFFER
 # An observer is called after every packed step, with the lane buffer and its store.
-OBSERVER = types.FunctionType(types.void(BUFFER, BUFFER))
-# A stepper tries one step in every lane, calls the observer, and returns whether some
-# lane needs attention.
-STEPPER = types.FunctionType(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER))
+OBSERVER = BUFFER + BUFFER
+# A stepper (buffer, right-hand side, observer, store) tries one step in every lane,
+# calls the observer, and returns 1 if some lane needs attention, else 0.
+STEPPER = BUFFER + FUNCTION + FUNCTION + BUFFER
 # A marker is called at each mark of a run (buffer, store, lane, mark, row of the
 # outbox, first column) and writes the observer's outcome to the row, from that column
 # on.
-MARKER = types.FunctionType(
-    types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64)
-)
+MARKER = BUFFER + BUFFER + INTEGER + INTEGER + BUFFER + INTEGER
 
 # The marks: the observation begins, is half over, ends.
 OPENS, HALVES, CLOSES = range(3)
@@ -70,83 +48,15 @@ OPENS, HALVES, CLOSES = range(3)
 
 @lru_cache(maxsize=1)
 def source_digest() -> str:
-    """Digest of all compiled sources and of the versions of the compilers, after which
-    the cache directory is named."""
+    """Digest of all compiled sources and of the versions of the compilers."""
     digest = hashlib.sha256()
     root = Path(__file__).parent
     for name in COMPILED:
         path = root / name
         for file in [path] if path.suffix else sorted(path.rglob("*.py")):
             digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
-    digest.update(f"{numba.__version__} {llvmlite.__version__} {sorted(FASTMATH)}".encode())
+    digest.update(f"{version('numba')} {version('llvmlite')}".encode())
     return digest.hexdigest()[:16]
-
-
-def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], Any]:
-    """Compile eagerly for ``signature``, without the GIL, cached on disk across
-    processes where that is possible.
-
-    ``variant`` are the numbers that distinguish the functions of one factory. They
-    become part of the function's name: numba names the machine code after it, and of
-    two functions loaded from the cache under one name only the first would be found.
-    """
-
-    def compile_function(function: Callable[..., Any]) -> Any:
-        function.__name__ = "_".join([function.__name__, *map(str, map(int, variant))])
-        function.__qualname__ = function.__name__
-        # numba locks the compilation, but not the creation of a dispatcher.
-        with _compiling, compiling():
-            dispatcher = numba.njit(nogil=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(
-                function
-            )
-            if hasattr(dispatcher, "compile"):  # not where compilation is switched off
-                dispatcher._cache = cache_for(function, source_digest())
-                dispatcher.compile(signature)
-                dispatcher.disable_compile()
-        return with_stable_uuid(dispatcher, function.__name__)
-
-    return compile_function
-
-
-class Inlined(CPUDispatcher):
-    """A helper that is compiled for compiled callers only: an entry for Python would
-    take up to a sixth of all compile time. A call from Python goes through a compiled
-    caller, which the first such call makes."""
-
-    def __call__(self, *arguments: Any) -> Any:
-        if not hasattr(self, "_caller"):
-            helper = self
-
-            def caller(*arguments):  # type: ignore[no-untyped-def]
-                return helper(*arguments)
-
-            self._caller = numba.njit(caller)
-        return self._caller(*arguments)
-
-
-def inlined(function: Callable[..., Any]) -> Any:
-    """A helper that is inlined into its caller, so that the caller's lane loop still
-    vectorises."""
-    dispatcher = numba.njit(
-        forceinline=True,
-        fastmath=FASTMATH,
-        error_model="numpy",
-        _nrt=False,
-        no_cfunc_wrapper=True,
-        no_cpython_wrapper=True,
-    )(function)
-    if isinstance(dispatcher, CPUDispatcher):  # not where compilation is switched off
-        dispatcher.__class__ = Inlined
-    return with_stable_uuid(dispatcher, f"{function.__module__}.{function.__name__}")
-
-
-def with_stable_uuid(dispatcher: Any, name: str) -> Any:
-    """``dispatcher`` with the same identifier in every process. numba draws a new one
-    in each, and a function that calls this one through a closure would never be found
-    in the cache."""
-    if hasattr(dispatcher, "_set_uuid"):  # not where compilation is switched off
-        dispatcher._set_uuid(f"nsdrill.{name}.{source_digest()}")
-    return dispatcher
 
 
 CACHE_LINE = 8  # numbers

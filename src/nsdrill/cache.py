@@ -1,17 +1,14 @@
-"""Compiled functions on disk, for the next process: one file per function, with a
-SHA-256 and the pickled machine code.
+"""Compiled functions on disk, for the next process: one file per function, named after
+all that determines its machine code, with a SHA-256.
 
-The files of numba's own cache are not verified: a truncated or changed one can crash
-the unpickler or LLVM. Here a file is unpickled and loaded only if its checksum is right
-and no other user can have written it, since a pickle can run any code. A fault of the
-cache never stops a run: the function is compiled again, with one :class:`CacheWarning`
-per process.
+A file is used only if its checksum is right and no other user can have written it. A
+fault of the cache never stops a run: the function is compiled again, with one
+:class:`CacheWarning` per process.
 """
 
 from __future__ import annotations
 
 import hashlib
-import inspect
 import os
 import pickle
 import stat
@@ -20,106 +17,107 @@ import tempfile
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
-
-from numba.core import serialize
-from numba.core.caching import FunctionCache, NullCache
-from numba.core.compiler import CompileResult
 
 from nsdrill.errors import CacheWarning
 
 _DIGEST = hashlib.sha256().digest_size
-DYNAMIC_MODULE = "<dynamic>"  # numba's name for the module of a function that no import can find
 _has_warned = False
 
 
-def cache_for(function: Callable[..., Any], digest: str) -> Any:
-    """The cache for the compiled ``function`` of sources with this ``digest``; a null
-    cache if there can be none."""
-    try:
-        folder = cache_directory(digest)
-        _make_private(folder)
-        return CodeCache(function, folder)
-    except (OSError, RuntimeError) as error:
-        _warn_not_cached(getattr(error, "filename", None) or "The cache folder", error)
-        return NullCache()
-
-
-def cache_directory(digest: str) -> Path:
-    """``$NUMBA_CACHE_DIR`` where set, else the user's cache folder; in it one folder
-    per ``digest`` of the sources. RuntimeError if the user's home folder is
-    unknown."""
+def cache_directory() -> Path:
+    """``$NUMBA_CACHE_DIR`` where set, else the user's cache folder. RuntimeError if the
+    user's home folder is unknown."""
     if configured := os.environ.get("NUMBA_CACHE_DIR"):
         root = Path(configured)
     elif os.name == "nt":
         root = Path(os.environ.get("LOCALAPPDATA") or Path.home()) / "nsdrill" / "cache"
     else:
         root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "nsdrill"
-    return root.absolute() / digest
+    return root.absolute() / "compiled"
 
 
-class CodeCache(FunctionCache):
-    """The cache from which numba loads the machine code of a function, and in which it
-    saves it."""
+@cache
+def _folder(configured: str | None) -> Path | None:
+    """The folder of the cache, made if need be; None, with a warning, if there can be
+    none."""
+    try:
+        folder = cache_directory()
+        _make_private(folder)
+        return folder
+    except (OSError, RuntimeError) as error:
+        _warn_not_cached(getattr(error, "filename", None) or "The cache folder", error)
+        return None
 
-    def __init__(self, function: Callable[..., Any], folder: Path) -> None:
-        self._py_func = function
-        self._name = repr(function)
-        self._cache_path = str(folder)
-        # present for functions generated from text
-        text = getattr(function, "__globals__", {}).get("__source__")
-        self._source = text.encode() if text else Path(inspect.getfile(function)).read_bytes()
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The compiled function, or None if it has to be compiled."""
-        target_context.refresh()
-        path = self._path(sig, target_context.codegen())
+def load(name: str, use: Callable[[bytes], Any] = bytes) -> Any:
+    """What ``use`` makes of the content saved under this name; None if there is none
+    that can be used."""
+    if (folder := _folder(os.environ.get("NUMBA_CACHE_DIR"))) is None:
+        return None
+    path = folder / f"{name}.code"
+    try:
+        content = _read(path)
+        if hashlib.sha256(content[_DIGEST:]).digest() != content[:_DIGEST]:
+            raise ValueError("its checksum is wrong")
+        return use(content[_DIGEST:])
+    except FileNotFoundError:
+        return None
+    except Exception as error:  # whatever the reason, the function can be compiled
+        with suppress(OSError):
+            path.unlink()
+        _warn(
+            f"{path}: this file of compiled code is not used ({_reason(error)}); the function is compiled "
+            "again. If this recurs, remove the folder and check its disk."
+        )
+        return None
+
+
+def save(name: str, content: bytes) -> None:
+    """Save ``content`` for the next process; other processes see a complete file or
+    none."""
+    if (folder := _folder(os.environ.get("NUMBA_CACHE_DIR"))) is not None:
         try:
-            content = _read(path)
-            if hashlib.sha256(content[_DIGEST:]).digest() != content[:_DIGEST]:
-                raise ValueError("its checksum is wrong")
-            return CompileResult._rebuild(target_context, *pickle.loads(content[_DIGEST:]))
-        except FileNotFoundError:
-            return None
-        except Exception as error:  # whatever the reason, the function can be compiled
-            with suppress(OSError):
-                path.unlink()
-            _warn(
-                f"{path}: this file of compiled code is not used ({_reason(error)}); the function "
-                "is compiled again, which takes some seconds. If this recurs, remove the folder "
-                "and check its disk."
-            )
-            return None
-
-    def save_overload(self, sig: Any, data: Any) -> None:
-        """Save the compiled function ``data``; other processes see a complete file or
-        none."""
-        if data.library.has_dynamic_globals:  # addresses of this process
-            return
-        if data.fndesc.modname == DYNAMIC_MODULE:  # no other process could find the function
-            return
-        path = self._path(sig, data.codegen)
-        code = serialize.dumps(data._reduce())
-        try:
-            _write(path, hashlib.sha256(code).digest() + code)
+            _write(folder / f"{name}.code", hashlib.sha256(content).digest() + content)
         except OSError as error:
-            _warn_not_cached(str(path.parent), error)
+            _warn_not_cached(str(folder), error)
 
-    def _path(self, sig: Any, codegen: Any) -> Path:
-        """The file, named after all that determines the machine code: signature,
-        processor, byte code and closure, the Python, the function's own file, and all
-        compiled sources, whose digest is the name of the folder."""
-        folder = Path(self._cache_path)
-        key = (
-            repr(
-                (self._index_key(sig, codegen), sys.implementation.cache_tag, folder.name)
-            ).encode()
-            + self._source
-        )
-        return (
-            folder / f"{self._py_func.__name__[:100]}-{hashlib.sha256(key).hexdigest()[:32]}.code"
-        )
+
+def numba_cache(function: Callable[..., Any], identity: str) -> Any:
+    """The cache from which numba loads the machine code of a function with this
+    ``identity``, and in which it saves it."""
+    from numba import __version__
+    from numba.core import serialize
+    from numba.core.caching import FunctionCache
+    from numba.core.compiler import CompileResult
+
+    class Cache(FunctionCache):
+        def __init__(self) -> None:
+            self._py_func, self._name, self._cache_path = function, repr(function), ""
+
+        def _file(self, sig: Any, codegen: Any) -> str:
+            found = (
+                str(sig),
+                codegen.magic_tuple(),
+                __version__,
+                sys.implementation.cache_tag,
+                identity,
+            )
+            return f"{function.__name__}-{hashlib.sha256(repr(found).encode()).hexdigest()[:32]}"
+
+        def load_overload(self, sig: Any, target_context: Any) -> Any:
+            target_context.refresh()
+            return load(
+                self._file(sig, target_context.codegen()),
+                lambda content: CompileResult._rebuild(target_context, *pickle.loads(content)),
+            )
+
+        def save_overload(self, sig: Any, data: Any) -> None:
+            save(self._file(sig, data.codegen), serialize.dumps(data._reduce()))
+
+    return Cache()
 
 
 def _make_private(folder: Path) -> None:

@@ -13,14 +13,10 @@ differently for one lane and for eight, and the bits would differ.
 from __future__ import annotations
 
 import struct
-from typing import Any
 
 import numpy as np
-from llvmlite import ir
-from numba import config, types
-from numba.extending import intrinsic as numba_intrinsic
 
-from nsdrill.abi import inlined, with_stable_uuid
+from nsdrill.compiler.functions import inlined
 
 # Adding and subtracting this rounds to the nearest whole number in the default rounding
 # mode.
@@ -34,66 +30,24 @@ PIO2_LOW = 6.12323399573676603587e-17
 TWO_OVER_PI = 0.63661977236758134308
 
 
-def intrinsic(function: Any) -> Any:
-    """An instruction of LLVM, with the identity that the cache needs."""
-    return with_stable_uuid(numba_intrinsic(function), function.__name__)
+def float_bits(value: float) -> int:
+    """The 64 bits of a float, as an integer."""
+    return int(struct.unpack("<q", struct.pack("<d", value))[0])
 
 
-if config.DISABLE_JIT:
+def bits_float(bits: int) -> float:
+    """The float that has these 64 bits."""
+    return float(struct.unpack("<d", struct.pack("<Q", int(bits) & 0xFFFFFFFFFFFFFFFF))[0])
 
-    def float_bits(value: float) -> int:
-        """The 64 bits of a float, as an integer."""
-        return int(struct.unpack("<q", struct.pack("<d", value))[0])
 
-    def bits_float(bits: int) -> float:
-        """The float that has these 64 bits."""
-        return float(struct.unpack("<d", struct.pack("<Q", int(bits) & 0xFFFFFFFFFFFFFFFF))[0])
+def fma(a: float, b: float, c: float) -> float:
+    """a * b + c; in one rounding when compiled."""
+    return a * b + c
 
-    def fma(a: float, b: float, c: float) -> float:
-        """a * b + c; in one rounding when compiled."""
-        return a * b + c
 
-    def lowest_bit(bits: int) -> int:
-        """The position of the lowest bit that is set; there must be one."""
-        return (bits & -bits).bit_length() - 1
-
-else:
-
-    @intrinsic
-    def float_bits(context: Any, value: Any) -> Any:
-        """The 64 bits of a float, as an integer."""
-
-        def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            return builder.bitcast(args[0], ir.IntType(64))
-
-        return types.int64(types.float64), build
-
-    @intrinsic
-    def bits_float(context: Any, bits: Any) -> Any:
-        """The float that has these 64 bits."""
-
-        def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            return builder.bitcast(args[0], ir.DoubleType())
-
-        return types.float64(types.int64), build
-
-    @intrinsic
-    def fma(context: Any, a: Any, b: Any, c: Any) -> Any:
-        """a * b + c in one rounding."""
-
-        def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            return builder.fma(*args)
-
-        return types.float64(types.float64, types.float64, types.float64), build
-
-    @intrinsic
-    def lowest_bit(context: Any, bits: Any) -> Any:
-        """The position of the lowest bit that is set; there must be one."""
-
-        def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            return builder.cttz(args[0], ir.Constant(ir.IntType(1), 1))
-
-        return types.int64(types.int64), build
+def lowest_bit(bits: int) -> int:
+    """The position of the lowest bit that is set; there must be one."""
+    return (bits & -bits).bit_length() - 1
 
 
 @inlined

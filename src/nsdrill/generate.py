@@ -14,10 +14,12 @@ import sys
 from types import ModuleType
 from typing import Any
 
+from nsdrill.compiler.language import call, packed
+
 
 def define(name: str, text: str, **namespace: Any) -> Any:
     """The function ``name`` that the Python source ``text`` defines; ``namespace`` has
-    the global names that the text uses.
+    the global names that the text uses besides ``packed`` and ``call``.
 
     Two texts with the same ``name`` give two functions with different qualified names,
     after which numba names machine code. The text is kept as ``__source__`` of the
@@ -28,7 +30,7 @@ def define(name: str, text: str, **namespace: Any) -> Any:
     path = f"<{module.__name__}>"
     sys.modules[module.__name__] = module
     linecache.cache[path] = (len(text), None, text.splitlines(keepends=True), path)
-    module.__dict__.update(namespace, __source__=text)
+    module.__dict__.update(namespace, __source__=text, packed=packed, call=call)
     exec(compile(text, path, "exec"), module.__dict__)
     function = module.__dict__[name]
     function.__name__ = function.__qualname__ = f"{name}_{digest}"

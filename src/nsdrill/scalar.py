@@ -12,16 +12,15 @@ from __future__ import annotations
 import hashlib
 import inspect
 from collections.abc import Callable, Sequence
-from dataclasses import astuple
 from functools import lru_cache
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, Rows, compiled, inlined
+from nsdrill.abi import MARKER, Rows
+from nsdrill.compiler.functions import BUFFER, compiled, inlined
 from nsdrill.generate import constants, define
 
 # The step of the difference quotient: a power of two, so that scaling by it is exact.
@@ -34,13 +33,11 @@ def unobserved(lanes: int) -> tuple[Any, Any]:
     """A compiled observer and a marker that do nothing, for runs of which only the
     final state is needed."""
 
-    @compiled(types.void(BUFFER, BUFFER), lanes)
+    @compiled(BUFFER, BUFFER)
     def observe_nothing(b, store):  # type: ignore[no-untyped-def]
         pass
 
-    @compiled(
-        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes
-    )
+    @compiled(MARKER)
     def mark_nothing(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
         pass
 
@@ -79,7 +76,7 @@ def in_lanes(slopes: Slopes, lanes: int, rows: Rows, deviation: Slopes | None = 
         "def right_hand_side(b):",
         # A length unknown to the compiler, which would otherwise unroll the loop of a
         # small model before packing it.
-        "    for i in range(min(W, len(b))):",
+        "    for i in packed(W):",
         "        t = b[stage_time + i]",
         f"        y = ({state})",
         f"        p = ({parameters})",
@@ -106,7 +103,7 @@ def in_lanes(slopes: Slopes, lanes: int, rows: Rows, deviation: Slopes | None = 
             )
             lines.append(f"        ({tangent_slopes}) = ({''.join(parts)})")
     function = define("right_hand_side", "\n".join(lines) + "\n", **namespace)
-    return compiled(types.void(BUFFER), W, *astuple(rows))(function)
+    return compiled(BUFFER)(function)
 
 
 def _phase(function: Slopes, others: int) -> str:

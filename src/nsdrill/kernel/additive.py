@@ -29,14 +29,14 @@ weights of slopes and the difference of the two matrices as weights of pushes.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, OBSERVER, RIGHT_HAND_SIDE, Rows, compiled
+from nsdrill.abi import Rows
+from nsdrill.compiler.functions import BUFFER, FUNCTION, compiled
 from nsdrill.elementary import fma
 from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import decide
@@ -96,9 +96,7 @@ class AdditivePair(TableauStepper):
 @lru_cache
 def _make(pair: Additive, lanes: int, rows: Rows) -> Any:
     step = define("step", _text(pair, lanes, rows), fma=fma, decide=decide)
-    return compiled(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER), lanes, *astuple(rows))(
-        step
-    )
+    return compiled(BUFFER, FUNCTION, FUNCTION, BUFFER)(step)
 
 
 def _text(pair: Additive, lanes: int, rows: Rows) -> str:
@@ -126,7 +124,7 @@ def _text(pair: Additive, lanes: int, rows: Rows) -> str:
         *indented(_second_stage(pair, rows)),
         *(line for k in range(3, stages + 2) for line in indented(_stage(pair, rows, k))),
         *indented(_error_control(pair, rows)),
-        "    observer(b, store)",
+        "    call(observer, b, store)",
         "    return any_attention",
     ]
     return "\n".join(lines) + "\n"
@@ -174,7 +172,7 @@ def _stage(pair: Additive, rows: Rows, stage: int) -> Iterable[str]:
     else:
         weights, push_weights = pair.explicit[stage - 2], pair.pushes[stage - 2]
     newest = stage - 1
-    head = ["for i in range(W):", "    h = b[step_ + i]", "    hh = h * h"]
+    head = ["for i in packed(W):", "    h = b[step_ + i]", "    hh = h * h"]
     yield from head
     if c != (pair.nodes[newest - 1]):
         yield f"    {stage_time(c)}"
@@ -192,7 +190,7 @@ def _stage(pair: Additive, rows: Rows, stage: int) -> Iterable[str]:
         last = "xv"[order - 1]
         rate = weighted(_terms(weights, push_weights if pushed else ()))
         yield f"        b[stage_ + {last}] = fma(h, {rate}, b[start_ + {last}])"
-    yield "right_hand_side(b)"
+    yield "call(right_hand_side, b)"
 
 
 def _error_control(pair: Additive, rows: Rows) -> Iterable[str]:

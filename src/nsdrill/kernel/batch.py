@@ -19,6 +19,7 @@ import llvmlite.binding
 import numpy as np
 
 from nsdrill.abi import Rows, aligned_zeros
+from nsdrill.compiler.functions import address
 from nsdrill.errors import InputError
 from nsdrill.kernel.loop import (
     COUNTERS,
@@ -281,7 +282,15 @@ class Batch:
         slots become free."""
         deadline = time.perf_counter() + seconds
         advance, places = make_advance(), places_of(self.lanes, self.rows)
-        stepper = self._stepper.make(self.lanes, self.rows)
+        functions = [
+            address(function)
+            for function in (
+                parts.right_hand_side,
+                parts.observer,
+                parts.marker,
+                self._stepper.make(self.lanes, self.rows),
+            )
+        ]
         while True:
             before = self.packed_steps
             advance(
@@ -298,10 +307,7 @@ class Batch:
                 self._counters,
                 drain,
                 STEPS_PER_CALL,
-                parts.right_hand_side,
-                parts.observer,
-                parts.marker,
-                stepper,
+                *functions,
             )
             if self.packed_steps - before < STEPS_PER_CALL or time.perf_counter() >= deadline:
                 return self._collect()

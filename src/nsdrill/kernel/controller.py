@@ -9,7 +9,8 @@ large error; if that continues down to the least step, the run has diverged.
 
 from __future__ import annotations
 
-from nsdrill.abi import LIMIT, NONFINITE, NOTHING, UNDERFLOW, inlined
+from nsdrill.abi import LIMIT, NONFINITE, NOTHING, UNDERFLOW
+from nsdrill.compiler.functions import inlined
 from nsdrill.elementary import exp2, fma, log2
 
 INTEGRAL = 0.04  # b above; a = 1/order - 3/4 b (Hairer's choice for pairs of order 5)

@@ -20,14 +20,14 @@ functions below, which give its lines in order.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, OBSERVER, RIGHT_HAND_SIDE, Rows, compiled
+from nsdrill.abi import Rows
+from nsdrill.compiler.functions import BUFFER, FUNCTION, compiled
 from nsdrill.elementary import fma
 from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import decide
@@ -86,9 +86,7 @@ class ExplicitPair(TableauStepper):
 @lru_cache
 def _make(pair: Tableau, lanes: int, rows: Rows) -> Any:
     step = define("step", _text(pair, lanes, rows), fma=fma, decide=decide)
-    return compiled(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER), lanes, *astuple(rows))(
-        step
-    )
+    return compiled(BUFFER, FUNCTION, FUNCTION, BUFFER)(step)
 
 
 def _text(pair: Tableau, lanes: int, rows: Rows) -> str:
@@ -107,7 +105,7 @@ def _text(pair: Tableau, lanes: int, rows: Rows) -> str:
         *indented(_second_stage(pair, rows)),
         *(line for k in range(3, stages + 1) for line in indented(_stage(pair, rows, k))),
         *indented(_error_control(pair, rows)),
-        "    observer(b, store)",
+        "    call(observer, b, store)",
         "    return any_attention",
     ]
     return "\n".join(lines) + "\n"
@@ -136,7 +134,7 @@ def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
     )
     newest = f"a{stage - 1}"
     head = [
-        "for i in range(W):",
+        "for i in packed(W):",
         "    h = b[step_ + i]",
         f"    hh, newest = h * h, h * {weights[-1]!r}",
     ]
@@ -157,7 +155,7 @@ def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
             f"        b[stage_ + {last}] = fma(newest, {newest}, fma(h, {rate}, b[start_ + "
             f"{last}]))"
         )
-    yield "right_hand_side(b)"
+    yield "call(right_hand_side, b)"
 
 
 def _error_control(pair: Tableau, rows: Rows) -> Iterable[str]:

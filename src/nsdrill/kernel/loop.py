@@ -16,22 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import types
 
-from nsdrill.abi import (
-    BUFFER,
-    CLOSES,
-    CONTROL,
-    LIMIT,
-    MARK,
-    MARKER,
-    NONFINITE,
-    OBSERVER,
-    OPENS,
-    RIGHT_HAND_SIDE,
-    STEPPER,
-    Rows,
-    compiled,
-    inlined,
-)
+from nsdrill.abi import CLOSES, CONTROL, LIMIT, MARK, NONFINITE, OPENS, Rows
+from nsdrill.compiler.driver import driver, helper
+from nsdrill.compiler.language import call
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 
 # Columns of the slot table after the model's parameters, the natural scales of the
@@ -52,11 +39,12 @@ RUN_COLUMNS = ("status", "accepted", "rejected")
 QUEUE_NEXT, QUEUE_END, FINISHED, PACKED_STEPS, LANE_STEPS, COUNTERS = range(6)
 
 TWO_PI = 2.0 * math.pi
+_BUFFER = types.float64[::1]
 _TABLE = types.float64[:, ::1]
 _INDICES = types.int64[::1]
 
 
-@inlined
+@helper
 def commit_step(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_):  # type: ignore[no-untyped-def]
     """Commit the accepted step of lane i now: the stepper would do it at the beginning
     of the next step. ``W`` lanes, ``N`` states, ``A`` slopes and pushes; then the
@@ -180,11 +168,11 @@ def make_advance() -> Any:
     """
     state_column = len(RUN_COLUMNS)
 
-    @compiled(
+    @driver(
         types.void(
             types.NamedUniTuple(types.int64, len(Places._fields), Places),
-            BUFFER,
-            BUFFER,
+            _BUFFER,
+            _BUFFER,
             _INDICES,
             _TABLE,
             _TABLE,
@@ -195,10 +183,10 @@ def make_advance() -> Any:
             _INDICES,
             types.boolean,
             types.int64,
-            RIGHT_HAND_SIDE,
-            OBSERVER,
-            MARKER,
-            STEPPER,
+            types.int64,
+            types.int64,
+            types.int64,
+            types.int64,
         )
     )
     def advance(  # type: ignore[no-untyped-def]
@@ -294,13 +282,13 @@ def make_advance() -> Any:
                         b[t_stage_ + i] = b[t_ + i]
                         if places.relax_ >= 0:
                             b[places.relax_ + i] = 0.0
-                    right_hand_side(b)
+                    call(right_hand_side, b)
                     for i in range(W):
                         b[moves_ + i] = float(lane[2 * W + i])
                         b[h_ + i] = 0.0
                     # A step of length zero: the start of the loaded runs, before their
                     # observation.
-                    observer(b, store)
+                    call(observer, b, store)
                     for i in range(W):
                         b[moves_ + i] = 0.0
                         if lane[2 * W + i] == 1:
@@ -309,7 +297,7 @@ def make_advance() -> Any:
                                 b[a1_ + j * W + i] = b[acceleration_ + j * W + i]
                             # without a transient the observation begins at once
                             if b[places.mark_time_ + i] <= 0.0:
-                                marker(b, store, i, OPENS, outbox[lane[i]], observer_column)
+                                call(marker, b, store, i, OPENS, outbox[lane[i]], observer_column)
                                 b[observing_ + i] = 1.0
                                 lane[W + i] = OPENS + 1
                                 b[places.mark_time_ + i] = table[
@@ -320,7 +308,7 @@ def make_advance() -> Any:
                 if idle == W or (idle > idle_at_first and not drain):
                     break
             counters[PACKED_STEPS] += 1
-            if stepper(b, right_hand_side, observer, store) == 0:
+            if call(stepper, b, right_hand_side, observer, store) == 0:
                 continue
             refill = True
             for i in range(W):
@@ -332,7 +320,7 @@ def make_advance() -> Any:
                 if attention == MARK:
                     b[t_ + i] = b[places.mark_time_ + i]
                     mark = lane[W + i]
-                    marker(b, store, i, mark, outbox[slot], observer_column)
+                    call(marker, b, store, i, mark, outbox[slot], observer_column)
                     if mark != CLOSES:
                         b[observing_ + i] = 1.0
                         lane[W + i] = mark + 1

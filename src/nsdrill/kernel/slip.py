@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nsdrill.abi import inlined
+from nsdrill.compiler.functions import inlined
 from nsdrill.elementary import TWO_OVER_PI, direction_joined, direction_reduced, fma
 
 SATURATION = 0.8  # from 0.64, right for large slips, to 1.57, right for small ones

@@ -108,7 +108,7 @@ def second_stage(
     loaded and one is selected: a masked store could not be forwarded to the loads that
     follow.)
     """
-    yield "for i in range(W):"
+    yield "for i in packed(W):"
     yield "    moves = b[moves_ + i] != 0.0"
     yield "    before, after = b[time_ + i], b[time_ + i] + b[step_ + i]"
     yield "    t = after if moves else before"
@@ -119,7 +119,7 @@ def second_stage(
     yield f"    b[stage_time_ + i] = fma({c!r}, h, t)"
     for loop, order, new_lane_loop, pushed in loops_over(rows):
         if new_lane_loop:
-            yield "for i in range(W):"
+            yield "for i in packed(W):"
             yield "    moves, h = b[moves_ + i] != 0.0, b[step_ + i]"
         yield f"    {loop}"
         for state in "xv"[:order]:
@@ -142,7 +142,7 @@ def second_stage(
             yield f"        b[stage_ + x] = {position(pushed)}"
         last = "xv"[order - 1]
         yield f"        b[stage_ + {last}] = fma(h, {rate(pushed)}, {last}_now)"
-    yield "right_hand_side(b)"
+    yield "call(right_hand_side, b)"
 
 
 def stage_time(c: float) -> str:
@@ -168,13 +168,13 @@ def error_control(rows: Rows, errors: Callable[[int, bool], Iterable[str]]) -> I
     division. Tangent states count only if ``rows.judged``.
     """
     yield "any_attention = 0"
-    yield "for i in range(W):"
+    yield "for i in packed(W):"
     yield "    h, proposal = b[step_ + i], b[proposed_ + i]"
     yield "    total = 0.0"
     for loop, order, new_lane_loop, pushed in loops_over(rows, tangent_states=rows.judged):
         if new_lane_loop:  # the sum is kept in a row that is written only at the decision
             yield "    b[attention_ + i] = total"
-            yield "for i in range(W):"
+            yield "for i in packed(W):"
             yield "    h, proposal, total = b[step_ + i], b[proposed_ + i], b[attention_ + i]"
         yield f"    {loop}"
         yield from (f"        {line}" for line in errors(order, pushed))

@@ -13,9 +13,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from numba import types
-
-from nsdrill.abi import BUFFER, RATES, Rows, compiled
+from nsdrill.abi import RATES, Rows
+from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.language import packed
 from nsdrill.scalar import STEP
 
 Touch = tuple[int, int]
@@ -66,7 +66,7 @@ def make_differences(
     value = tuple(W * row for row, _ in touches) or (0,)
     limit = tuple(W * row if row >= 0 else -1 for _, row in touches) or (0,)
 
-    @compiled(types.void(BUFFER), W, *identity)
+    @compiled(BUFFER)
     def differences(b):  # type: ignore[no-untyped-def]
         for j in range(own * W):
             b[kept_ + j] = b[state_ + j]
@@ -75,11 +75,11 @@ def make_differences(
         for j in range(slopes * W):
             b[above_ + j] = b[slope_ + j]
         for k in range(pushed):
-            for i in range(W):
+            for i in packed(W):
                 b[solved_ + 4 * k * W + i] = b[state_ + velocity[k] + i]
                 b[solved_ + (4 * k + 1) * W + i] = b[push_ + k * W + i]
         for c in range(contacts):
-            for i in range(W):
+            for i in packed(W):
                 threshold = b[limit[c] + i] if limit[c] >= 0 else 0.0
                 b[closed_ + c * W + i] = 1.0 if b[value[c] + i] > threshold else 0.0
         for j in range(own * W):
@@ -88,13 +88,13 @@ def make_differences(
         for j in range(slopes * W):
             b[below_ + j] = b[slope_ + j]
         for k in range(pushed):
-            for i in range(W):
+            for i in packed(W):
                 b[solved_ + (4 * k + 2) * W + i] = b[state_ + velocity[k] + i]
                 b[solved_ + (4 * k + 3) * W + i] = b[push_ + k * W + i]
-        for i in range(W):
+        for i in packed(W):
             b[side_ + i] = 0.0
         for c in range(contacts):
-            for i in range(W):
+            for i in packed(W):
                 threshold = b[limit[c] + i] if limit[c] >= 0 else 0.0
                 closed_below = 1.0 if b[value[c] + i] > threshold else 0.0
                 closed_above, closed_at_start = (
@@ -107,13 +107,13 @@ def make_differences(
             b[state_ + j] = b[kept_ + j]
         motion(b)
         for k in range(slopes):
-            for i in range(W):
+            for i in packed(W):
                 j, side = k * W + i, b[side_ + i]
                 upper = b[slope_ + j] if side < 0.0 else b[above_ + j]
                 lower = b[slope_ + j] if side > 0.0 else b[below_ + j]
                 b[above_ + j] = (upper - lower) * ((0.5 if side == 0.0 else 1.0) / STEP)
         for k in range(pushed):
-            for i in range(W):
+            for i in packed(W):
                 side, velocity_ = b[side_ + i], state_ + velocity[k] + i
                 scale = (0.5 if side == 0.0 else 1.0) / STEP
                 upper = b[velocity_] if side < 0.0 else b[solved_ + 4 * k * W + i]

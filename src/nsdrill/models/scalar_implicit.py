@@ -9,12 +9,11 @@ slopes with the lane parameter that the load is proportional to set to zero.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from typing import Any
 
-from numba import types
-
-from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.abi import Rows
+from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.elementary import fma
 from nsdrill.generate import constants, define
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
@@ -63,7 +62,7 @@ def implicit_in_lanes(
         f"# {load_signature}, {slopes_signature}",
         constants(W=W, **{name: W * getattr(rows, name) for name in names_of_rows}),
         "def right_hand_side(b):",
-        "    for i in range(min(W, len(b))):",
+        "    for i in packed(W):",
         "        t, relax_now = b[stage_time + i], b[relax + i]",
         f"        p, p_smooth = {tuple_of(parameters)}, {tuple_of(smooth)}",
         f"        load, smoothing, decay, rise, dynamic = load_of(t, {tuple_of(states)}, p)",
@@ -123,4 +122,4 @@ def implicit_in_lanes(
         "fma": fma,
     }
     function = define("right_hand_side", "\n".join(lines) + "\n", **known)
-    return compiled(types.void(BUFFER), W, *astuple(rows))(function)
+    return compiled(BUFFER)(function)

@@ -179,11 +179,9 @@ class ScalarModel(Model):
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
         """Does nothing: there are no contacts. The difference of the slopes at two
         states includes what changes between them."""
-        from numba import types
+        from nsdrill.compiler.functions import BUFFER, compiled
 
-        from nsdrill.abi import BUFFER, compiled
-
-        @compiled(types.void(BUFFER), lanes, place)
+        @compiled(BUFFER)
         def none(b):  # type: ignore[no-untyped-def]
             pass
 

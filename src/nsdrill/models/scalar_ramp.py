@@ -50,11 +50,9 @@ class ScalarRamps(Ramps):
         )
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
-        from numba import types
-
-        from nsdrill.abi import BUFFER, compiled
+        from nsdrill.compiler.functions import BUFFER, compiled
+        from nsdrill.compiler.language import packed
         from nsdrill.elementary import fma
-        from nsdrill.models.registry import NAMES
 
         names, columns = self.model.names(variant), self.columns(variant)
         rows, W = self.model.rows(variant, columns=len(columns)), lanes
@@ -70,14 +68,14 @@ class ScalarRamps(Ramps):
         square_, linear_ = offset["ahead_square"], offset["ahead_linear"]
         motion = self.model.right_hand_side(lanes, variant)
 
-        @compiled(types.void(BUFFER), W, NAMES.index(self.model.name), *variant)
+        @compiled(BUFFER)
         def ramped(b):  # type: ignore[no-untyped-def]
             for j in range(len(moving_)):
-                for i in range(W):
+                for i in packed(W):
                     b[moving_[j] + i] = fma(
                         b[slope_ + j * W + i], b[time_ + i], b[start_ + j * W + i]
                     )
-            for i in range(W):
+            for i in packed(W):
                 ahead = fma(b[square_ + i], b[time_ + i], b[linear_ + i]) * b[time_ + i]
                 b[saved_phase_ + i] = b[phase_ + i]
                 b[phase_ + i] += ahead
@@ -85,7 +83,7 @@ class ScalarRamps(Ramps):
                     b[saved_ + k * W + i] = b[frames[k] + i]
                     b[frames[k] + i] -= ahead
             motion(b)
-            for i in range(W):
+            for i in packed(W):
                 b[phase_ + i] = b[saved_phase_ + i]
                 for k in range(len(frames)):
                     b[frames[k] + i] = b[saved_ + k * W + i]

@@ -11,15 +11,13 @@ results of a lane do not depend on the other lanes.
 
 from __future__ import annotations
 
-from dataclasses import astuple
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
-from numba.core.errors import NumbaError
 
-from nsdrill.abi import BUFFER, CLOSES, CONTROL, OPENS, Rows, compiled
+from nsdrill.abi import CLOSES, CONTROL, MARKER, OBSERVER, OPENS, Rows
+from nsdrill.compiler.functions import BUFFER, INTEGER, compiled
 from nsdrill.elementary import angle_between, bits_float, float_bits, fma, lowest_bit
 from nsdrill.generate import constants, define
 from nsdrill.observe import interpolant
@@ -50,9 +48,6 @@ from nsdrill.scalar import embedded
 # The least prominence of a peak, in tolerances; smaller maxima may be ripples of the
 # error.
 PROMINENCE = 10.0
-# Channels in one loop over the lanes. The compiler does not pack a loop that accesses
-# too many rows of the buffer, such as those of six channels with all features.
-CHANNELS_PER_LOOP = 2
 START, END, MARK = "start", "end", "mark"
 CONSTANTS = {
     "PEAKS": PEAKS,
@@ -138,22 +133,17 @@ class _ObserverBuilder:
 
     def make(self) -> tuple[Any, Any]:
         handle_events = self._compile(
-            "handle_events", types.void(BUFFER, BUFFER, types.int64), self._event_lines()
+            "handle_events", (BUFFER, BUFFER, INTEGER), self._event_lines()
         )
         observer = self._compile(
-            "observer",
-            types.void(BUFFER, BUFFER),
-            self._observer_lines(),
-            handle_events=handle_events,
+            "observer", (OBSERVER,), self._observer_lines(), handle_events=handle_events
         )
-        marker = self._compile(
-            "marker",
-            types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-            self._marker_lines(),
-        )
+        marker = self._compile("marker", (MARKER,), self._marker_lines())
         return observer, marker
 
-    def _compile(self, name: str, signature: Any, lines: list[str], **namespace: Any) -> Any:
+    def _compile(
+        self, name: str, kinds: tuple[str, ...], lines: list[str], **namespace: Any
+    ) -> Any:
         """The compiled function ``name`` with these lines as its body. Comments in the
         text identify the code of all functions that it calls, as the machine code is
         cached under a digest of the text."""
@@ -184,18 +174,7 @@ class _ObserverBuilder:
             **CONSTANTS,
             **namespace,
         )
-        try:
-            return compiled(signature, self.lanes, *astuple(self.rows.of_observer))(function)
-        except NumbaError as error:
-            functions = (
-                ", ".join(getattr(f, "__qualname__", repr(f)) for f in self.helpers) or "none"
-            )
-            raise ValueError(
-                f"the {name} cannot be compiled with the functions of the declaration "
-                f"({functions}): each must take and return numbers and call only what the "
-                "right-hand side may, and the function of Outputs must return a tuple of one "
-                "number for each of the names"
-            ) from error
+        return compiled(*kinds)(function)
 
     # Rows and expressions in the text.
     def _row(self, row: int) -> str:
@@ -269,10 +248,7 @@ class _ObserverBuilder:
         """The body of the observer, which is called every step: all lanes at once."""
         rows, outputs = self.rows, self.declaration.outputs
         is_observed = f"{self._row(rows.moves)} * {self._row(rows.observing)} != 0.0"
-        # A length unknown to the compiler, which would otherwise unroll the loop of a
-        # small model before packing it.
-        lanes = "for i in range(min(W, len(b)){}):"
-        lines = ["observed_lanes = event_lanes = 0", lanes.format("")]
+        lines = ["observed_lanes = event_lanes = 0", "for i in packed(W):"]
         if outputs:
             reads = {
                 **self.row_texts[END],
@@ -280,39 +256,29 @@ class _ObserverBuilder:
             }
             results = "".join(f"{self._own_row('now', name)}, " for name in outputs.names)
             lines.append(f"    ({results}) = {self._code(outputs.function, reads)}")
-        lines += [
-            f"    observed_lanes |= (1 << i) if {is_observed} else 0",
-            f"    {self._own_row('event_bits')} = 0.0",
-        ]
+        lines += [f"    observed_lanes |= (1 << i) if {is_observed} else 0"]
         channels = self.declaration.channels
-        for first in range(0, len(channels), CHANNELS_PER_LOOP):
-            group = channels[first : first + CHANNELS_PER_LOOP]
-            lines += [
-                lanes.format(" if observed_lanes != 0 else 0"),
-                f"    is_observed, h, event_bits = {is_observed}, {self._row(rows.step)}, "
-                f"float_bits({self._own_row('event_bits')})",
-                "    observed_h = h if is_observed else 0.0",
-                "    per_h = 1.0 / h if h > 0.0 else 0.0",
-            ]
-            bases = [base for channel in group if (base := self._base(channel))]
-            for channel in dict.fromkeys((*group, *bases)):
-                lines += _indented(self._ends(channel))
-            for channel in group:
-                lines += _indented(self._channel_lines(channel))
-            lines += [
-                "    event_bits = event_bits if is_observed else 0",
-                f"    {self._own_row('event_bits')} = bits_float(event_bits)",
-                "    event_lanes |= (1 << i) if event_bits != 0 else 0",
-            ]
+        lines += [
+            "if observed_lanes != 0:",
+            "    for i in packed(W):",
+            f"        is_observed, h, event_bits = {is_observed}, {self._row(rows.step)}, 0",
+            "        observed_h = h if is_observed else 0.0",
+            "        per_h = 1.0 / h if h > 0.0 else 0.0",
+        ]
+        for channel in channels:
+            lines += _indented(self._ends(channel), 2)
+        for channel in channels:
+            lines += _indented(self._channel_lines(channel), 2)
         for winding in self.declaration.of_kind(Winding):
-            lines += [
-                lanes.format(" if observed_lanes != 0 else 0"),
-                f"    is_observed = {is_observed}",
-                *_indented(self._winding_lines(winding)),
-            ]
+            lines += _indented(self._winding_lines(winding), 2)
+        lines += [
+            "        event_bits = event_bits if is_observed else 0",
+            f"        {self._own_row('event_bits')} = bits_float(event_bits)",
+            "        event_lanes |= (1 << i) if event_bits != 0 else 0",
+        ]
         lines += ["if event_lanes != 0:", "    handle_events(b, store, event_lanes)"]
         if outputs:
-            lines += [lanes.format(""), f"    moves = {self._row(rows.moves)} != 0.0"]
+            lines += ["for i in packed(W):", f"    moves = {self._row(rows.moves)} != 0.0"]
             for name in outputs.names:
                 lines += [
                     f"    before, now = {self._own_row('before', name)}, {self._own_row('now', name)}",

@@ -24,14 +24,14 @@ measures Lorenz' system.
 from __future__ import annotations
 
 import math
-from dataclasses import astuple
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, CLOSES, OPENS, Rows, compiled
+from nsdrill.abi import CLOSES, MARKER, OPENS, Rows
+from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, compiled
+from nsdrill.compiler.language import packed
 from nsdrill.elementary import lowest_bit, sincos
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -115,13 +115,7 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     )
     wave_ = growth_ + W
 
-    @compiled(
-        types.void(BUFFER, BUFFER, types.int64, types.float64, types.float64),
-        W,
-        *astuple(rows),
-        first,
-        place,
-    )
+    @compiled(BUFFER, BUFFER, INTEGER, FLOAT, FLOAT)
     def add(b, store, i, log, now):  # type: ignore[no-untyped-def]
         # The increment since the last renormalisation, at the middle of the interval.
         rise, before = log - b[last_log_ + i], b[last_time_ + i]
@@ -135,10 +129,10 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
             sine, _ = sincos((k + 1.0) * angle)
             b[wave_ + k * W + i] += sine * rise
 
-    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), first, place)
+    @compiled(BUFFER, BUFFER)
     def growth(b, store):  # type: ignore[no-untyped-def]
         due = 0
-        for i in range(W):
+        for i in packed(W):
             h = b[step_ + i]
             # A step of length zero is the start of a run.
             is_due = b[time_ + i] + h >= b[next_time_ + i] or h == 0.0
@@ -170,13 +164,7 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
             if b[observing_ + i] != 0.0:
                 add(b, store, i, b[log_ + i], now)
 
-    @compiled(
-        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-        W,
-        *astuple(rows),
-        first,
-        place,
-    )
+    @compiled(MARKER)
     def growth_marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
         squared_length = 0.0
         for j in range(0, tangent_states * W, W):

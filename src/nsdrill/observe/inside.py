@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nsdrill.abi import inlined
+from nsdrill.compiler.functions import inlined
 from nsdrill.elementary import fma
 from nsdrill.observe.interpolant import (
     above,
@@ -45,7 +45,7 @@ def update_peaks(b, store, i, W, current, low_, growth_, ring, peaks):  # type: 
         if peaks > 0:
             count = int(store[ring])
             store[ring + 1 + count % peaks] = high
-            store[ring] = count + 1
+            store[ring] = float(count + 1)
         b[low_ + i] = current
         b[low_ + HIGH * W + i] = -np.inf
     else:
@@ -196,7 +196,7 @@ def record_returns(  # type: ignore[no-untyped-def]
             )
             store[place + 2 * pairs + k] = value(q0, q1, q2, q3, q4, q5, theta)
         store[place + entry - 1] = level
-        store[ring] = count + 1
+        store[ring] = float(count + 1)
         # Computed from the number of the multiple: in a long run repeated addition
         # would accumulate rounding errors.
         next_level = (np.rint(level / spacing) + 1.0) * spacing

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nsdrill.abi import inlined
+from nsdrill.compiler.functions import inlined
 from nsdrill.elementary import fma
 
 

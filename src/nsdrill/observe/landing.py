@@ -16,14 +16,14 @@ contact is closed.
 
 from __future__ import annotations
 
-from dataclasses import astuple
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, RATES, Rows, compiled
+from nsdrill.abi import RATES, Rows
+from nsdrill.compiler.functions import BUFFER, INTEGER, compiled
+from nsdrill.compiler.language import packed
 from nsdrill.elementary import lowest_bit
 from nsdrill.kernel.scheme import Scheme
 from nsdrill.observe.interpolant import crossing, extreme, quintic, value
@@ -47,7 +47,7 @@ def scratch_size(rows: Rows, contacts: int) -> int:
 def _no_landing(lanes: int, rows: Rows, first: int, *variant: int) -> Any:
     """The observer of a model without contacts."""
 
-    @compiled(types.void(BUFFER, BUFFER), lanes, *astuple(rows), first, *variant)
+    @compiled(BUFFER, BUFFER)
     def no_landing(b, store):  # type: ignore[no-untyped-def]
         pass
 
@@ -105,7 +105,7 @@ def make_landing(
     )
     has_velocity = np.array([o == 2 for o, count, _, _ in rows.blocks for _ in range(count)])
 
-    @compiled(types.void(BUFFER), *astuple(rows), first, *variant)
+    @compiled(BUFFER)
     def integrate_part(s):  # type: ignore[no-untyped-def]
         # One step of the run's stepper in the buffer of one lane, from (time, start) to
         # (time + step, stage).
@@ -141,7 +141,7 @@ def make_landing(
         if implicit:
             s[relax] = 0.0  # further evaluations are at the given velocities
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64), W, *astuple(rows), first, *variant)
+    @compiled(BUFFER, BUFFER, INTEGER)
     def correct(b, s, i):  # type: ignore[no-untyped-def]
         # Repeat the step of lane i in parts between the zeros of the contact functions.
         h = b[step * W + i]
@@ -213,11 +213,11 @@ def make_landing(
         for p in range(M + own_pushes, A):
             b[(slope + p) * W + i] = s[slope + p]
 
-    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), first, *variant)
+    @compiled(BUFFER, BUFFER)
     def landing(b, store):  # type: ignore[no-untyped-def]
         measure(b)
         due = 0
-        for i in range(W):
+        for i in packed(W):
             # A contact function changes its sign, or has an extremum towards zero. A
             # step of length zero is the start of a run, whose accelerations were
             # computed with the contacts of the run before.
@@ -233,7 +233,7 @@ def make_landing(
             i = lowest_bit(due)
             due &= due - 1
             correct(b, store[len(store) - scratch :], i)
-        for i in range(W):
+        for i in packed(W):
             accepted = b[moves * W + i] != 0.0
             for k in range(0, contact_rows * W, W):
                 old, new = b[at_start * W + k + i], b[at_end * W + k + i]

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from nsdrill.abi import compiled
+from nsdrill.compiler.driver import driver, helper
 from nsdrill.observe.thresholds import Motion
 from nsdrill.variables import (
     CHAOTIC,
@@ -71,14 +71,14 @@ def period(returns: Array, state_scales: Array, t: Motion) -> Array:
 
 @lru_cache
 def _make_period() -> Any:
-    @compiled(types.float64(types.float64[:, ::1], types.int64, types.int64, types.int64))
+    @helper
     def spread(states, j, begin, end):  # type: ignore[no-untyped-def]
         low, high = np.inf, -np.inf
         for k in range(begin, end):
             low, high = min(low, states[k, j]), max(high, states[k, j])
         return high - low
 
-    @compiled(
+    @driver(
         types.void(
             types.float64[:, :, ::1],
             types.float64[:, ::1],
@@ -176,7 +176,7 @@ def _make_displacement() -> Any:
     """Mean square displacements after 1, 2, ... returns. The inner loop runs over the
     frequencies, so it is packed."""
 
-    @compiled(types.void(types.float64[::1], *[types.float64[:, ::1]] * 5))
+    @driver(types.void(types.float64[::1], *[types.float64[:, ::1]] * 5))
     def displace(observable, cosine, sine, p, q, displacement):  # type: ignore[no-untyped-def]
         for c in range(FREQUENCIES):
             p[0, c], q[0, c] = observable[0] * cosine[0, c], observable[0] * sine[0, c]

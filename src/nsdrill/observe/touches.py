@@ -10,14 +10,14 @@ values and slopes.
 
 from __future__ import annotations
 
-from dataclasses import astuple
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, CLOSES, RATES, Rows, compiled
+from nsdrill.abi import CLOSES, MARKER, RATES, Rows
+from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.language import packed
 from nsdrill.observe.interpolant import extreme, quintic, value
 
 TOUCHES = ("least", "greatest", "begins")  # the rows of each contact
@@ -42,13 +42,13 @@ def make_touches(
     step_, moves_ = W * rows.step, W * rows.moves
     width = len(TOUCHES)
 
-    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), first, functions)
+    @compiled(BUFFER, BUFFER)
     def touches(b, store):  # type: ignore[no-untyped-def]
         for c in range(contacts):
             start_, end_ = functions_start + c * W * RATES, functions_end + c * W * RATES
             least_ = first_row + width * c * W
             greatest_, begun_ = least_ + W, least_ + 2 * W
-            for i in range(W):
+            for i in packed(W):
                 if b[moves_ + i] == 0.0:
                     continue
                 h, g1, d1 = b[step_ + i], b[end_ + i], b[end_ + W + i]
@@ -77,13 +77,7 @@ def make_touches(
                 b[greatest_ + i] = high
                 b[begun_ + i] += begun
 
-    @compiled(
-        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-        W,
-        *astuple(rows),
-        first,
-        functions,
-    )
+    @compiled(MARKER)
     def touches_marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
         if mark == CLOSES:
             for k in range(width * contacts):
@@ -112,11 +106,11 @@ def make_levels(
         rows.parameter,
     )
 
-    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), first, *sum(levels, ()))
+    @compiled(BUFFER, BUFFER)
     def follow_levels(b, store):  # type: ignore[no-untyped-def]
         for c in range(count):
             place, least_ = velocity[c], first_row + width * c * W
-            for i in range(W):
+            for i in packed(W):
                 if b[moves_ + i] == 0.0:
                     continue
                 h, level = b[step_ + i], b[(parameters + parameter[c]) * W + i]
@@ -147,13 +141,7 @@ def make_levels(
                 b[least_ + W + i] = high
                 b[least_ + 2 * W + i] += begun
 
-    @compiled(
-        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-        W,
-        *astuple(rows),
-        first,
-        *sum(levels, ()),
-    )
+    @compiled(MARKER)
     def levels_marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
         if mark == CLOSES:
             for k in range(width * count):

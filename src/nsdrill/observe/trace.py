@@ -3,14 +3,13 @@ observer of ``simulate``."""
 
 from __future__ import annotations
 
-from dataclasses import astuple
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.abi import MARKER, Rows
+from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.elementary import fma
 from nsdrill.observe.interpolant import quintic, slope, value
 
@@ -53,7 +52,7 @@ def _make(lanes: int, rows: Rows) -> tuple[Any, Any]:
     )
     time_, step_, moves_ = W * rows.time, W * rows.step, W * rows.moves
 
-    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows))
+    @compiled(BUFFER, BUFFER)
     def tracer(b, store):  # type: ignore[no-untyped-def]
         h = b[step_]
         if b[moves_] == 0.0 or h == 0.0:
@@ -92,11 +91,7 @@ def _make(lanes: int, rows: Rows) -> tuple[Any, Any]:
                 )
             store[NEXT] += 1.0
 
-    @compiled(
-        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-        W,
-        *astuple(rows),
-    )
+    @compiled(MARKER)
     def trace_marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
         pass
 

@@ -16,9 +16,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, RATES, Rows, aligned_zeros, compiled
+from nsdrill.abi import MARKER, RATES, Rows, aligned_zeros
+from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.errors import InputError
 from nsdrill.kernel.batch import FEW, Batch, Compiled, Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
@@ -351,7 +351,7 @@ def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
     observe_touches, touches_marker = make_touches(lanes, rows, touch_row, 0, contacts)
     level_column = touch_rows(contacts)
 
-    @compiled(types.void(BUFFER, BUFFER), lanes, *identity)
+    @compiled(BUFFER, BUFFER)
     def observe_orbit(b, store):  # type: ignore[no-untyped-def]
         """Observe an accepted step of all lanes of the buffer ``b``."""
         contact_functions(b)
@@ -359,11 +359,7 @@ def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
         observe_levels(b, store)
         land(b, store)
 
-    @compiled(
-        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-        lanes,
-        *identity,
-    )
+    @compiled(MARKER)
     def orbit_marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
         """Write the outcome of the lane ``i`` at a ``mark``, from ``column`` on."""
         touches_marker(b, store, i, mark, outcome, column)

@@ -9,9 +9,9 @@ from functools import lru_cache
 from typing import Any, Literal, Self
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, RATES, Rows, compiled
+from nsdrill.abi import MARKER, RATES, Rows
+from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
@@ -331,17 +331,13 @@ def make_observers(lanes: int, variant: Variant) -> tuple[Any, Any]:
     growth, growth_marker = make_growth(lanes, rows, model.observed, GROWTH_HEADER)
     columns = len(GROWTH_COLUMNS)
 
-    @compiled(types.void(BUFFER, BUFFER), lanes, *identity)
+    @compiled(BUFFER, BUFFER)
     def observe(b, store):  # type: ignore[no-untyped-def]
         landing(b, store)
         observer(b, store)
         growth(b, store)
 
-    @compiled(
-        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-        lanes,
-        *identity,
-    )
+    @compiled(MARKER)
     def observe_mark(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
         marker(b, store, i, mark, outcome, column)
         growth_marker(b, store, i, mark, outcome, len(outcome) - columns)

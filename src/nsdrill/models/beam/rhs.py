@@ -29,9 +29,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.abi import Rows
+from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.elementary import fma, sincos
 from nsdrill.generate import define
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
@@ -141,7 +141,7 @@ def make_right_hand_side(lanes: int, options: Options, *, tangent: bool = False)
     if options.implicit:
         helpers |= {"first_slip": first_slip, "hyperbolic": hyperbolic, "kept": kept}
     function = define("right_hand_side", text(lanes, options, tangent=tangent), **helpers)
-    return compiled(types.void(BUFFER), lanes, *options, tangent)(function)
+    return compiled(BUFFER)(function)
 
 
 def text(lanes: int, options: Options, *, tangent: bool = False) -> str:

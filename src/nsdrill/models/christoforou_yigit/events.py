@@ -24,14 +24,14 @@ torque maxima       the greatest bit torque. The torque is not a polynomial, as 
 
 from __future__ import annotations
 
-from dataclasses import astuple
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, Rows, compiled, inlined
+from nsdrill.abi import Rows
+from nsdrill.compiler.functions import BUFFER, INTEGER, compiled, inlined
+from nsdrill.compiler.language import packed
 from nsdrill.elementary import fma, lowest_bit
 from nsdrill.models.christoforou_yigit.friction import bit_law
 from nsdrill.models.christoforou_yigit.layout import (
@@ -102,10 +102,10 @@ def record_event(store, place, kind, i, h, g0, d0, c0, g1, d1, c1, level):  # ty
     store[k + D1] = d1
     store[k + C1] = c1
     store[k + LENGTH] = h
-    store[k + LANE] = i
-    store[k + KIND] = kind
+    store[k + LANE] = float(i)
+    store[k + KIND] = float(kind)
     store[k + LEVEL] = level
-    store[place + EVENT_COUNT] = count + 1
+    store[place + EVENT_COUNT] = float(count + 1)
     return count + 1 == CAPACITY
 
 
@@ -225,7 +225,7 @@ def polynomial(store, k, of_rate):  # type: ignore[no-untyped-def]
 def locate_extrema(store):  # type: ignore[no-untyped-def]
     """The extreme value of each event of the list. (Rows after the last event are
     computed without use.)"""
-    for k in range(EXTREMA, EXTREMA + CAPACITY):
+    for k in packed(EXTREMA, EXTREMA + CAPACITY):
         of_rate = store[k + KIND] == SPEED or store[k + KIND] == DRIVE_SPEED
         p0, p1, p2, p3, p4, p5, end_slope = polynomial(store, k, of_rate)
         extremum = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, end_slope))
@@ -236,7 +236,7 @@ def locate_extrema(store):  # type: ignore[no-untyped-def]
 def locate_crossings(store):  # type: ignore[no-untyped-def]
     """The time in each step of the list during which the quantity, or its rate, is
     above the level, and the integrals over that time of the speeds at the wall."""
-    for k in range(CROSSINGS, CROSSINGS + CAPACITY):
+    for k in packed(CROSSINGS, CROSSINGS + CAPACITY):
         of_rate = store[k + KIND] == STUCK
         p0, p1, p2, p3, p4, p5, end_slope = polynomial(store, k, of_rate)
         h = store[k + LENGTH]
@@ -299,7 +299,7 @@ def locate_torque_maxima(store, number):  # type: ignore[no-untyped-def]
     slopes at its ends. The result is never above the greatest torque, and below it by
     less than the tolerance of the integration.
     """
-    for k in range(TORQUE_MAXIMA, TORQUE_MAXIMA + CAPACITY):
+    for k in packed(TORQUE_MAXIMA, TORQUE_MAXIMA + CAPACITY):
         h = store[k + LENGTH]
         interference = quintic(
             store[k + G0],
@@ -368,7 +368,7 @@ def store_peak(store, ring, peaks, height):  # type: ignore[no-untyped-def]
     offset ``ring`` of the store, which begins with the number of peaks so far."""
     count = int(store[ring])
     store[ring + 1 + count % max(peaks, 1)] = height
-    store[ring] = count + 1
+    store[ring] = float(count + 1)
 
 
 @lru_cache
@@ -500,7 +500,7 @@ def make_events(
     )
     to_high, to_margin = (W * PEAK_ROWS.index(name) for name in ("high", "margin"))
 
-    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows))
+    @compiled(BUFFER, BUFFER)
     def flush_crossings(b, store):  # type: ignore[no-untyped-def]
         locate_crossings(store)
         for k in range(CROSSINGS, CROSSINGS + int(store[CROSSINGS + EVENT_COUNT])):
@@ -512,7 +512,7 @@ def make_events(
                 b[row + W] += store[k + ROTATED]
         store[CROSSINGS + EVENT_COUNT] = 0.0
 
-    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), stabilizer)
+    @compiled(BUFFER, BUFFER)
     def flush_extrema(b, store):  # type: ignore[no-untyped-def]
         peaks = int(store[PEAKS])
         locate_extrema(store)
@@ -592,7 +592,7 @@ def make_events(
         store[SPARE] = 0.0
         store[EXTREMA + EVENT_COUNT] = 0.0
 
-    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), friction)
+    @compiled(BUFFER, BUFFER)
     def flush_torque_maxima(b, store):  # type: ignore[no-untyped-def]
         locate_torque_maxima(store, friction)
         for k in range(TORQUE_MAXIMA, TORQUE_MAXIMA + int(store[TORQUE_MAXIMA + EVENT_COUNT])):
@@ -600,21 +600,13 @@ def make_events(
             b[row] = max(b[row], store[k + RESULT])
         store[TORQUE_MAXIMA + EVENT_COUNT] = 0.0
 
-    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), friction, stabilizer)
+    @compiled(BUFFER, BUFFER)
     def flush_events(b, store):  # type: ignore[no-untyped-def]
         flush_extrema(b, store)
         flush_crossings(b, store)
         flush_torque_maxima(b, store)
 
-    @compiled(
-        types.void(BUFFER, BUFFER, *[types.int64] * 13),
-        W,
-        *astuple(rows),
-        driven,
-        friction,
-        stabilizer,
-        clearance,
-    )
+    @compiled(BUFFER, BUFFER, *[INTEGER] * 13)
     def record_events(  # type: ignore[no-untyped-def]
         b,
         store,
@@ -651,7 +643,7 @@ def make_events(
                 i,
                 0.0,
                 omega,
-                1.0 if (highs >> i) & 1 else -1.0,
+                1.0 if (highs >> i) & 1 != 0 else -1.0,
                 0.0,
                 omega,
                 0.0,

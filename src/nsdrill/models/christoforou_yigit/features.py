@@ -14,14 +14,14 @@ whether the run has settled.
 from __future__ import annotations
 
 import math
-from dataclasses import astuple
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, CLOSES, CONTROL, OPENS, Rows, compiled, inlined
+from nsdrill.abi import CLOSES, CONTROL, MARKER, OPENS, Rows
+from nsdrill.compiler.functions import BUFFER, compiled, inlined
+from nsdrill.compiler.language import packed
 from nsdrill.elementary import fma, lowest_bit
 from nsdrill.models.christoforou_yigit.events import (
     lower_estimate,
@@ -220,7 +220,7 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
     half_, half_count, ends_count = offset[HALF[0]], len(HALF), len(ENDS)
     half_outcome = len(HALF_OUTCOME)
 
-    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), *options)
+    @compiled(BUFFER, BUFFER)
     def observer(b, store):  # type: ignore[no-untyped-def]
         # Sets of lanes, one bit each: extrema inside the step, crossings of levels, a
         # collar that stays on the wall or passes from one half plane to the other. Two
@@ -234,7 +234,7 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
         # whose bit speed rises. One division serves two quotients, torsional and
         # lateral.
         observed_rising = 0
-        for i in range(W):
+        for i in packed(W):
             omega, alpha = b[speed1_ + i], b[alpha1_ + i]
             c, s = b[cosine_ + i], b[sine_ + i]
             sine, cosine = multiple_sine(s, c, lobes), multiple_cosine(c, lobes)
@@ -278,127 +278,132 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
             observed_rising |= (1 << i + SECOND_SET) if omega > b[speed0_ + i] else 0
         observed, rising = both_sets(observed_rising)
 
-        for i in range(W if observed != 0 else 0):
-            h = b[h_ + i]
-            omega, alpha, set_speed = b[speed1_ + i], b[alpha1_ + i], b[set_speed_ + i]
-            x0, y0, x1, y1 = b[x0_ + i], b[y0_ + i], b[x1_ + i], b[y1_ + i]
-            vx0, vy0, vx1, vy1 = b[vx0_ + i], b[vy0_ + i], b[vx1_ + i], b[vy1_ + i]
-            rho0, rho1 = fma(x0, x0, y0 * y0), fma(x1, x1, y1 * y1)
-            outward0, outward1 = fma(x0, vx0, y0 * vy0), fma(x1, vx1, y1 * vy1)
-            r0, r1, dr0, dr1 = b[r0_ + i], b[r1_ + i], b[dr0_ + i], b[dr1_ + i]
-            u0, u, du0, du = b[u0_ + i], b[u1_ + i], b[du0_ + i], b[du1_ + i]
+        if observed != 0:
+            for i in packed(W):
+                h = b[h_ + i]
+                omega, alpha, set_speed = b[speed1_ + i], b[alpha1_ + i], b[set_speed_ + i]
+                x0, y0, x1, y1 = b[x0_ + i], b[y0_ + i], b[x1_ + i], b[y1_ + i]
+                vx0, vy0, vx1, vy1 = b[vx0_ + i], b[vy0_ + i], b[vx1_ + i], b[vy1_ + i]
+                rho0, rho1 = fma(x0, x0, y0 * y0), fma(x1, x1, y1 * y1)
+                outward0, outward1 = fma(x0, vx0, y0 * vy0), fma(x1, vx1, y1 * vy1)
+                r0, r1, dr0, dr1 = b[r0_ + i], b[r1_ + i], b[dr0_ + i], b[dr1_ + i]
+                u0, u, du0, du = b[u0_ + i], b[u1_ + i], b[du0_ + i], b[du1_ + i]
 
-            # The events inside the step. ``bit`` is 0 for a lane that is not observed.
-            bit = (1 << i) if b[moves_ + i] * b[observing_ + i] != 0.0 else 0
-            second_bit = bit << SECOND_SET
-            z_speed |= bit if has_extremum(b[vz0_ + i], b[vz1_ + i]) else 0
-            speed_extremum, torque_maximum = (
-                has_extremum(b[alpha0_ + i], alpha),
-                b[dT0_ + i] > 0.0 and b[dT1_ + i] <= 0.0,
-            )
-            if implicit:
-                # Friction holds the bit at the end of a step that is much longer than
-                # the time constant of friction. The acceleration jumps inside such a
-                # step, so its polynomial undershoots; and the bit creeps, so the sign
-                # of the acceleration is that of rounding. The speed at the end is used
-                # instead. The torque of a bit that is held during the whole step
-                # balances that of the string and has no maximum inside.
-                is_held = b[bb_ + i] * b[slope_ + i] > LEAST_HOLD
-                is_end_extreme = is_held and bit != 0
-                b[speed_min_ + i] = min(
-                    b[speed_min_ + i], omega if is_end_extreme else b[speed_min_ + i]
+                # The events inside the step. ``bit`` is 0 for a lane that is not observed.
+                bit = (1 << i) if b[moves_ + i] * b[observing_ + i] != 0.0 else 0
+                second_bit = bit << SECOND_SET
+                z_speed |= bit if has_extremum(b[vz0_ + i], b[vz1_ + i]) else 0
+                speed_extremum, torque_maximum = (
+                    has_extremum(b[alpha0_ + i], alpha),
+                    b[dT0_ + i] > 0.0 and b[dT1_ + i] <= 0.0,
                 )
-                b[speed_max_ + i] = max(
-                    b[speed_max_ + i], omega if is_end_extreme else b[speed_max_ + i]
+                if implicit:
+                    # Friction holds the bit at the end of a step that is much longer than
+                    # the time constant of friction. The acceleration jumps inside such a
+                    # step, so its polynomial undershoots; and the bit creeps, so the sign
+                    # of the acceleration is that of rounding. The speed at the end is used
+                    # instead. The torque of a bit that is held during the whole step
+                    # balances that of the string and has no maximum inside.
+                    is_held = b[bb_ + i] * b[slope_ + i] > LEAST_HOLD
+                    is_end_extreme = is_held and bit != 0
+                    b[speed_min_ + i] = min(
+                        b[speed_min_ + i], omega if is_end_extreme else b[speed_min_ + i]
+                    )
+                    b[speed_max_ + i] = max(
+                        b[speed_max_ + i], omega if is_end_extreme else b[speed_max_ + i]
+                    )
+                    speed_extremum = speed_extremum and not is_held
+                    torque_maximum = torque_maximum and not (
+                        is_held and abs(b[eps_ + i] * b[speed0_ + i]) < CREEP_RANGE
+                    )
+                z_speed |= second_bit if speed_extremum else 0
+                if driven:  # the twist of the pipe, which gives the torque at the surface
+                    twist_u |= (
+                        bit
+                        if has_extremum(b[speed0_ + i] - b[omega_d0_ + i], omega - b[omega_d1_ + i])
+                        else 0
+                    )
+                    drive_extrema |= bit if has_extremum(b[alpha_d0_ + i], b[alpha_d1_ + i]) else 0
+                else:
+                    twist_u |= (
+                        bit if has_extremum(b[speed0_ + i] - set_speed, omega - set_speed) else 0
+                    )
+                twist_u |= second_bit if has_extremum(du0, du) else 0
+                torque_rho |= bit if torque_maximum else 0
+                half_plane_crossed |= bit if (y0 < 0.0) != (y1 < 0.0) else 0
+                level = b[gap_ + i] * b[gap_ + i]
+                low = (
+                    rho0 > level
+                    and lower_estimate(rho0, rho1, 2.0 * outward0, 2.0 * outward1, h) < level
                 )
-                speed_extremum = speed_extremum and not is_held
-                torque_maximum = torque_maximum and not (
-                    is_held and abs(b[eps_ + i] * b[speed0_ + i]) < CREEP_RANGE
-                )
-            z_speed |= second_bit if speed_extremum else 0
-            if driven:  # the twist of the pipe, which gives the torque at the surface
-                twist_u |= (
-                    bit
-                    if has_extremum(b[speed0_ + i] - b[omega_d0_ + i], omega - b[omega_d1_ + i])
+                torque_rho |= (
+                    second_bit
+                    if has_extremum(outward0, outward1) and (outward0 > 0.0 or low)
                     else 0
                 )
-                drive_extrema |= bit if has_extremum(b[alpha_d0_ + i], b[alpha_d1_ + i]) else 0
-            else:
-                twist_u |= bit if has_extremum(b[speed0_ + i] - set_speed, omega - set_speed) else 0
-            twist_u |= second_bit if has_extremum(du0, du) else 0
-            torque_rho |= bit if torque_maximum else 0
-            half_plane_crossed |= bit if (y0 < 0.0) != (y1 < 0.0) else 0
-            level = b[gap_ + i] * b[gap_ + i]
-            low = (
-                rho0 > level
-                and lower_estimate(rho0, rho1, 2.0 * outward0, 2.0 * outward1, h) < level
-            )
-            torque_rho |= (
-                second_bit if has_extremum(outward0, outward1) and (outward0 > 0.0 or low) else 0
-            )
-            if stabilizer:
-                near = b[clearance_ + i] * b[clearance_ + i]
-                low = (
-                    rho0 > near
-                    and lower_estimate(rho0, rho1, 2.0 * outward0, 2.0 * outward1, h) < near
-                )
-                torque_rho |= second_bit if has_extremum(outward0, outward1) and low else 0
-                stabilizer_crossed |= bit if (rho0 > near) != (rho1 > near) else 0
-                b[on_stabilizer_ + i] += h if bit != 0 and rho0 > near and rho1 > near else 0.0
-            rock0, rock1 = u0 > 0.0, u > 0.0
-            free0, free1 = b[speed0_ + i] > b[stuck_ + i], omega > b[stuck_ + i]
-            rock_stuck |= bit if rock0 != rock1 else 0
-            rock_stuck |= second_bit if free0 != free1 else 0
-            wall_on_wall |= bit if (rho0 > level) != (rho1 > level) else 0
-            wall_on_wall |= second_bit if (rho0 > level) and (rho1 > level) else 0
+                if stabilizer:
+                    near = b[clearance_ + i] * b[clearance_ + i]
+                    low = (
+                        rho0 > near
+                        and lower_estimate(rho0, rho1, 2.0 * outward0, 2.0 * outward1, h) < near
+                    )
+                    torque_rho |= second_bit if has_extremum(outward0, outward1) and low else 0
+                    stabilizer_crossed |= bit if (rho0 > near) != (rho1 > near) else 0
+                    b[on_stabilizer_ + i] += h if bit != 0 and rho0 > near and rho1 > near else 0.0
+                rock0, rock1 = u0 > 0.0, u > 0.0
+                free0, free1 = b[speed0_ + i] > b[stuck_ + i], omega > b[stuck_ + i]
+                rock_stuck |= bit if rock0 != rock1 else 0
+                rock_stuck |= second_bit if free0 != free1 else 0
+                wall_on_wall |= bit if (rho0 > level) != (rho1 > level) else 0
+                wall_on_wall |= second_bit if (rho0 > level) and (rho1 > level) else 0
 
-            # Time on each side of a level: whole steps; steps with a crossing are added
-            # by the events.
-            shown = h if bit != 0 else 0.0
-            b[on_rock_ + i] += shown if (rock0 and rock1) else 0.0
-            b[unstuck_ + i] += shown if (free0 and free1) else 0.0
+                # Time on each side of a level: whole steps; steps with a crossing are added
+                # by the events.
+                shown = h if bit != 0 else 0.0
+                b[on_rock_ + i] += shown if (rock0 and rock1) else 0.0
+                b[unstuck_ + i] += shown if (free0 and free1) else 0.0
 
-            # Integrals over the step: trapezoids corrected by the slopes; exact for the
-            # interpolant of the twist. The squared accelerations by Simpson's rule,
-            # with the middle from the interpolant.
-            sixth = shown * (1.0 / 6.0)
-            b[radius_ + i] += shown * fma(h * (1.0 / 12.0), dr0 - dr1, 0.5 * (r0 + r1))
-            b[twist_sum_ + i] += shown * fma(
-                h,
-                fma(h * (1.0 / 120.0), b[alpha0_ + i] + alpha, 0.1 * (b[speed0_ + i] - omega)),
-                0.5 * (b[twist0_ + i] + b[twist1_ + i]),
-            )
-            if driven:
-                b[twist_sum_ + i] -= shown * fma(
+                # Integrals over the step: trapezoids corrected by the slopes; exact for the
+                # interpolant of the twist. The squared accelerations by Simpson's rule,
+                # with the middle from the interpolant.
+                sixth = shown * (1.0 / 6.0)
+                b[radius_ + i] += shown * fma(h * (1.0 / 12.0), dr0 - dr1, 0.5 * (r0 + r1))
+                b[twist_sum_ + i] += shown * fma(
                     h,
-                    fma(
-                        h * (1.0 / 120.0),
-                        b[alpha_d0_ + i] + b[alpha_d1_ + i],
-                        0.1 * (b[omega_d0_ + i] - b[omega_d1_ + i]),
-                    ),
-                    0.5 * (b[lag0_ + i] + b[lag1_ + i]),
+                    fma(h * (1.0 / 120.0), b[alpha0_ + i] + alpha, 0.1 * (b[speed0_ + i] - omega)),
+                    0.5 * (b[twist0_ + i] + b[twist1_ + i]),
                 )
-            if weight:
-                b[x_sum_ + i] += shown * fma(h * (1.0 / 12.0), vx0 - vx1, 0.5 * (x0 + x1))
-                b[y_sum_ + i] += shown * fma(h * (1.0 / 12.0), vy0 - vy1, 0.5 * (y0 + y1))
-            steep = 1.5 / h if h > 0.0 else 0.0
-            ax0, ay0, az0, ax1, ay1, az1 = (
-                b[ax0_ + i],
-                b[ay0_ + i],
-                b[az0_ + i],
-                b[ax1_ + i],
-                b[ay1_ + i],
-                b[az1_ + i],
-            )
-            axm = fma(steep, vx1 - vx0, -0.25 * (ax0 + ax1))
-            aym = fma(steep, vy1 - vy0, -0.25 * (ay0 + ay1))
-            azm = fma(steep, b[vz1_ + i] - b[vz0_ + i], -0.25 * (az0 + az1))
-            b[lateral_ + i] += sixth * fma(
-                4.0,
-                fma(axm, axm, aym * aym),
-                fma(ax0, ax0, fma(ay0, ay0, fma(ax1, ax1, ay1 * ay1))),
-            )
-            b[axial_ + i] += sixth * fma(4.0 * azm, azm, fma(az0, az0, az1 * az1))
+                if driven:
+                    b[twist_sum_ + i] -= shown * fma(
+                        h,
+                        fma(
+                            h * (1.0 / 120.0),
+                            b[alpha_d0_ + i] + b[alpha_d1_ + i],
+                            0.1 * (b[omega_d0_ + i] - b[omega_d1_ + i]),
+                        ),
+                        0.5 * (b[lag0_ + i] + b[lag1_ + i]),
+                    )
+                if weight:
+                    b[x_sum_ + i] += shown * fma(h * (1.0 / 12.0), vx0 - vx1, 0.5 * (x0 + x1))
+                    b[y_sum_ + i] += shown * fma(h * (1.0 / 12.0), vy0 - vy1, 0.5 * (y0 + y1))
+                steep = 1.5 / h if h > 0.0 else 0.0
+                ax0, ay0, az0, ax1, ay1, az1 = (
+                    b[ax0_ + i],
+                    b[ay0_ + i],
+                    b[az0_ + i],
+                    b[ax1_ + i],
+                    b[ay1_ + i],
+                    b[az1_ + i],
+                )
+                axm = fma(steep, vx1 - vx0, -0.25 * (ax0 + ax1))
+                aym = fma(steep, vy1 - vy0, -0.25 * (ay0 + ay1))
+                azm = fma(steep, b[vz1_ + i] - b[vz0_ + i], -0.25 * (az0 + az1))
+                b[lateral_ + i] += sixth * fma(
+                    4.0,
+                    fma(axm, axm, aym * aym),
+                    fma(ax0, ax0, fma(ay0, ay0, fma(ax1, ax1, ay1 * ay1))),
+                )
+                b[axial_ + i] += sixth * fma(4.0 * azm, azm, fma(az0, az0, az1 * az1))
 
         z_extrema, speed_extrema = both_sets(z_speed)
         twist_extrema, u_extrema = both_sets(twist_u)
@@ -407,7 +412,7 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
         wall, on_wall = both_sets(wall_on_wall)
 
         if observed != 0 and store[RETURNS] > 0.0:
-            for i in range(W):
+            for i in packed(W):
                 angle = b[twist1_ + i] + fma(
                     b[set_speed_ + i], b[time_ + i] + b[h_ + i], b[phase_ + i]
                 )
@@ -423,7 +428,7 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
             b[half_revolutions_ + i] += 1.0 if cross > 0.0 else -1.0
 
         if on_wall != 0:
-            for i in range(W):
+            for i in packed(W):
                 is_on_wall = (on_wall >> i) & 1 != 0
                 h = b[h_ + i]
                 shown = h if is_on_wall else 0.0
@@ -460,8 +465,8 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
         was_rising, had_extremum = int(store[WAS_RISING]), int(store[HAD_SPEED_EXTREMUM])
         changed = (rising ^ was_rising) & observed
         store[WAS_RISING], store[HAD_SPEED_EXTREMUM] = (
-            was_rising ^ changed,
-            (had_extremum & ~observed) | speed_extrema,
+            float(was_rising ^ changed),
+            float((had_extremum & ~observed) | speed_extrema),
         )
         changed &= ~(had_extremum | speed_extrema)
         highs, lows = changed & was_rising, changed & ~was_rising
@@ -535,25 +540,18 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
                 store[entry + 6] = twist
                 store[entry + 7] = omega
                 store[entry + 8] = level
-                store[ring] = count + 1
+                store[ring] = float(count + 1)
                 # Computed from the number of the multiple: in a long run repeated
                 # addition would accumulate rounding errors.
                 b[level_ + i] = (np.rint(level / store[SPACING]) + 1.0) * store[SPACING]
 
-        for i in range(W):
+        for i in packed(W):
             moves = b[moves_ + i] != 0.0
             for k in range(0, ends_count * W, W):
                 before, now = b[before_ + k + i], b[now_ + k + i]
                 b[before_ + k + i] = now if moves else before
 
-    @compiled(
-        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-        W,
-        *astuple(rows),
-        driven,
-        friction,
-        stabilizer,
-    )
+    @compiled(MARKER)
     def marker(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
         flush_events(b, store)
         # At the mark the state of the lane is in the stage rows, and the quantities at
@@ -581,7 +579,7 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
             bit_angle = b[twist1_ + i] + fma(b[set_speed_ + i], b[time_ + i], b[phase_ + i])
             b[level_ + i] = (np.floor(bit_angle / store[SPACING]) + 1.0) * store[SPACING]
             # there is no step before the first
-            store[HAD_SPEED_EXTREMUM] = int(store[HAD_SPEED_EXTREMUM]) | (1 << i)
+            store[HAD_SPEED_EXTREMUM] = float(int(store[HAD_SPEED_EXTREMUM]) | (1 << i))
             tolerances = PROMINENCE / b[per_rtol_ + i]
             b[growth_ + i] = tolerances
             for k in range(len(PEAK_QUANTITIES)):
@@ -615,9 +613,9 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
             if mark == CLOSES:
                 # A candidate is a peak if the quantity has by now fallen by the
                 # prominence below it.
-                for k in range(len(PEAK_QUANTITIES) - 1 if peaks > 0 else 0):
+                for k in range(len(PEAK_QUANTITIES) - 1):
                     row = low_ + k * peak_width + i
-                    if b[row + to_high] - heights[k] > fma(
+                    if peaks > 0 and b[row + to_high] - heights[k] > fma(
                         b[growth_ + i], abs(heights[k]), b[row + to_margin]
                     ):
                         store_peak(store, rings + k * (peaks + 1), peaks, b[row + to_high])

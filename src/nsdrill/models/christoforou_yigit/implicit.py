@@ -21,9 +21,10 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, RATES, Rows, compiled, inlined
+from nsdrill.abi import RATES, Rows
+from nsdrill.compiler.functions import BUFFER, INTEGER, compiled, inlined
+from nsdrill.compiler.language import packed
 from nsdrill.elementary import fma
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.models.christoforou_yigit.implicit_along import make_axial_solve
@@ -32,7 +33,6 @@ from nsdrill.models.christoforou_yigit.laws import RATIONAL
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.unit_loads import (
-    FEW,
     apply_push,
     bit_law_rates,
     first_bit_speed,
@@ -167,11 +167,11 @@ def make_solve(
         step_w = fma(a_bb, residual_w, -(a_wb * residual)) * per_det
         return omega, step, arm, slope, g, dg, decayed, ddecayed, slip, step_w, f, slope_w
 
-    @compiled(types.void(BUFFER, types.int64), W, *options, tangent)
+    @compiled(BUFFER, INTEGER)
     def solve(b, touching):  # type: ignore[no-untyped-def]
         # Several short loops: of a long one the processor could not hold enough to
         # process two registers of lanes at once.
-        for i in range(W):
+        for i in packed(W):
             relax, force = b[relax_ + i], b[force_ + i]
             eps, tau, rise, mu = b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
             x, y = b[x_ + i], b[y_ + i]
@@ -191,10 +191,10 @@ def make_solve(
                 law, b[speed_ + i], relax * deceleration, eps, tau, rise, mu
             )
         if touching == 0:
-            for i in range(W if W > FEW else min(W, len(b))):
+            for i in packed(W):
                 omega, step, _, _, _, _, _, _ = newton_step(b, i)
                 b[omega_ + i] = kept(omega, omega + step)
-            for i in range(W):
+            for i in packed(W):
                 _, step, arm, slope, g, dg, decayed, ddecayed = newton_step(b, i)
                 relax, torque = b[relax_ + i], b[force_ + i] * fma(slope, step, arm)
                 push_x, push_y, push_angular = (
@@ -217,7 +217,7 @@ def make_solve(
         if stabilizer or axial:
             solve_touching(b)
             return
-        for i in range(W):
+        for i in packed(W):
             x, y, r, relax, q, R_c = (
                 b[x_ + i],
                 b[y_ + i],
@@ -250,12 +250,12 @@ def make_solve(
             b[v_w_ + i] = first_slip(
                 v_w_free, c_ww, b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i]
             )
-        for i in range(W):
+        for i in packed(W):
             omega, step, _, _, _, _, _, _, slip, step_w, _, _ = newton_step_both(b, i)
             next_omega, next_slip = omega + step, slip + step_w
             b[omega_ + i] = kept(omega, next_omega)
             b[v_w_ + i] = kept(slip, next_slip)
-        for i in range(W):
+        for i in packed(W):
             _, step, arm, slope, g, dg, decayed, ddecayed, slip, step_w, f, slope_w = (
                 newton_step_both(b, i)
             )
@@ -270,7 +270,7 @@ def make_solve(
                 b[slope_w_ + i] = slope_w
                 b[coefficient_ + i] = fma(slope_w, step_w, f)
                 b[slip_ + i] = (slip + step_w) * b[radius_ + i]
-        for i in range(W):
+        for i in packed(W):
             relax, torque, friction = b[relax_ + i], b[torque_ + i], b[friction_ + i]
             push_x = fma(b[unit_x_ + i], friction, b[push_x_ + i] * torque)
             push_y = fma(b[unit_y_ + i], friction, b[push_y_ + i] * torque)
@@ -347,9 +347,9 @@ def make_deviation(
         normal = k_w * penetration * (np.sqrt(penetration) if hertz else 1.0)
         return bx, by, angular, wx, wy, angular_w, fma(x, vy, -(y * vx)) * per_r, normal
 
-    @compiled(types.void(BUFFER), W, *options, place)
+    @compiled(BUFFER)
     def deviate(b):  # type: ignore[no-untyped-def]
-        for i in range(W):
+        for i in packed(W):
             x, vx, y, vy, relax = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[relax_ + i]
             dx, dy, dvx, dvy, dphi = b[dx_ + i], b[dy_ + i], b[dvx_ + i], b[dvy_ + i], b[dphi_ + i]
             c, s, q, soft, R_c = b[cosine_ + i], b[sine_ + i], b[q_ + i], b[soft_ + i], b[R_c_ + i]

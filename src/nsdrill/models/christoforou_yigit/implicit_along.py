@@ -23,14 +23,14 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, Rows, compiled, inlined
+from nsdrill.abi import Rows
+from nsdrill.compiler.functions import BUFFER, compiled, inlined
+from nsdrill.compiler.language import packed
 from nsdrill.elementary import fma
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.unit_loads import (
-    FEW,
     apply_push,
     bit_law_rates,
     first_bit_speed,
@@ -185,9 +185,9 @@ def make_axial_solve(
             fma(ddecayed, step, decayed),
         )
 
-    @compiled(types.void(BUFFER), W, *options)
+    @compiled(BUFFER)
     def solve_touching(b):  # type: ignore[no-untyped-def]
-        for i in range(W):
+        for i in packed(W):
             x, y, r, relax, q, R_c = (
                 b[x_ + i],
                 b[y_ + i],
@@ -219,7 +219,7 @@ def make_axial_solve(
             b[falling_ + i] = fma(
                 max(ww, normal * b[ima_ + i]), b[rise_w_ + i] * b[tau_w_ + i], b[falling_ + i]
             )
-        for i in range(W):
+        for i in packed(W):
             v_t_free, v_z_free, c_ww, c_zz = (
                 b[v_t_free_ + i],
                 b[v_z_free_ + i],
@@ -259,7 +259,7 @@ def make_axial_solve(
             )
         for _ in range(MAX_ITERATIONS):
             any_unfinished = 0
-            for i in range(W):
+            for i in packed(W):
                 omega, size, step, step_s, excess, _, _, _, _, _, _ = newton_step(b, i)
                 # a product, as conditional stores would not be packed
                 unfinished = 1.0 if excess > 0.0 else 0.0
@@ -268,7 +268,7 @@ def make_axial_solve(
                 any_unfinished |= 1 if excess > 0.0 else 0
             if any_unfinished == 0:
                 break
-        for i in range(W):
+        for i in packed(W):
             _, _, _, _, _, arm, share_t, share_z, slope, g, decayed = newton_step(b, i)
             b[torque_ + i] = b[force_ + i] * arm
             b[friction_ + i] = b[normal_ + i] * share_t
@@ -276,7 +276,7 @@ def make_axial_solve(
             b[direction_ + i] = g
             b[decay_ + i] = decayed
             b[slope_ + i] = slope
-        for i in range(W if W > FEW else min(W, len(b))):
+        for i in packed(W):
             relax, torque, friction = b[relax_ + i], b[torque_ + i], b[friction_ + i]
             push_x = fma(b[unit_x_ + i], friction, b[push_x_ + i] * torque)
             push_y = fma(b[unit_y_ + i], friction, b[push_y_ + i] * torque)

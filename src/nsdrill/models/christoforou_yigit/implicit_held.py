@@ -19,9 +19,9 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
-from numba import types
-
-from nsdrill.abi import BUFFER, Rows, compiled, inlined
+from nsdrill.abi import Rows
+from nsdrill.compiler.functions import BUFFER, compiled, inlined
+from nsdrill.compiler.language import packed
 from nsdrill.elementary import fma
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.models.christoforou_yigit.options import Options
@@ -253,9 +253,9 @@ def make_stabilizer_solve(
             fma(ddecayed, step, decayed),
         )
 
-    @compiled(types.void(BUFFER), W, *options)
+    @compiled(BUFFER)
     def solve_touching(b):  # type: ignore[no-untyped-def]
-        for i in range(W):
+        for i in packed(W):
             x, y, r, relax, q, c, s = (
                 b[x_ + i],
                 b[y_ + i],
@@ -305,7 +305,7 @@ def make_stabilizer_solve(
             b[loss_ + i] = b[soft_T_ + i] * bent
             falling_s = K_ss * abs(force_s) * (b[rise_s_ + i] * b[tau_s_ + i])
             b[falling_ + i] += fma(K_ww * normal, b[rise_w_ + i] * b[tau_w_ + i], falling_s)
-        for i in range(W):
+        for i in packed(W):
             normal, normal_s = b[normal_ + i], abs(b[force_s_ + i])
             c_ss, c_sw, c_ws, c_ww = b[ss_ + i], b[sw_ + i], b[ws_ + i], b[ww_ + i]
             v_w_free, v_s_free = b[v_w_free_ + i], b[v_s_free_ + i]
@@ -330,7 +330,7 @@ def make_stabilizer_solve(
             )
         for _ in range(MAX_ITERATIONS):
             any_unfinished = 0
-            for i in range(W):
+            for i in packed(W):
                 omega, v_s, v_w, step, step_s, step_w, excess, _, _, _, _, _, _ = newton_step(b, i)
                 # a product, as conditional stores would not be packed
                 unfinished = 1.0 if excess > 0.0 else 0.0
@@ -340,7 +340,7 @@ def make_stabilizer_solve(
                 any_unfinished |= 1 if excess > 0.0 else 0
             if any_unfinished == 0:
                 break
-        for i in range(W):
+        for i in packed(W):
             _, _, _, _, _, _, _, torque, friction_s, friction, slope, g, decayed = newton_step(b, i)
             b[torque_ + i] = torque
             b[friction_ + i] = friction
@@ -348,7 +348,7 @@ def make_stabilizer_solve(
             b[slope_ + i] = slope
             b[direction_ + i] = g
             b[decay_ + i] = decayed
-        for i in range(W):
+        for i in packed(W):
             relax, torque, friction, friction_s = (
                 b[relax_ + i],
                 b[torque_ + i],

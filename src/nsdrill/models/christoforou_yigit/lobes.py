@@ -8,7 +8,7 @@ is a compile-time constant, so that the compiler unrolls the loop.
 
 from __future__ import annotations
 
-from nsdrill.abi import inlined
+from nsdrill.compiler.functions import inlined
 from nsdrill.elementary import fma
 
 

@@ -25,9 +25,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, compiled
+from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.language import packed
 from nsdrill.elementary import fma
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -101,15 +101,15 @@ def make_ramped(lanes: int, options: Options = MAIN) -> Any:
     limited, set_speed_ = options.limited, W * rows.parameter
     motion = make_right_hand_side(lanes, options)
 
-    @compiled(types.void(BUFFER), W, *options)
+    @compiled(BUFFER)
     def ramped(b):  # type: ignore[no-untyped-def]
         for j in range(moving):
-            for i in range(W):
+            for i in packed(W):
                 b[moving_ + j * W + i] = fma(
                     b[slope_ + j * W + i], b[time_ + i], b[start_ + j * W + i]
                 )
         motion(b)
-        for i in range(W):
+        for i in packed(W):
             ahead = fma(b[square_ + i], b[time_ + i], b[linear_ + i]) * b[time_ + i]
             if driven:  # lag and twist are shifted alike, the set point is not
                 ahead_rate = fma(2.0 * b[square_ + i], b[time_ + i], b[linear_ + i])

@@ -12,9 +12,10 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.abi import Rows
+from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.language import packed
 from nsdrill.elementary import fma, sincos
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
@@ -260,13 +261,13 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
         make_solve(lanes, options, rows, columns_of(options), aux_of(options)) if implicit else None
     )
 
-    @compiled(types.void(BUFFER), W, *options, tangent)
+    @compiled(BUFFER)
     def right_hand_side(b):  # type: ignore[no-untyped-def]
         # Bit: interference with the lobed surface, force, torque. Cutting and friction
         # share their direction. The collar's radius and slip are computed here, so that
         # other instructions overlap with the square root.
         touching = 0
-        for i in range(W):
+        for i in packed(W):
             x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
             # The floor has an effect at the hole's centre only, where no force acts.
             r = np.sqrt(max(fma(x, x, y * y), 1e-60))
@@ -292,7 +293,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
         if implicit:
             solve(b, touching)
         elif touching != 0:
-            for i in range(W):
+            for i in packed(W):
                 r = b[radius_ + i]
                 penetration = max(r - b[gap_ + i], 0.0)
                 normal = b[k_w_ + i] * penetration
@@ -318,7 +319,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 b[tangential_ + i] = friction * per_r
                 b[friction_ + i] = friction
         else:
-            for i in range(W):
+            for i in packed(W):
                 b[radial_ + i] = 0.0
                 b[tangential_ + i] = 0.0
                 b[friction_ + i] = 0.0
@@ -329,7 +330,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
         # normal load of their friction. Its torque on the bit is added to the wall's
         # friction, as a force at the surface of the collar.
         if stabilizer and not implicit and touching != 0:
-            for i in range(W):
+            for i in packed(W):
                 x, vx, y, vy, r = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[radius_ + i]
                 stiffness = fma(
                     -b[soft_F_ + i],
@@ -363,7 +364,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
 
         # Motion: lateral forces at the collar's centre, softened by axial force and
         # torque; the moment; the slopes.
-        for i in range(W):
+        for i in packed(W):
             x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
             z, vz, twist, omega = b[z_ + i], b[vz_ + i], b[twist_ + i], b[speed_ + i]
             c, s, force, torque, friction = (

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.abi import inlined
+from nsdrill.compiler.functions import inlined
 from nsdrill.elementary import fma
 from nsdrill.observe.interpolant import crossing, quintic
 

@@ -17,9 +17,10 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, RATES, compiled
+from nsdrill.abi import RATES
+from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.language import packed
 from nsdrill.elementary import fma
 from nsdrill.models.christoforou_yigit.friction import bit_slope, coefficient, slip_factors
 from nsdrill.models.christoforou_yigit.implicit import make_deviation
@@ -163,7 +164,7 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
         for name in ("slope", "slope_w", "coefficient")
     )
 
-    @compiled(types.void(BUFFER), W, *options, place)
+    @compiled(BUFFER)
     def tangent(b):  # type: ignore[no-untyped-def]
         motion(b)
         if implicit:
@@ -174,7 +175,7 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
         # they enter. The row of the bit force takes the lateral force along the
         # eccentricity, whose moment changes as the bit rotates.
         touching = 0
-        for i in range(W):
+        for i in packed(W):
             x, vx, y, vy, omega = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i]
             dx, dvx, dy, dvy, domega = (
                 b[dx_ + i],
@@ -253,7 +254,7 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
         # The wall: deviations of normal force over radius, of friction over radius, and
         # of friction itself.
         if touching != 0:
-            for i in range(W):
+            for i in packed(W):
                 x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
                 dx, dvx, dy, dvy, domega = (
                     b[dx_ + i],
@@ -295,13 +296,13 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                 )
                 b[friction_ + i] = dfriction if is_touching else 0.0
         else:
-            for i in range(W):
+            for i in packed(W):
                 b[radial_ + i] = 0.0
                 b[tangential_ + i] = 0.0
                 b[friction_ + i] = 0.0
 
         # The accelerations, as in the last loop of the right-hand side.
-        for i in range(W):
+        for i in packed(W):
             x, y, omega, alpha = b[x_ + i], b[y_ + i], b[speed_ + i], b[alpha_ + i]
             c, s, q, domega, dphi = (
                 b[cosine_ + i],
@@ -404,9 +405,9 @@ def make_contacts(lanes: int, options: Options, place: int) -> Any:
         W * (rows.observer + place + k) for k in range(RATES * len(CONTACTS))
     )
 
-    @compiled(types.void(BUFFER), W, *options, place)
+    @compiled(BUFFER)
     def contacts(b):  # type: ignore[no-untyped-def]
-        for i in range(W):
+        for i in packed(W):
             x, vx, y, vy, omega, c = (
                 b[x_ + i],
                 b[vx_ + i],

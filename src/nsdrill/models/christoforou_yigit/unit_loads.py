@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nsdrill.abi import inlined
+from nsdrill.compiler.functions import inlined
 from nsdrill.elementary import TWO_OVER_PI, fma
 from nsdrill.kernel.slip import first_slip
 from nsdrill.models.christoforou_yigit.friction import bit_parts, bit_slope

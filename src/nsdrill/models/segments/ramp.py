@@ -56,9 +56,8 @@ class SegmentsRamps(Ramps):
         )
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
-        from numba import types
-
-        from nsdrill.abi import BUFFER, compiled
+        from nsdrill.compiler.functions import BUFFER, compiled
+        from nsdrill.compiler.language import packed
         from nsdrill.elementary import fma
 
         columns, names = self.columns(variant), self._names(variant)
@@ -81,14 +80,14 @@ class SegmentsRamps(Ramps):
         square_, linear_ = offset["ahead_square"], offset["ahead_linear"]
         motion = self.model.right_hand_side(lanes, variant)
 
-        @compiled(types.void(BUFFER), W, *variant)
+        @compiled(BUFFER)
         def ramped_segments(b):  # type: ignore[no-untyped-def]
             for j in range(len(moving_)):
-                for i in range(W):
+                for i in packed(W):
                     b[moving_[j] + i] = fma(
                         b[slope_ + j * W + i], b[time_ + i], b[start_ + j * W + i]
                     )
-            for i in range(W):
+            for i in packed(W):
                 t, middle_speed = b[time_ + i], b[speed_ + i]
                 ahead = fma(b[square_ + i], t, b[linear_ + i]) * t
                 speed, time = (
@@ -105,7 +104,7 @@ class SegmentsRamps(Ramps):
                 for k in range(nodes):
                     b[angle_ + 2 * k * W + i] -= ahead
             motion(b)
-            for i in range(W):
+            for i in packed(W):
                 t = b[saved_time_ + i]
                 ahead = fma(b[square_ + i], t, b[linear_ + i]) * t
                 b[phase_ + i], b[time_ + i], b[speed_ + i] = (
@@ -115,10 +114,10 @@ class SegmentsRamps(Ramps):
                 )
                 for k in range(nodes):
                     b[angle_ + 2 * k * W + i] += ahead
-                if (
-                    by_torque and t + b[segment_start_ + i] < b[on_at_ + i]
-                ):  # the top follows the set point
-                    b[drive_acceleration_ + i] += 2.0 * b[square_ + i]
+                if by_torque:
+                    now = b[drive_acceleration_ + i]
+                    follows = t + b[segment_start_ + i] < b[on_at_ + i]  # the set point
+                    b[drive_acceleration_ + i] = now + 2.0 * b[square_ + i] if follows else now
 
         return ramped_segments
 

@@ -48,9 +48,10 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, RATES, Rows, compiled, inlined
+from nsdrill.abi import RATES, Rows
+from nsdrill.compiler.functions import BUFFER, compiled, inlined
+from nsdrill.compiler.language import packed
 from nsdrill.elementary import (
     TWO_OVER_PI,
     direction,
@@ -422,15 +423,7 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int, by_to
             "newton_step": newton_step,
             "cutting_load": cutting_load,
         }
-    return compiled(
-        types.void(BUFFER),
-        W,
-        pipes,
-        collars,
-        by_torque,
-        int(rows.implicit > 0),
-        int(rows.tangent_states > 0),
-    )(define("right_hand_side", text, **known, **helpers))
+    return compiled(BUFFER)(define("right_hand_side", text, **known, **helpers))
 
 
 @lru_cache
@@ -454,9 +447,9 @@ def make_contact(
     axial_, angular_ = W * (rows.acceleration + last), W * (rows.acceleration + 2 * last + 1)
     value_, rate_, curvature_ = (W * (rows.observer + place + k) for k in range(RATES))
 
-    @compiled(types.void(BUFFER), W, place, pipes, collars, by_torque, *implicit)
+    @compiled(BUFFER)
     def rock(b):  # type: ignore[no-untyped-def]
-        for i in range(W):
+        for i in packed(W):
             lobe_rate = b[lobes_ + i] * b[speed_ + i]
             surface = (
                 b[lobes_ + i] * b[cosine_ + i] * b[angular_ + i]

@@ -1,0 +1,557 @@
+"""Expressions of the lane language, as instructions."""
+
+from __future__ import annotations
+
+import ast
+import math
+import operator
+from collections.abc import Callable
+from dataclasses import replace
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+
+from nsdrill import elementary
+from nsdrill.compiler.ir import Text, Value
+from nsdrill.compiler.language import (
+    KINDS,
+    RUNTIME,
+    Array,
+    Bits,
+    Fixed,
+    Lane,
+    Refusal,
+    Scope,
+    Slot,
+    Unassigned,
+    call,
+    constant_of,
+    is_number,
+    plain,
+)
+
+CONSTANT_OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
+    ast.Pow: operator.pow,
+    ast.BitAnd: operator.and_,
+    ast.BitOr: operator.or_,
+    ast.BitXor: operator.xor,
+    ast.LShift: operator.lshift,
+    ast.RShift: operator.rshift,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Is: operator.is_,
+    ast.IsNot: operator.is_not,
+    ast.In: lambda a, b: a in b,
+    ast.NotIn: lambda a, b: a not in b,
+}
+# The instructions of an operation, by the kind of its operands.
+OPERATIONS: dict[type, dict[str, str]] = {
+    ast.Add: {"d": "fadd", "i": "add"},
+    ast.Sub: {"d": "fsub", "i": "sub"},
+    ast.Mult: {"d": "fmul", "i": "mul"},
+    ast.Div: {"d": "fdiv"},
+    ast.FloorDiv: {"i": "sdiv"},
+    ast.Mod: {"i": "srem"},
+    ast.BitAnd: {"i": "and", "b": "and"},
+    ast.BitOr: {"i": "or", "b": "or"},
+    ast.BitXor: {"i": "xor", "b": "xor"},
+    ast.LShift: {"i": "shl"},
+    ast.RShift: {"i": "ashr"},
+}
+COMPARISONS: dict[type, dict[str, str]] = {
+    ast.Lt: {"d": "olt", "i": "slt"},
+    ast.LtE: {"d": "ole", "i": "sle"},
+    ast.Gt: {"d": "ogt", "i": "sgt"},
+    ast.GtE: {"d": "oge", "i": "sge"},
+    ast.Eq: {"d": "oeq", "i": "eq", "b": "eq"},
+    ast.NotEq: {"d": "une", "i": "ne", "b": "ne"},
+}
+INSTEAD = {
+    ast.Pow: "a product",
+    ast.Div: "a division of floats: float(a) / float(b)",
+    ast.Mod: "of integers; of floats np.fmod",
+    ast.FloorDiv: "of integers; of floats np.floor(a / b)",
+}
+# Functions that are instructions, and functions of the C library, for scalars.
+INSTRUCTIONS = {np.sqrt: "sqrt", math.sqrt: "sqrt", np.floor: "floor", np.rint: "rint"}
+LIBRARY = {
+    math.atan2: "atan2", np.arctan2: "atan2", math.hypot: "hypot", np.hypot: "hypot",
+    math.sin: "sin", np.sin: "sin", math.cos: "cos", np.cos: "cos", math.exp: "exp", np.exp: "exp",
+    math.log: "log", np.log: "log", math.fmod: "fmod", np.fmod: "fmod",
+}  # fmt: skip
+
+
+class Expressions:
+    """Gives for each expression a constant, a value or one of
+    :data:`nsdrill.compiler.language.RUNTIME`."""
+
+    text: Text
+    lane_count: int  # of the vector that is being written; 0 outside loops over lanes
+
+    # Kinds and lanes.
+    def value(self, v: Any, kind: str = "", *, wide: bool = True) -> Value:
+        """``v`` as a Value, of this kind if one is asked for; in every lane of the
+        vector that is being written unless ``wide`` is False and it is a scalar."""
+        if isinstance(v, Lane):
+            places = self.text.integers([v.offset + k for k in range(self.lane_count)])
+            v = (
+                places
+                if v.base is None
+                else self.text.operation("add", self.text.widened(v.base, self.lane_count), places)
+            )
+        elif isinstance(v, Bits):
+            weights = (
+                self.text.constant(v.weight, "i", v.mask.lanes)
+                if v.weight is not None
+                else self.text.integers([1 << (v.shift + k) for k in range(v.mask.lanes)])
+            )
+            v = self.text.selection(v.mask, weights, self.text.constant(0, "i", v.mask.lanes))
+        if isinstance(v, Value):
+            if kind and v.kind != kind:
+                raise Refusal(
+                    f"{KINDS[v.kind]} stands where {KINDS[kind]} is needed; allowed: "
+                    f"{ {'d': 'float(x)', 'i': 'int(x)', 'b': 'a comparison, such as x != 0'}[kind] }"
+                )
+            return (
+                self.text.widened(v, self.lane_count)
+                if wide and self.lane_count and not v.lanes
+                else v
+            )
+        v = plain(v)
+        if not is_number(v):
+            raise Refusal(f"{_described(v)} stands where a number is needed")
+        own = "b" if isinstance(v, bool) else "i" if isinstance(v, int) else "d"
+        if kind and own != kind and not (own == "i" and kind == "d" and float(v) == v):
+            raise Refusal(f"{KINDS[own]}, {v!r}, stands where {KINDS[kind]} is needed")
+        return self.text.constant(v, kind or own, self.lane_count if wide else 0)
+
+    def pair(self, a: Any, b: Any) -> tuple[Value, Value]:
+        """Two operands of one kind, both scalars or both vectors."""
+        a, b = (self.value(v, wide=False) if isinstance(v, (Lane, Bits)) else v for v in (a, b))
+        kind = next((v.kind for v in (a, b) if isinstance(v, Value)), "")
+        wide = any(isinstance(v, Value) and v.lanes for v in (a, b))
+        for v in (a, b):
+            if isinstance(v, Value) and v.kind != kind:
+                raise Refusal(
+                    f"{KINDS[a.kind]} and {KINDS[b.kind]} meet in one operation; allowed: two of a kind, as "
+                    "by float(n), int(x) or a comparison"
+                )
+        return self.value(a, kind, wide=wide), self.value(b, kind, wide=wide)
+
+    def truth(self, v: Any) -> Any:
+        """``v`` as a condition: a constant truth, or a value of that kind."""
+        if not isinstance(v, RUNTIME):
+            return bool(v)
+        return self.value(v, "b", wide=False)
+
+    # Names.
+    def lookup(self, name: str, scope: Scope) -> Any:
+        holder = scope.holder(name)
+        if holder is None:
+            return plain(constant_of(scope.function, name))
+        found = holder.names[name]
+        if isinstance(found, Slot):
+            if found.reason:
+                raise Refusal(found.reason)
+            if found.pointer is None:
+                raise Refusal(
+                    f"{name} has no value here; allowed: a name that is assigned on every way here"
+                )
+            return self.text.load(found.pointer, found.kind, found.lanes)
+        if isinstance(found, Unassigned):
+            raise Refusal(found.reason)
+        return found.value if isinstance(found, Fixed) else found
+
+    # Expressions.
+    def eval(self, node: ast.expr, scope: Scope) -> Any:
+        method = getattr(self, f"eval_{type(node).__name__}", None)
+        if method is None:
+            raise Refusal(
+                f"{ast.unparse(node)} is no expression of the language of compiled functions"
+            )
+        return method(node, scope)
+
+    def eval_Constant(self, node: ast.Constant, scope: Scope) -> Any:
+        return node.value
+
+    def eval_Name(self, node: ast.Name, scope: Scope) -> Any:
+        return self.lookup(node.id, scope)
+
+    def eval_Tuple(self, node: ast.Tuple | ast.List, scope: Scope) -> Any:
+        parts: list[Any] = []
+        for part in node.elts:
+            if isinstance(part, ast.Starred):
+                parts.extend(self.eval(part.value, scope))
+            else:
+                parts.append(self.eval(part, scope))
+        return tuple(parts)
+
+    eval_List = eval_Tuple
+
+    def eval_Attribute(self, node: ast.Attribute, scope: Scope) -> Any:
+        owner = self.eval(node.value, scope)
+        if isinstance(owner, RUNTIME) or not hasattr(owner, node.attr):
+            raise Refusal(f"{ast.unparse(node)} is not defined")
+        return plain(getattr(owner, node.attr))
+
+    def eval_BinOp(self, node: ast.BinOp, scope: Scope) -> Any:
+        return self.binary(type(node.op), self.eval(node.left, scope), self.eval(node.right, scope))
+
+    def binary(self, op: type, a: Any, b: Any) -> Any:
+        if not isinstance(a, RUNTIME) and not isinstance(b, RUNTIME):
+            return plain(CONSTANT_OPERATIONS[op](a, b))
+        if isinstance(a, Lane) or isinstance(b, Lane):
+            found = self._with_lane(op, a, b)
+            if found is not None:
+                return found
+        if isinstance(a, Bits) and op is ast.LShift and isinstance(b, int):
+            return (
+                replace(a, shift=a.shift + b)
+                if a.weight is None
+                else replace(a, weight=a.weight << b)
+            )
+        one, two = self.pair(a, b)
+        instruction = OPERATIONS.get(op, {}).get(one.kind)
+        if instruction is None:
+            allowed = f"; allowed: {INSTEAD[op]}" if op in INSTEAD else ""
+            raise Refusal(f"this operation is not defined for {KINDS[one.kind]}{allowed}")
+        made = self.text.operation(instruction, one, two)
+        return self._floored(op, made, one, two) if op in (ast.Mod, ast.FloorDiv) else made
+
+    def _with_lane(self, op: type, a: Any, b: Any) -> Any:
+        """The index of the lane plus or minus a scalar, or a bit at its place."""
+        if isinstance(b, Lane) and op is ast.Add and not isinstance(a, Lane):
+            a, b = b, a
+        if isinstance(b, Lane):
+            if op is ast.LShift and a == 1 and b.base is None:
+                return Bits(self.text.constant(True, "b", self.lane_count), None, b.offset)
+            return None
+        if op in (ast.Add, ast.Sub) and isinstance(b, int) and not isinstance(b, bool):
+            return Lane(a.offset + b if op is ast.Add else a.offset - b, a.base)
+        if op is ast.Add and isinstance(b, Value) and b.kind == "i" and not b.lanes:
+            return Lane(a.offset, b if a.base is None else self.text.operation("add", a.base, b))
+        return None
+
+    def _floored(self, op: type, made: Value, a: Value, b: Value) -> Value:
+        """Quotient or remainder rounded as in Python, where the instruction rounds
+        towards zero."""
+        zero = self.text.constant(0, "i", a.lanes)
+        rest = made if op is ast.Mod else self.text.operation("srem", a, b)
+        opposite = self.text.comparison("slt", self.text.operation("xor", rest, b), zero)
+        off = self.text.operation("and", opposite, self.text.comparison("ne", rest, zero))
+        corrected = (
+            self.text.operation("add", made, b)
+            if op is ast.Mod
+            else self.text.operation("sub", made, self.text.constant(1, "i", a.lanes))
+        )
+        return self.text.selection(off, corrected, made)
+
+    def eval_UnaryOp(self, node: ast.UnaryOp, scope: Scope) -> Any:
+        a = self.eval(node.operand, scope)
+        if isinstance(node.op, ast.Not):
+            truth = self.truth(a)
+            return self.negation(truth) if isinstance(truth, Value) else not truth
+        if not isinstance(a, RUNTIME):
+            return {ast.USub: operator.neg, ast.Invert: operator.invert, ast.UAdd: operator.pos}[
+                type(node.op)
+            ](a)
+        a = self.value(a, wide=False)
+        if isinstance(node.op, ast.USub) and a.kind == "d":
+            return self.text.operation("fneg", a)
+        if a.kind != "i":
+            raise Refusal(f"this operation is not defined for {KINDS[a.kind]}")
+        if isinstance(node.op, ast.USub):
+            return self.text.operation("sub", self.text.constant(0, "i", a.lanes), a)
+        return self.text.operation("xor", a, self.text.constant(-1, "i", a.lanes))
+
+    def negation(self, truth: Value) -> Value:
+        return self.text.operation("xor", truth, self.text.constant(True, "b", truth.lanes))
+
+    def eval_BoolOp(self, node: ast.BoolOp, scope: Scope) -> Any:
+        """``and`` and ``or``: what follows is evaluated only where it decides, if it
+        reads memory or calls something and the operands are scalars."""
+        is_and, result = isinstance(node.op, ast.And), None
+        for number, part in enumerate(node.values):
+            if result is not None and not result.lanes and not self.lane_count and _acts(part):
+                rest = (
+                    ast.BoolOp(node.op, node.values[number:]) if node.values[number + 1 :] else part
+                )
+                return self._short_circuit(is_and, result, rest, scope)
+            truth = self.truth(self.eval(part, scope))
+            if isinstance(truth, bool):
+                if truth != is_and:
+                    return truth
+            else:
+                result = (
+                    truth if result is None else self.both(result, truth, "and" if is_and else "or")
+                )
+        return is_and if result is None else result
+
+    def both(self, a: Any, b: Any, joined: str = "and") -> Any:
+        """Two truths joined."""
+        if isinstance(a, bool) or isinstance(b, bool):
+            known, other = (a, b) if isinstance(a, bool) else (b, a)
+            return other if known == (joined == "and") else known
+        return self.text.operation(joined, *self.pair(a, b))
+
+    def _short_circuit(self, is_and: bool, first: Value, rest: ast.expr, scope: Scope) -> Value:
+        slot, more, done = self.text.slot("b"), self.text.block("more"), self.text.block("done")
+        self.text.store(first, slot)
+        self.text.branch_if(first, *((more, done) if is_and else (done, more)))
+        self.text.begin(more)
+        self.text.store(self.value(self.truth(self.eval(rest, scope)), "b"), slot)
+        self.text.branch(done)
+        self.text.begin(done)
+        return self.text.load(slot, "b")
+
+    def eval_Compare(self, node: ast.Compare, scope: Scope) -> Any:
+        left, result = self.eval(node.left, scope), True
+        for op, right_node in zip(node.ops, node.comparators, strict=True):
+            right = self.eval(right_node, scope)
+            result = self.both(result, self.compare(type(op), left, right))
+            left = right
+        return result
+
+    def compare(self, op: type, a: Any, b: Any) -> Any:
+        if op in (ast.In, ast.NotIn) and isinstance(a, RUNTIME) and isinstance(b, tuple):
+            found: Any = False
+            for other in b:
+                found = self.both(found, self.compare(ast.Eq, a, other), "or")
+            if isinstance(found, bool):
+                return found == (op is ast.In)
+            return found if op is ast.In else self.negation(found)
+        if not isinstance(a, RUNTIME) and not isinstance(b, RUNTIME):
+            return bool(CONSTANT_OPERATIONS[op](a, b))
+        if isinstance(a, Bits) and a.weight != 0 and b == 0 and op in (ast.Eq, ast.NotEq):
+            return a.mask if op is ast.NotEq else self.negation(a.mask)
+        one, two = self.pair(a, b)
+        name = COMPARISONS.get(op, {}).get(one.kind)
+        if name is None:
+            raise Refusal(f"this comparison is not defined for {KINDS[one.kind]}")
+        return self.text.comparison(name, one, two)
+
+    def eval_IfExp(self, node: ast.IfExp, scope: Scope) -> Any:
+        test = self.truth(self.eval(node.test, scope))
+        if isinstance(test, bool):
+            return self.eval(node.body if test else node.orelse, scope)
+        return self.select(test, self.eval(node.body, scope), self.eval(node.orelse, scope))
+
+    def select(self, mask: Value, a: Any, b: Any) -> Any:
+        if isinstance(a, tuple):
+            if not isinstance(b, tuple) or len(a) != len(b):
+                raise Refusal("the two sides of a condition have different numbers of values")
+            return tuple(self.select(mask, x, y) for x, y in zip(a, b, strict=True))
+        if mask.lanes:
+            if isinstance(a, Bits) and _is_zero(b):
+                return replace(a, mask=self.both(mask, a.mask))
+            if _is_integer(a) and _is_zero(b):
+                return Bits(mask, a)
+            if _is_integer(b) and _is_zero(a):
+                return Bits(self.negation(mask), b)
+        if not isinstance(a, RUNTIME) and not isinstance(b, RUNTIME) and type(a) is not type(b):
+            a, b = (float(v) if _is_integer(v) else v for v in (a, b))
+        one, two = self.pair(a, b)
+        if mask.lanes and not one.lanes:
+            one, two = (self.text.widened(v, mask.lanes) for v in (one, two))
+        elif one.lanes and not mask.lanes:
+            mask = self.text.widened(mask, one.lanes)
+        return self.text.selection(mask, one, two)
+
+    # Memory.
+    def eval_Subscript(self, node: ast.Subscript, scope: Scope) -> Any:
+        array = self.eval(node.value, scope)
+        if isinstance(node.slice, ast.Slice):
+            return self._slice(array, node.slice, scope)
+        return self.element(array, self.eval(node.slice, scope))
+
+    def _slice(self, array: Any, part: ast.Slice, scope: Scope) -> Any:
+        lower, upper = (
+            None if at is None else self.eval(at, scope) for at in (part.lower, part.upper)
+        )
+        if not isinstance(array, Array):
+            if isinstance(lower, RUNTIME) or isinstance(upper, RUNTIME):
+                raise Refusal("a part of a constant has ends that are known")
+            return array[lower:upper]
+        if upper is not None or part.step is not None or lower is None:
+            raise Refusal("a part of a buffer goes from a place to its end: b[first:]")
+        first = self.value(lower, "i", wide=False)
+        rest = self.text.operation("sub", array.length, first)
+        return Array(self.text.address(array.ref, first).ref, rest)
+
+    def element(self, array: Any, index: Any) -> Any:
+        if isinstance(array, Array):
+            pointer, count = self.place(array, index)
+            return self.text.load(pointer, "d", count)
+        if isinstance(array, RUNTIME):
+            raise Refusal("only buffers, tuples and tables have elements")
+        parts = index if isinstance(index, tuple) else (index,)
+        if not any(isinstance(part, RUNTIME) for part in parts):
+            return plain(array[index])
+        table = (
+            np.asarray(array) if not any(isinstance(x, (RUNTIME, tuple)) for x in array) else None
+        )
+        if table is None or table.dtype.kind not in "fib" or table.ndim != len(parts):
+            raise Refusal(
+                "a tuple of values is indexed by a number that is not known; allowed: a loop of at most "
+                f"{UNROLLED} turns, or a table of numbers"
+            )
+        flat: Any = 0
+        for part, size in zip(parts, table.shape, strict=True):
+            flat = self.binary(ast.Add, self.binary(ast.Mult, flat, size), part)
+        where = self.value(flat, "i", wide=False)
+        if where.lanes:
+            raise Refusal("a table is indexed by another number in every lane; allowed: a scalar")
+        found = self.text.table(
+            table.ravel().tolist(), "d" if table.dtype.kind == "f" else "i", where
+        )
+        if table.dtype.kind == "b":
+            return self.text.comparison("ne", found, self.text.constant(0, "i"))
+        return found
+
+    def place(self, array: Array, index: Any) -> tuple[Any, int]:
+        """The address of an element or, with the index of the lane, of a row: (pointer,
+        lanes)."""
+        if isinstance(index, Lane):
+            where = self.text.constant(index.offset, "i")
+            if index.base is not None:
+                where = self.text.operation("add", index.base, where)
+            return self.text.address(array.ref, where), self.lane_count
+        where = self.value(index, "i", wide=False)
+        if where.lanes:
+            raise Refusal(
+                "a buffer is indexed by another place in every lane; allowed: b[row + i], or a loop over range(W)"
+            )
+        return self.text.address(array.ref, where), 0
+
+    # Calls.
+    def eval_Call(self, node: ast.Call, scope: Scope) -> Any:
+        function = self.eval(node.func, scope)
+        arguments = list(self.eval_Tuple(ast.Tuple(node.args, ast.Load()), scope))
+        named = {str(k.arg): self.eval(k.value, scope) for k in node.keywords}
+        if function is call:
+            return self.call_argument(arguments[0], arguments[1:])
+        found = self._builtin(function, arguments)
+        if found is not NotImplemented:
+            return found
+        if hasattr(function, "kinds"):  # made by ``compiled``
+            return self.call_compiled(function, arguments)
+        source = getattr(function, "py_func", function)
+        if isinstance(source, FunctionType):
+            return self.inline(source, arguments, named)
+        if any(_has_runtime(a) for a in (*arguments, *named.values())):
+            raise Refusal(
+                f"a call of {_described(function)} is not in the language of compiled functions"
+            )
+        return plain(function(*arguments, **named))
+
+    def call_argument(self, function: Any, arguments: list[Any]) -> Value:
+        raise NotImplementedError
+
+    def call_compiled(self, function: Any, arguments: list[Any]) -> Value:
+        raise NotImplementedError
+
+    def inline(self, function: FunctionType, arguments: list[Any], named: dict[str, Any]) -> Any:
+        raise NotImplementedError
+
+    def _builtin(self, f: Any, arguments: list[Any]) -> Any:
+        """The result of a function of the language, or NotImplemented."""
+        known = not any(_has_runtime(a) for a in arguments)
+        if f is elementary.fma:
+            return self._fma(arguments)
+        if f in (min, max) and len(arguments) > 1 and not known:
+            return self._extreme(ast.Gt if f is max else ast.Lt, arguments)
+        if known:
+            return NotImplemented
+        first = arguments[0]
+        if f is len and isinstance(first, Array):
+            return first.length
+        if f is len and isinstance(first, tuple):
+            return len(first)
+        if f is elementary.float_bits:
+            return self.text.conversion("bitcast", self.value(first, "d", wide=False), "i")
+        if f is elementary.bits_float:
+            return self.text.conversion("bitcast", self.value(first, "i", wide=False), "d")
+        if f is elementary.lowest_bit:
+            return self.text.intrinsic("cttz", self.value(first, "i", wide=False))
+        if f is abs:
+            return self.text.intrinsic("fabs", self.value(first, "d", wide=False))
+        if f in (float, np.float64, int):
+            return self._converted(first, "i" if f is int else "d")
+        if f is bool:
+            return self.truth(first)
+        if _hashable(f) and f in INSTRUCTIONS:
+            return self.text.intrinsic(INSTRUCTIONS[f], self.value(first, "d", wide=False))
+        if _hashable(f) and f in LIBRARY:
+            values = [self.value(a, "d", wide=False) for a in arguments]
+            if any(v.lanes for v in values) or self.lane_count:
+                raise Refusal(
+                    f"{f.__name__} is a call of the C library, one lane at a time; allowed: the functions of "
+                    "nsdrill.elementary, or a loop over range(W)"
+                )
+            return self.text.library(LIBRARY[f], *values)
+        return NotImplemented
+
+    def _fma(self, arguments: list[Any]) -> Value:
+        wide = any(isinstance(a, Value) and a.lanes for a in arguments)
+        return self.text.intrinsic("fma", *(self.value(a, "d", wide=wide) for a in arguments))
+
+    def _extreme(self, op: type, arguments: list[Any]) -> Any:
+        best = arguments[0]
+        for other in arguments[1:]:
+            other, best = self.pair(other, best)
+            best = self.text.selection(
+                self.text.comparison(COMPARISONS[op][best.kind], other, best), other, best
+            )
+        return best
+
+    def _converted(self, v: Any, kind: str) -> Value:
+        made = self.value(v, wide=False)
+        if made.kind == kind:
+            return made
+        name = {
+            ("i", "d"): "sitofp",
+            ("b", "d"): "uitofp",
+            ("d", "i"): "fptosi",
+            ("b", "i"): "zext",
+        }
+        return self.text.conversion(name[made.kind, kind], made, kind)
+
+
+UNROLLED = 8  # turns of a loop that are written out
+
+
+def _acts(node: ast.expr) -> bool:
+    return any(isinstance(part, (ast.Call, ast.Subscript)) for part in ast.walk(node))
+
+
+def _has_runtime(v: Any) -> bool:
+    return isinstance(v, RUNTIME) or (
+        isinstance(v, tuple) and any(_has_runtime(part) for part in v)
+    )
+
+
+def _is_integer(v: Any) -> bool:
+    return isinstance(v, int) and not isinstance(v, bool)
+
+
+def _is_zero(v: Any) -> bool:
+    return _is_integer(v) and v == 0
+
+
+def _hashable(f: Any) -> bool:
+    return getattr(type(f), "__hash__", None) is not None
+
+
+def _described(v: Any) -> str:
+    return getattr(v, "__name__", None) or repr(v)

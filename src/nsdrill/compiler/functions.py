@@ -1,0 +1,193 @@
+"""Compiled functions: made by a decorator, compiled when they are first needed, kept on
+disk for the next process.
+
+Three ways lead to the same bits. Machine code comes from the lane language
+(:mod:`nsdrill.compiler.language`); with ``NSDRILL_COMPILER=numba`` in the environment
+it comes from numba, which is slower to compile, the reference; with
+``NUMBA_DISABLE_JIT=1`` everything runs in the interpreter, where a fused multiply-add
+rounds twice.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+
+from nsdrill.cache import load, save
+from nsdrill.errors import InputError
+
+# The kinds of arguments: a flat array of floats, such as the lane buffer; an integer; a
+# float; a compiled function.
+BUFFER, INTEGER, FLOAT, FUNCTION = "aidf"
+ROUTES = ("native", "numba", "interpreter")
+C_ARGUMENTS = {"a": (ctypes.c_void_p, ctypes.c_int64), "i": (ctypes.c_int64,),
+               "d": (ctypes.c_double,), "f": (ctypes.c_int64,)}  # fmt: skip
+_addresses: dict[str, int] = {}
+
+
+@cache
+def route() -> str:
+    """How functions are compiled in this process, one of ROUTES."""
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        return "interpreter"
+    found = os.environ.get("NSDRILL_COMPILER") or "native"
+    if found not in ROUTES:
+        raise InputError(f"NSDRILL_COMPILER: found {found}; allowed: native, numba or interpreter.")
+    return found
+
+
+def compiled(*kinds: str) -> Callable[[Any], Any]:
+    """Compile a function of the lane language whose arguments are of these kinds
+    (BUFFER, INTEGER, FLOAT, FUNCTION). Where it returns something, that is an integer."""
+
+    def make(function: Any) -> Any:
+        if route() == "interpreter":
+            function.kinds = "".join(kinds)
+            return function
+        if route() == "numba":
+            from nsdrill.compiler import reference
+
+            return reference.compiled(function, "".join(kinds))
+        return LaneFunction(function, "".join(kinds))
+
+    return make
+
+
+def inlined(function: Any) -> Any:
+    """A helper that is written out where it is called."""
+    if route() == "numba":
+        from nsdrill.compiler import reference
+
+        return reference.inlined(function)
+    return function
+
+
+def address(function: Any) -> Any:
+    """What stands for a compiled function when it is an argument of another: its
+    address, or in the interpreter the function itself."""
+    return function if route() == "interpreter" else function.address
+
+
+class LaneFunction:
+    """A function of the lane language, and its machine code once that is needed."""
+
+    def __init__(self, function: FunctionType, kinds: str) -> None:
+        self.py_func = self.__wrapped__ = function
+        self.kinds, self.__name__, self.__doc__ = kinds, function.__name__, function.__doc__
+        self._address = 0
+
+    @property
+    def address(self) -> int:
+        """Of the entry with C's calling convention (:mod:`nsdrill.compiler.module`)."""
+        if not self._address:
+            self._address = _address(self)
+        return self._address
+
+    def __call__(self, *arguments: Any) -> int:
+        given: list[Any] = []
+        for argument, kind in zip(arguments, self.kinds, strict=True):
+            if kind == "a":
+                if argument.dtype != np.float64 or not argument.flags.c_contiguous:
+                    raise TypeError(f"{self.__name__}: a buffer is a contiguous array of float64")
+                given += (argument.ctypes.data, argument.size)
+            else:
+                given.append(argument.address if kind == "f" else argument)
+        return int(_prototype(self.kinds)(self.address)(*given))
+
+
+@cache
+def _prototype(kinds: str) -> Any:
+    return ctypes.CFUNCTYPE(ctypes.c_int64, *(part for kind in kinds for part in C_ARGUMENTS[kind]))
+
+
+def _address(function: LaneFunction) -> int:
+    """Compile the function, or load it from the disk."""
+    from nsdrill.compiler import native
+    from nsdrill.compiler.module import Module
+
+    with native.lock:
+        key = _key(function, native.versions(), native.WIDTH)
+        if key in _addresses:
+            return _addresses[key]
+        symbol = f"lanes_{key}"
+
+        def make() -> bytes:
+            text = Module(native.WIDTH).text(function.py_func, function.kinds, symbol)
+            return native.object_code(text)
+
+        name = f"{function.__name__[:60]}-{key}"
+        if (code := load(name)) is None:
+            code = make()
+            save(name, code)
+        found = _addresses[key] = native.address_of(code, symbol)
+        return found
+
+
+# What determines the machine code of a function: not its text, which would have to be
+# read and parsed, but what Python has made of it.
+def _key(function: LaneFunction, *others: Any) -> str:
+    text = repr((_compiler_digest(), function.kinds, identity(function.py_func), *others))
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+@cache
+def _compiler_digest() -> str:
+    digest = hashlib.sha256()
+    for file in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+@cache
+def identity(function: FunctionType) -> str:
+    """A digest of the code of ``function`` and of all that it refers to."""
+    names = {
+        name: function.__globals__[name]
+        for name in _names(function.__code__)
+        if name in function.__globals__
+    }
+    cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
+    names |= {name: cell.cell_contents for name, cell in cells}
+    names.pop(function.__name__, None)
+    found = (
+        _code(function.__code__),
+        [(name, _content(value)) for name, value in sorted(names.items())],
+        _content(function.__defaults__),
+    )
+    return hashlib.sha256(repr(found).encode()).hexdigest()
+
+
+def _names(code: CodeType) -> set[str]:
+    inner = (constant for constant in code.co_consts if isinstance(constant, CodeType))
+    return set(code.co_names).union(*map(_names, inner))
+
+
+def _code(code: CodeType) -> Any:
+    constants = [_code(c) if isinstance(c, CodeType) else c for c in code.co_consts]
+    if constants and isinstance(constants[0], str):
+        constants[0] = ""  # the docstring
+    return code.co_name, code.co_code, constants, code.co_names, code.co_varnames, code.co_freevars
+
+
+def _content(value: Any) -> Any:
+    """All of a value that may matter, as a text or a tuple of texts."""
+    source = getattr(value, "py_func", value)
+    if isinstance(source, FunctionType):
+        return getattr(value, "kinds", ""), identity(source)
+    if isinstance(value, np.ndarray):
+        return value.dtype.str, value.shape, hashlib.sha256(value.tobytes()).hexdigest()
+    if isinstance(value, (tuple, list)):
+        return [_content(part) for part in value]
+    if isinstance(value, ModuleType):
+        return value.__name__
+    if isinstance(value, type) or callable(value):
+        return getattr(value, "__module__", ""), getattr(value, "__qualname__", repr(value))
+    return repr(value)

@@ -1,0 +1,265 @@
+"""The lane language: the restricted Python in which everything that is compiled is
+written, and what the two walkers over its syntax trees share.
+
+A function of the language runs in the interpreter as it stands. Compiled, it becomes
+vector instructions. Names whose values are known when the function is made (numbers,
+tuples, tables, functions of its closure and module) are constants; arguments, numbers
+in buffers and all that follows from them are *values*, of one of three kinds: float,
+integer and truth. No kind becomes another silently: ``float(n)``, ``int(x)`` and
+``n != 0`` are written down. A constant integer may stand for a float.
+
+===============================  =======================================================
+``for i in packed(W):``           vector code: ``b[row + i]`` is a row of W lanes; no
+                                 branches but ``a if c else b``, which evaluates both
+``s |= (1 << i) if c else 0``    the set of lanes in which c holds, as bits
+``s |= 1 if c else 0``           whether c holds in some lane
+``for k in range(n):``           written out where n is known and small, else a loop
+``for name in (a, b):``          written out
+``if``, ``while``, ``and``       of scalars: branches, also around loops over lanes
+``x = b[k]``, ``b[k:]``          of buffers of floats; constant tables are indexed alike
+``helper(x, y)``                 a function marked ``inlined``, or any plain one: written
+                                 out at its call; it returns at its end
+``compiled_function(b, n)``      a function made by ``compiled``: called
+``call(f, b)``                   the function of an argument: called
+``min max abs float int len``    as in Python; also ``np.sqrt``, ``np.floor``,
+                                 ``np.rint``, and, of scalars, functions of ``math``
+``fma float_bits bits_float``    of :mod:`nsdrill.elementary`, with ``lowest_bit``
+===============================  =======================================================
+"""
+
+from __future__ import annotations
+
+import ast
+import linecache
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+
+from nsdrill.compiler.ir import Pointer, Value
+from nsdrill.errors import InputError
+
+KINDS = {"d": "a float", "i": "an integer", "b": "a truth"}
+
+
+class LanguageError(InputError):
+    """A function that is to be compiled uses what the language does not have."""
+
+
+class Refusal(Exception):
+    """What is refused, before the place is known."""
+
+
+def packed(first: int, stop: int | None = None) -> range:
+    """The lanes of a buffer, ``packed(W)``, or places side by side from ``first`` to
+    ``stop``: a loop over them is compiled to vector instructions."""
+    return range(first) if stop is None else range(first, stop)
+
+
+def call(function: Any, *arguments: Any) -> Any:
+    """Call a compiled function that is an argument."""
+    return function(*arguments)
+
+
+# What an expression can be besides a constant and a Value.
+@dataclass(slots=True)
+class Array:
+    """A buffer of floats."""
+
+    ref: str
+    length: Value
+
+
+@dataclass(slots=True)
+class FunctionArgument:
+    """A compiled function whose address is an argument."""
+
+    address: Value
+
+
+@dataclass(slots=True)
+class Lane:
+    """The index of the lane plus an offset, and a scalar integer if there is one."""
+
+    offset: int
+    base: Value | None = None
+
+
+@dataclass(slots=True)
+class Bits:
+    """In each lane an integer: where ``mask`` holds ``weight`` or, without a weight,
+    1 << (lane + shift); else 0."""
+
+    mask: Value
+    weight: int | None
+    shift: int = 0
+
+
+class Slot:
+    """A variable in memory, as branches or turns of a loop assign it: its kind and
+    lanes are those of its first value."""
+
+    def __init__(self) -> None:
+        self.pointer: Pointer | None = None
+        self.kind = ""
+        self.lanes = 0
+        self.reason = ""  # why it has no value here
+
+
+@dataclass(slots=True)
+class Unassigned:
+    """A name without a value that can be used here, and why."""
+
+    reason: str
+
+
+@dataclass(slots=True)
+class Fixed:
+    """A value that a branch or a loop cannot replace, such as a tuple."""
+
+    value: Any
+
+
+RUNTIME = (Value, Lane, Bits, Array, FunctionArgument)
+
+
+class Scope:
+    """The names of one function, or of the turn of one loop over lanes inside it."""
+
+    def __init__(self, function: FunctionType, parent: Scope | None = None) -> None:
+        self.function, self.parent = function, parent
+        self.names: dict[str, Any] = {}
+
+    def holder(self, name: str) -> Scope | None:
+        """This scope or the one around it that has ``name``."""
+        at: Scope | None = self
+        while at is not None and name not in at.names:
+            at = at.parent
+        return at
+
+
+def plain(value: Any) -> Any:
+    """A constant as Python has it: numpy's scalars as numbers."""
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def is_number(value: Any) -> bool:
+    return isinstance(value, (int, float))
+
+
+# Definitions.
+def definition(function: FunctionType) -> ast.FunctionDef:
+    """The syntax tree of ``function``."""
+    code = function.__code__
+    text = function.__globals__.get("__source__") or "".join(linecache.getlines(code.co_filename))
+    found = _definitions(text).get((code.co_firstlineno, code.co_name), [])
+    for node in found:
+        if len(found) == 1 or _same_code(node, function):
+            return node
+    raise LanguageError(
+        f"{code.co_filename}, line {code.co_firstlineno}: {code.co_name}: the source of this function is not "
+        "found, or has changed since it was imported; allowed: a function that is written in a file."
+    )
+
+
+@lru_cache
+def _definitions(text: str) -> dict[tuple[int, str], list[ast.FunctionDef]]:
+    found: dict[tuple[int, str], list[ast.FunctionDef]] = {}
+    try:
+        tree = ast.parse(text)
+    except SyntaxError:
+        return found
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
+            found.setdefault((first, node.name), []).append(node)
+        elif isinstance(node, ast.Lambda):
+            made = ast.FunctionDef("<lambda>", node.args, [ast.Return(node.body)], [])
+            ast.copy_location(made, node)
+            ast.copy_location(made.body[0], node.body)
+            found.setdefault((node.lineno, "<lambda>"), []).append(made)
+    return found
+
+
+def _same_code(node: ast.FunctionDef, function: FunctionType) -> bool:
+    """Whether this lambda is that of ``function``, of several in one line."""
+    returned = node.body[0]
+    if not (isinstance(returned, ast.Return) and returned.value):
+        return False
+    tree = ast.Expression(ast.copy_location(ast.Lambda(node.args, returned.value), node))
+    code, mine = eval(compile(tree, "", "eval"), {}).__code__, function.__code__
+    return bool(
+        (code.co_code, code.co_consts, code.co_names)
+        == (mine.co_code, mine.co_consts, mine.co_names)
+    )
+
+
+@lru_cache(maxsize=4096)
+def free_names(function: FunctionType) -> dict[str, Any]:
+    """What the names of the function's closure stand for."""
+    cells = function.__closure__ or ()
+    return {
+        name: cell.cell_contents
+        for name, cell in zip(function.__code__.co_freevars, cells, strict=True)
+    }
+
+
+def constant_of(function: FunctionType, name: str) -> Any:
+    """What a name that the function does not assign stands for."""
+    if name in function.__code__.co_varnames or name in function.__code__.co_cellvars:
+        raise Refusal(
+            f"{name} has no value here; allowed: a name that is assigned on every way here"
+        )
+    if name in (free := free_names(function)):
+        return free[name]
+    if name in function.__globals__:
+        return function.__globals__[name]
+    builtins = function.__globals__["__builtins__"]
+    found = builtins.get(name) if isinstance(builtins, dict) else getattr(builtins, name, None)
+    if found is None:
+        raise Refusal(f"the name {name} is not defined")
+    return found
+
+
+def assigned(body: list[ast.stmt], *, in_lanes: bool = False) -> Iterator[str]:
+    """The names that statements assign, but for those of the turn of a loop over lanes
+    (``in_lanes``): there only what is accumulated outside it."""
+    for node in body:
+        if isinstance(node, ast.For):
+            over_lanes = in_lanes or is_over_lanes(node)
+            if not over_lanes:
+                yield from targets(node.target)
+            yield from assigned(node.body, in_lanes=over_lanes)
+        elif isinstance(node, ast.AugAssign):
+            yield from targets(node.target)
+        elif isinstance(node, ast.Assign) and not in_lanes:
+            for target in node.targets:
+                yield from targets(target)
+        elif isinstance(node, (ast.If, ast.While)):
+            yield from assigned([*node.body, *node.orelse], in_lanes=in_lanes)
+
+
+def is_over_lanes(node: ast.For) -> bool:
+    head = node.iter
+    return (
+        isinstance(head, ast.Call) and isinstance(head.func, ast.Name) and head.func.id == "packed"
+    )
+
+
+def targets(node: ast.expr) -> Iterator[str]:
+    """The names to which a target of an assignment or a loop refers."""
+    for part in ast.walk(node):
+        if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
+            yield part.id
+
+
+def leaves_loop(body: list[ast.stmt]) -> bool:
+    """Whether a statement of a loop's body, not of a loop inside it, ends a turn."""
+    return any(
+        isinstance(node, (ast.Break, ast.Continue))
+        or (isinstance(node, ast.If) and leaves_loop([*node.body, *node.orelse]))
+        for node in body
+    )

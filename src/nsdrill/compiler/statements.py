@@ -1,0 +1,490 @@
+"""Statements of the lane language, as instructions: the body of one function."""
+
+from __future__ import annotations
+
+import ast
+from types import FunctionType
+from typing import Any, NamedTuple
+
+from nsdrill.compiler.expressions import UNROLLED, Expressions
+from nsdrill.compiler.ir import Text, Value
+from nsdrill.compiler.language import (
+    RUNTIME,
+    Array,
+    Bits,
+    Fixed,
+    FunctionArgument,
+    Lane,
+    LanguageError,
+    Refusal,
+    Scope,
+    Slot,
+    Unassigned,
+    assigned,
+    constant_of,
+    definition,
+    is_number,
+    leaves_loop,
+    packed,
+    plain,
+    targets,
+)
+
+
+class Returned(NamedTuple):
+    """How a body ended: by a return with this value, or (``jumped``) by an instruction
+    that goes elsewhere."""
+
+    value: Any = None
+    jumped: bool = False
+
+
+JUMPED = Returned(jumped=True)
+
+
+class Body(Expressions):
+    """Writes one function of a module and all that is inlined into it. ``width`` is the
+    greatest number of lanes in a vector."""
+
+    def __init__(self, module: Any, text: Text, width: int) -> None:
+        self.module, self.text, self.width = module, text, width
+        self.lane_count = 0
+        self.loops: list[tuple[str, str] | None] = []  # labels of the next turn and of the end
+        self.outermost: FunctionType | None = None
+
+    # Functions.
+    def write(self, function: FunctionType, arguments: list[Any]) -> None:
+        """The whole body of ``function``, which returns an integer."""
+        self.outermost = function
+        if self._entered(function, arguments, {}) is not JUMPED:
+            self.text.line("ret i64 0")
+
+    def inline(self, function: FunctionType, arguments: list[Any], named: dict[str, Any]) -> Any:
+        outermost, loops = self.outermost, self.loops
+        self.outermost, self.loops = None, []
+        result = self._entered(function, arguments, named)
+        self.outermost, self.loops = outermost, loops
+        return result.value if result is not None else None
+
+    def _entered(
+        self, function: FunctionType, arguments: list[Any], named: dict[str, Any]
+    ) -> Returned | None:
+        node, scope = definition(function), Scope(function)
+        names = [argument.arg for argument in node.args.args]
+        defaults = dict(zip(reversed(names), reversed(function.__defaults__ or ()), strict=False))
+        scope.names.update(defaults)
+        if node.args.vararg is not None:
+            scope.names[node.args.vararg.arg] = tuple(arguments[len(names) :])
+            arguments = arguments[: len(names)]
+        scope.names.update(zip(names, arguments, strict=False))
+        scope.names.update(named)
+        if len(arguments) > len(names) or any(name not in scope.names for name in names):
+            raise Refusal(
+                f"{function.__name__} takes {len(names)} arguments and is given {len(arguments) + len(named)}"
+            )
+        return self.run(node.body, scope)
+
+    def call_argument(self, function: Any, arguments: list[Any]) -> Value:
+        if not isinstance(function, FunctionArgument):
+            raise Refusal("the first argument of call is a function that is an argument")
+        kinds, given = self._passed(arguments, None)
+        return self.module.call_address(self.text, function.address, kinds, given)
+
+    def call_compiled(self, function: Any, arguments: list[Any]) -> Value:
+        if self.lane_count:
+            raise Refusal(
+                f"{function.__name__} is called in a loop over lanes, where helpers are inlined"
+            )
+        kinds, given = self._passed(arguments, function)
+        return self.module.call_internal(self.text, function, kinds, given)
+
+    def _passed(self, arguments: list[Any], function: Any) -> tuple[str, list[str]]:
+        """Arguments of a call: their kinds, and their text."""
+        wanted = getattr(function, "kinds", "?" * len(arguments))
+        if len(wanted) != len(arguments):
+            raise Refusal(
+                f"{function.__name__} takes {len(wanted)} arguments and is given {len(arguments)}"
+            )
+        kinds, given = "", []
+        for argument, kind in zip(arguments, wanted, strict=True):
+            if isinstance(argument, Array):
+                found, texts = (
+                    "a",
+                    [f"{self.module.pointer} {argument.ref}", f"i64 {argument.length.ref}"],
+                )
+            elif isinstance(argument, FunctionArgument):
+                found, texts = "f", [f"i64 {argument.address.ref}"]
+            else:
+                value = self.value(argument, "" if kind in "?af" else kind, wide=False)
+                found, texts = (
+                    value.kind,
+                    [f"{'double' if value.kind == 'd' else 'i64'} {value.ref}"],
+                )
+            if kind != "?" and found != kind:
+                raise Refusal(
+                    f"{function.__name__} is called with another kind of argument than it has"
+                )
+            kinds += found
+            given += texts
+        return kinds, given
+
+    # Statements. None where the next one follows, or how the body ended.
+    def run(self, body: list[ast.stmt], scope: Scope) -> Returned | None:
+        for statement in body:
+            method = getattr(self, f"do_{type(statement).__name__}", None)
+            try:
+                if method is None:
+                    raise Refusal("this statement is not in the language of compiled functions")
+                result = method(statement, scope)
+            except Refusal as refusal:
+                raise _placed(refusal, statement, scope) from None
+            except (
+                TypeError,
+                ValueError,
+                IndexError,
+                AttributeError,
+                KeyError,
+                ZeroDivisionError,
+            ) as error:
+                raise _placed(error, statement, scope) from error
+            if result is not None:
+                return result
+        return None
+
+    def do_Expr(self, node: ast.Expr, scope: Scope) -> None:
+        if not isinstance(node.value, ast.Constant):
+            self.eval(node.value, scope)
+
+    def do_Pass(self, node: ast.Pass, scope: Scope) -> None:
+        pass
+
+    def do_Return(self, node: ast.Return, scope: Scope) -> Returned:
+        value = None if node.value is None else self.eval(node.value, scope)
+        if self.outermost is None:
+            return Returned(value)
+        if self.lane_count:
+            raise Refusal("a return in a loop over lanes")
+        self.text.line(f"ret i64 {'0' if value is None else self.value(value, 'i').ref}")
+        return JUMPED
+
+    def do_Assign(self, node: ast.Assign, scope: Scope) -> None:
+        value = self.eval(node.value, scope)
+        for target in node.targets:
+            self._bind(target, value, scope)
+
+    def do_AnnAssign(self, node: ast.AnnAssign, scope: Scope) -> None:
+        if node.value is not None:
+            self._bind(node.target, self.eval(node.value, scope), scope)
+
+    def _bind(self, target: ast.expr, value: Any, scope: Scope) -> None:
+        if isinstance(target, ast.Name):
+            self._assign(target.id, value, scope, bool(self.lane_count))
+        elif isinstance(target, ast.Tuple):
+            if not isinstance(value, tuple) or len(value) != len(target.elts):
+                raise Refusal(
+                    f"one value, or another number of values, for {len(target.elts)} names"
+                )
+            for part, single in zip(target.elts, value, strict=True):
+                self._bind(part, single, scope)
+        elif isinstance(target, ast.Subscript):
+            self._set(self.eval(target.value, scope), self.eval(target.slice, scope), value)
+        else:
+            raise Refusal(f"{ast.unparse(target)} cannot be assigned to")
+
+    def _assign(self, name: str, value: Any, scope: Scope, wide: bool) -> None:
+        """Assign to a name of ``scope``; ``wide`` if it has a value in every lane."""
+        found = scope.names.get(name)
+        if isinstance(found, Fixed):
+            raise Refusal(
+                f"{name} is not a number and changes in a branch or loop; allowed: numbers, each with a name"
+            )
+        if not isinstance(found, Slot):
+            scope.names[name] = value
+            return
+        if not (isinstance(value, RUNTIME) or is_number(value)) or isinstance(
+            value, (Array, FunctionArgument)
+        ):
+            raise Refusal(f"{name} is assigned in a branch or loop and is no number")
+        if found.pointer is None:
+            made = self.value(value, wide=wide)
+            found.kind, found.lanes = made.kind, made.lanes
+            found.pointer = self.text.slot(made.kind, made.lanes)
+        else:
+            made = self.value(value, found.kind, wide=bool(found.lanes))
+        found.reason = ""
+        if made.lanes != found.lanes:
+            raise Refusal(f"{name} is a number for all lanes and another for each of them")
+        self.text.store(made, found.pointer)
+
+    def _set(self, array: Any, index: Any, value: Any) -> None:
+        if not isinstance(array, Array):
+            raise Refusal("only elements of buffers can be assigned to")
+        pointer, count = self.place(array, index)
+        made = self.value(value, "d", wide=bool(count))
+        if made.lanes != count:
+            raise Refusal("a value for each lane is assigned to one element")
+        self.text.store(made, pointer)
+
+    def do_AugAssign(self, node: ast.AugAssign, scope: Scope) -> None:
+        op, target = type(node.op), node.target
+        if isinstance(target, ast.Subscript):
+            array, index = self.eval(target.value, scope), self.eval(target.slice, scope)
+            old = self.element(array, index)
+            self._set(array, index, self.binary(op, old, self.eval(node.value, scope)))
+            return
+        if not isinstance(target, ast.Name):
+            raise Refusal(f"{ast.unparse(target)} cannot be assigned to")
+        holder = scope.holder(target.id)
+        if holder is None:
+            constant_of(scope.function, target.id)
+            raise Refusal(f"{target.id} is not a variable of this function")
+        value = self.eval(node.value, scope)
+        if holder is not scope:  # a set of lanes
+            if op is not ast.BitOr:
+                raise Refusal(
+                    "lanes accumulate only sets: s |= (1 << i) if c else 0, or a row of the buffer"
+                )
+            value = self._reduced(value)
+        result = self.binary(op, self.lookup(target.id, scope), value)
+        self._assign(target.id, result, holder, bool(self.lane_count) and holder is scope)
+
+    def _reduced(self, value: Any) -> Any:
+        """The sum over the lanes of their bits, a scalar."""
+        if not isinstance(value, Bits):
+            if isinstance(value, RUNTIME) and not (isinstance(value, Value) and not value.lanes):
+                raise Refusal("a set of lanes is (1 << i) if c else 0, or 1 if c else 0")
+            return value
+        bits = self.text.bits_of(value.mask)
+        if value.weight is None:
+            return self.binary(ast.LShift, bits, value.shift) if value.shift else bits
+        some = self.text.comparison("ne", bits, self.text.constant(0, "i"))
+        return self.text.selection(
+            some, self.text.constant(value.weight, "i"), self.text.constant(0, "i")
+        )
+
+    # Branches.
+    def open(self, names: Any, scope: Scope) -> None:
+        """Give the names that a branch or loop assigns a place in memory."""
+        for name in names:
+            holder = scope.holder(name) or scope
+            found = holder.names.get(name)
+            if isinstance(found, (Slot, Fixed)):
+                continue
+            if found is None or isinstance(found, Unassigned):
+                holder.names[name] = Slot()
+            elif isinstance(found, (Array, FunctionArgument)) or not (
+                isinstance(found, RUNTIME) or is_number(found)
+            ):
+                holder.names[name] = Fixed(found)
+            else:
+                holder.names[name] = Slot()
+                self._assign(name, found, holder, bool(self.lane_count) and holder is scope)
+
+    def do_If(self, node: ast.If, scope: Scope) -> Returned | None:
+        test = self.truth(self.eval(node.test, scope))
+        if isinstance(test, bool):
+            return self.run(node.body if test else node.orelse, scope)
+        if self.lane_count:
+            raise Refusal(
+                "a branch in a loop over lanes; allowed: x = a if c else b, or a branch around the loop"
+            )
+        text = self.text
+        self.open(assigned([*node.body, *node.orelse]), scope)
+        then, after = text.block("then"), text.block("after")
+        other = text.block("else") if node.orelse else after
+        text.branch_if(test, then, other)
+        ended = []
+        for label, body in ((then, node.body), (other, node.orelse)):
+            if not body:
+                ended.append(False)
+                continue
+            text.begin(label)
+            ended.append(self._branch(body, scope))
+            if not ended[-1]:
+                text.branch(after)
+        text.begin(after)
+        if all(ended):
+            text.line("unreachable")
+            return JUMPED
+        return None
+
+    def _branch(self, body: list[ast.stmt], scope: Scope) -> bool:
+        """Write a branch or the turn of a loop; whether it ended by a jump."""
+        result = self.run(body, scope)
+        if result is not None and not result.jumped:
+            raise _placed(
+                Refusal("a return from the midst of an inlined function; allowed: one return, at its end"),
+                body[-1], scope,
+            )  # fmt: skip
+        return result is not None
+
+    def do_While(self, node: ast.While, scope: Scope) -> Returned | None:
+        if self.lane_count:
+            raise Refusal("a while loop in a loop over lanes; allowed: the other way round")
+        text = self.text
+        self.open(assigned(node.body), scope)
+        head, body, after = text.block("head"), text.block("body"), text.block("after")
+        text.branch(head)
+        text.begin(head)
+        test = self.truth(self.eval(node.test, scope))
+        text.branch_if(self.value(test, "b"), body, after)
+        text.begin(body)
+        self._turn(node.body, scope, head, after)
+        text.begin(after)
+        return None
+
+    def _turn(self, body: list[ast.stmt], scope: Scope, again: str, after: str) -> None:
+        self.loops.append((again, after))
+        if not self._branch(body, scope):
+            self.text.branch(again)
+        self.loops.pop()
+
+    def do_Break(self, node: ast.Break, scope: Scope) -> Returned:
+        return self._jump(1)
+
+    def do_Continue(self, node: ast.Continue, scope: Scope) -> Returned:
+        return self._jump(0)
+
+    def _jump(self, which: int) -> Returned:
+        labels = self.loops[-1] if self.loops else None
+        if labels is None or self.lane_count:
+            raise Refusal("break or continue of a loop that is written out, or over lanes")
+        self.text.branch(labels[which])
+        return JUMPED
+
+    # Loops.
+    def do_For(self, node: ast.For, scope: Scope) -> Returned | None:
+        if node.orelse:
+            raise Refusal("a loop with else")
+        head = node.iter
+        if isinstance(head, ast.Call) and not head.keywords:
+            function = self.eval(head.func, scope)
+            if function is packed or function is range:
+                limits = [self.eval(argument, scope) for argument in head.args]
+                known = not any(isinstance(limit, RUNTIME) for limit in limits)
+                if function is packed:
+                    if not known or self.lane_count:
+                        raise Refusal(
+                            "packed(W) has a number that is known, in no other loop over lanes"
+                        )
+                    return self._over_lanes(node, packed(*limits), scope)
+                return self._over_range(node, limits, known, scope)
+        items = self.eval(head, scope)
+        if isinstance(items, RUNTIME) or not hasattr(items, "__iter__"):
+            raise Refusal("a loop is over packed(W), range(...) or a tuple")
+        return self._written_out(node, items, scope)
+
+    def _written_out(self, node: ast.For, items: Any, scope: Scope) -> Returned | None:
+        if leaves_loop(node.body) and not self.lane_count:
+            raise Refusal("break or continue of a loop over a tuple")
+        before = {name: scope.names.get(name) for name in targets(node.target)}
+        result = None
+        self.loops.append(None)
+        for item in items:
+            _hold(node.target, plain(item), scope)
+            if (result := self.run(node.body, scope)) is not None:
+                break
+        self.loops.pop()
+        _release(before, scope, "an index of a loop")
+        return result
+
+    def _over_lanes(self, node: ast.For, places: range, scope: Scope) -> None:
+        if not isinstance(node.target, ast.Name):
+            raise Refusal("a loop over lanes has one index")
+        inner = Scope(scope.function, scope)
+        at = places.start
+        while at < places.stop:
+            self.lane_count = min(self.width, 1 << ((places.stop - at).bit_length() - 1))
+            inner = Scope(scope.function, scope)
+            inner.names[node.target.id] = Lane(at)
+            if self.run(node.body, inner) is not None:
+                raise Refusal("a return in a loop over lanes")
+            at += self.lane_count
+        self.lane_count = 0
+        _release(
+            {name: scope.names.get(name) for name in inner.names},
+            scope,
+            "assigned in a loop over lanes",
+        )
+
+    def _over_range(
+        self, node: ast.For, limits: list[Any], known: bool, scope: Scope
+    ) -> Returned | None:
+        items = range(*limits) if known else range(0)
+        if known and len(items) <= UNROLLED and (self.lane_count or not leaves_loop(node.body)):
+            return self._written_out(node, items, scope)
+        if self.lane_count and not known:
+            raise Refusal("a loop in a loop over lanes has a number of turns that is known")
+        if not isinstance(node.target, ast.Name):
+            raise Refusal("a loop over a range has one index")
+        self._looped(node, node.target.id, limits, scope)
+        return None
+
+    def _looped(self, node: ast.For, name: str, limits: list[Any], scope: Scope) -> None:
+        """A loop over a range, as a loop: inside a loop over lanes, its variables are
+        vectors."""
+        text = self.text
+        start, stop, step = [0, limits[0], 1] if len(limits) == 1 else [*limits, 1][:3]
+        if not isinstance(step, int) or step == 0:
+            raise Refusal("the step of a range is known")
+        changed = dict.fromkeys(assigned(node.body))
+        changed.pop(name, None)
+        if self.lane_count:  # what is new in a turn is not needed after it
+            changed = {n: None for n in changed if scope.holder(n) is not None}
+        before = set(scope.names)
+        self.open(changed, scope)
+        held = scope.names.get(name)
+        counter = text.slot("i")
+        text.store(self.value(start, "i", wide=False), counter)
+        last = self.value(stop, "i", wide=False)
+        head, body, more, after = (text.block(label) for label in ("head", "body", "more", "after"))
+        text.branch(head)
+        text.begin(head)
+        now = text.load(counter, "i")
+        text.branch_if(text.comparison("slt" if step > 0 else "sgt", now, last), body, after)
+        text.begin(body)
+        scope.names[name] = now
+        self._turn(node.body, scope, more, after)
+        text.begin(more)
+        text.store(text.operation("add", now, text.constant(step, "i")), counter)
+        text.branch(head)
+        text.begin(after)
+        new = [
+            n for n, found in scope.names.items() if n not in before and not isinstance(found, Slot)
+        ]
+        _release({**dict.fromkeys(new), name: held}, scope, "assigned in the turns of a loop")
+
+
+def _hold(target: ast.expr, item: Any, scope: Scope) -> None:
+    """Let the names of a loop stand for one of its items, which is known."""
+    if isinstance(target, ast.Name):
+        scope.names[target.id] = item
+    elif (
+        isinstance(target, ast.Tuple) and isinstance(item, tuple) and len(target.elts) == len(item)
+    ):
+        for part, single in zip(target.elts, item, strict=True):
+            _hold(part, plain(single), scope)
+    else:
+        raise Refusal("the items of a loop do not fit its names")
+
+
+def _release(before: dict[str, Any], scope: Scope, what: str) -> None:
+    """Names that are ``what`` have no value after the loop; those that a branch around
+    it assigns keep their place in memory."""
+    for name, found in before.items():
+        reason = f"{name} is {what}, and has no value after it; allowed: another name, or a row of the buffer"
+        if isinstance(found, Slot):
+            found.reason = reason
+            scope.names[name] = found
+        else:
+            scope.names[name] = Unassigned(reason)
+
+
+def _placed(error: Exception, statement: ast.stmt, scope: Scope) -> LanguageError:
+    """The refusal with its place."""
+    code = scope.function.__code__
+    text = str(error) or type(error).__name__
+    line = f"{code.co_filename}, line {statement.lineno}"
+    return LanguageError(
+        f"{line}: {code.co_name}: {ast.unparse(statement).splitlines()[0]}: {text}."
+    )
