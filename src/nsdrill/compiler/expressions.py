@@ -55,6 +55,11 @@ CONSTANT_OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
     ast.In: lambda a, b: a in b,
     ast.NotIn: lambda a, b: a not in b,
 }
+CONSTANT_SIGNS: dict[type, Callable[[Any], Any]] = {
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
+    ast.Invert: operator.invert,
+}
 # The instructions of an operation, by the kind of its operands.
 OPERATIONS: dict[type, dict[str, str]] = {
     ast.Add: {"d": "fadd", "i": "add"},
@@ -175,7 +180,7 @@ class Expressions:
 
     # Expressions.
     def eval(self, node: ast.expr, scope: Scope) -> Any:
-        method = getattr(self, f"eval_{type(node).__name__}", None)
+        method: Any = getattr(self, f"eval_{type(node).__name__}", None)
         if method is None:
             raise Refusal(
                 f"{ast.unparse(node)} is no expression of the language of compiled functions"
@@ -263,9 +268,7 @@ class Expressions:
             truth = self.truth(a)
             return self.negation(truth) if isinstance(truth, Value) else not truth
         if not isinstance(a, RUNTIME):
-            return {ast.USub: operator.neg, ast.Invert: operator.invert, ast.UAdd: operator.pos}[
-                type(node.op)
-            ](a)
+            return CONSTANT_SIGNS[type(node.op)](a)
         a = self.value(a, wide=False)
         if isinstance(node.op, ast.USub) and a.kind == "d":
             return self.text.operation("fneg", a)

@@ -367,7 +367,8 @@ class Body(Expressions):
                         raise Refusal(
                             "packed(W) has a number that is known, in no other loop over lanes"
                         )
-                    return self._over_lanes(node, packed(*limits), scope)
+                    self._over_lanes(node, packed(*limits), scope)
+                    return None
                 return self._over_range(node, limits, known, scope)
         items = self.eval(head, scope)
         if isinstance(items, RUNTIME) or not hasattr(items, "__iter__"):
