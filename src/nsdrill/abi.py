@@ -16,9 +16,8 @@ compile-time constants; so the compiled functions are made by small factories,
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
-from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +48,8 @@ OPENS, HALVES, CLOSES = range(3)
 @lru_cache(maxsize=1)
 def source_digest() -> str:
     """Digest of all compiled sources and of the versions of the compilers."""
+    from importlib.metadata import version
+
     digest = hashlib.sha256()
     root = Path(__file__).parent
     for name in COMPILED:
@@ -237,46 +238,17 @@ class Rows:
     def parameter(self) -> int:
         return self.aux_now + self.aux
 
-    # The rows of the observer and those of the stepper begin at multiples of 64 and 32,
-    # so that models which differ by a few numbers share their machine code.
     @property
     def observer(self) -> int:
-        return self.aux_now + _round_up(self.aux + self.parameters, 64)
+        return self.parameter + self.parameters
 
     @property
     def stepper(self) -> int:
-        return self.observer + _round_up(self.observed, 32)
+        return self.observer + self.observed
 
     @property
     def total(self) -> int:
         return self.stepper + self.private
-
-    @property
-    def used(self) -> int:
-        """How many rows are in use: all but the padding before observer and stepper."""
-        occupied = self.aux + self.parameters + self.observed
-        return self.aux_now + occupied + self.private
-
-    @property
-    def of_states(self) -> Rows:
-        """The layout with only the rows that depend on the states, which are all that a
-        tracer reads."""
-        return replace(self, aux=0, parameters=0, observed=0, private=0, judged=False)
-
-    @property
-    def of_observer(self) -> Rows:
-        """The layout common to all that do not differ for an observer."""
-        padded = self.observer - self.parameter
-        return replace(self, parameters=padded, private=0, judged=False)
-
-    @property
-    def of_stepper(self) -> Rows:
-        """The layout common to all that do not differ for a stepper."""
-        return replace(self, aux=0, parameters=0, observed=self.stepper - self.aux_now)
-
-
-def _round_up(count: int, unit: int) -> int:
-    return -(-count // unit) * unit
 
 
 # The kernel's control variables of a lane, one row each.

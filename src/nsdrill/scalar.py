@@ -9,15 +9,10 @@ functions of :mod:`nsdrill.elementary`.
 
 from __future__ import annotations
 
-import hashlib
 import inspect
 from collections.abc import Callable, Sequence
 from functools import lru_cache
-from pathlib import Path
-from types import FunctionType, ModuleType
 from typing import Any
-
-import numpy as np
 
 from nsdrill.abi import MARKER, Rows
 from nsdrill.compiler.functions import BUFFER, compiled, inlined
@@ -71,11 +66,8 @@ def in_lanes(slopes: Slopes, lanes: int, rows: Rows, deviation: Slopes | None = 
         for name in ("stage", "acceleration", "stage_time", "phase", "parameter")
     }
     lines = [
-        f"# {_fingerprint(slopes)}{f', {_fingerprint(deviation)}' if deviation else ''}",
         constants(W=W, **places),
         "def right_hand_side(b):",
-        # A length unknown to the compiler, which would otherwise unroll the loop of a
-        # small model before packing it.
         "    for i in packed(W):",
         "        t = b[stage_time + i]",
         f"        y = ({state})",
@@ -115,56 +107,3 @@ def _phase(function: Slopes, others: int) -> str:
 def _row(name: str, numbers: Sequence[int]) -> str:
     """The values of lane i in these rows, as the inside of a tuple."""
     return "".join(f"b[{name} + {number} * W + i], " for number in numbers)
-
-
-def embedded(function: Callable[..., Any]) -> tuple[Any, str]:
-    """``function`` as a helper that is inlined into a text, and a line for that text
-    that identifies its code. A function that is already compiled is returned as it
-    is."""
-    line = _fingerprint(function)
-    if not isinstance(function, FunctionType):
-        return function, line
-    # The cache does not distinguish functions of the same name, such as lambdas.
-    name = f"{function.__name__.strip('<>')}_{hashlib.sha256(line.encode()).hexdigest()[:16]}"
-    copy = FunctionType(
-        function.__code__, function.__globals__, name, function.__defaults__, function.__closure__
-    )
-    copy.__qualname__ = name
-    copy.__module__ = function.__module__
-    return inlined(copy), line
-
-
-def _fingerprint(function: Callable[..., Any], callers: tuple[Any, ...] = ()) -> str:
-    """The function's name with a digest of its code, its file and all that it refers
-    to, so that machine code of an earlier version is not used."""
-    function = getattr(function, "py_func", function)
-    name = (
-        f"{getattr(function, '__module__', '')}.{getattr(function, '__qualname__', repr(function))}"
-    )
-    # The digest of the package's sources covers its own functions.
-    if not isinstance(function, FunctionType) or function in callers or name.startswith("nsdrill."):
-        return name
-    code, file = function.__code__, Path(inspect.getfile(function))
-    digest = hashlib.sha256(file.read_bytes() if file.exists() else b"")
-    digest.update(
-        repr(
-            (code.co_code, code.co_names, code.co_varnames, _without_code(code.co_consts))
-        ).encode()
-    )
-    referred = inspect.getclosurevars(function)
-    for identifier, value in sorted({**referred.globals, **referred.nonlocals}.items()):
-        digest.update(f"{identifier} {_value_digest(value, (*callers, function))}".encode())
-    return f"{name} {digest.hexdigest()}"
-
-
-def _without_code(constants_of_code: tuple[Any, ...]) -> list[Any]:
-    return [value for value in constants_of_code if not inspect.iscode(value)]
-
-
-def _value_digest(value: Any, callers: tuple[Any, ...]) -> str:
-    """The contents of an object to which a function refers, or a digest of them."""
-    if isinstance(value, ModuleType):
-        return value.__name__
-    if isinstance(value, np.ndarray):
-        return f"{value.dtype} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}"
-    return _fingerprint(value, callers) if callable(value) else repr(value)

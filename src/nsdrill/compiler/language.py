@@ -154,8 +154,9 @@ def is_number(value: Any) -> bool:
 def definition(function: FunctionType) -> ast.FunctionDef:
     """The syntax tree of ``function``."""
     code = function.__code__
-    text = function.__globals__.get("__source__") or "".join(linecache.getlines(code.co_filename))
-    found = _definitions(text).get((code.co_firstlineno, code.co_name), [])
+    found = _definitions("".join(linecache.getlines(code.co_filename))).get(
+        (code.co_firstlineno, code.co_name), []
+    )
     for node in found:
         if len(found) == 1 or _same_code(node, function):
             return node
@@ -240,6 +241,36 @@ def assigned(body: list[ast.stmt], *, in_lanes: bool = False) -> Iterator[str]:
                 yield from targets(target)
         elif isinstance(node, (ast.If, ast.While)):
             yield from assigned([*node.body, *node.orelse], in_lanes=in_lanes)
+
+
+def carried(body: list[ast.stmt]) -> set[str]:
+    """The names that a turn of a loop reads before it assigns them, and assigns: sums,
+    for example."""
+    new: set[str] = set()
+    found: set[str] = set()
+
+    def read(node: ast.AST) -> None:
+        names = {
+            n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)
+        }
+        found.update(names - new)
+
+    for node in body:
+        if isinstance(node, ast.For):
+            read(node.iter)
+            new.update(targets(node.target))
+            found |= carried(node.body) - new
+        elif isinstance(node, ast.If):
+            read(node.test)
+            found |= carried(node.body) | carried(node.orelse) - new
+        else:
+            if isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name):
+                found.update({node.target.id} - new)
+            read(node)
+            if isinstance(node, ast.Assign):
+                for target in node.targets:
+                    new.update(targets(target))
+    return found & set(assigned(body))
 
 
 def is_over_lanes(node: ast.For) -> bool:

@@ -59,6 +59,8 @@ def compiled(function: Any, kinds: str) -> Any:
 
 
 def inlined(function: Any) -> Any:
+    if hasattr(function, "py_func"):  # compiled by numba already
+        return function
     return numba.njit(forceinline=True, error_model="numpy", _nrt=False)(function)
 
 

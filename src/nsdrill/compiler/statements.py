@@ -21,6 +21,7 @@ from nsdrill.compiler.language import (
     Slot,
     Unassigned,
     assigned,
+    carried,
     constant_of,
     definition,
     is_number,
@@ -428,12 +429,10 @@ class Body(Expressions):
         start, stop, step = [0, limits[0], 1] if len(limits) == 1 else [*limits, 1][:3]
         if not isinstance(step, int) or step == 0:
             raise Refusal("the step of a range is known")
-        changed = dict.fromkeys(assigned(node.body))
-        changed.pop(name, None)
-        if self.lane_count:  # what is new in a turn is not needed after it
-            changed = {n: None for n in changed if scope.holder(n) is not None}
+        changed = carried(node.body) if self.lane_count else set(assigned(node.body))
+        changed -= {name}
         before = set(scope.names)
-        self.open(changed, scope)
+        self.open(sorted(changed), scope)
         held = scope.names.get(name)
         counter = text.slot("i")
         text.store(self.value(start, "i", wide=False), counter)

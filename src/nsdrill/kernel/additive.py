@@ -90,7 +90,7 @@ class AdditivePair(TableauStepper):
     def make(self, lanes: int, rows: Rows) -> Any:
         """The compiled stepper for a number of lanes and a row layout with this pair's
         rows."""
-        return _make(self.tableau, lanes, rows.of_stepper)
+        return _make(self.tableau, lanes, rows)
 
 
 @lru_cache
@@ -176,9 +176,7 @@ def _stage(pair: Additive, rows: Rows, stage: int) -> Iterable[str]:
     yield from head
     if c != (pair.nodes[newest - 1]):
         yield f"    {stage_time(c)}"
-    for loop, order, new_lane_loop, pushed in loops_over(rows):
-        if new_lane_loop:
-            yield from head
+    for loop, order, pushed in loops_over(rows):
         yield f"    {loop}"
         yield from (f"        {line}" for line in slope_loads(newest, pushed))
         yield f"        b[a{newest}_ + j] = a{newest}"

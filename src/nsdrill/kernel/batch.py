@@ -74,7 +74,7 @@ def widened(lanes: int, chains: int, rows: Rows) -> int:
     the speed, measured with a first-level cache of 48 KiB. Where the buffer is much
     larger than that cache, nothing is gained.
     """
-    fits = rows.used * WIDE_LANES * 8 <= CACHE_FACTOR * first_level_cache()
+    fits = rows.total * WIDE_LANES * 8 <= CACHE_FACTOR * first_level_cache()
     gains = rows.implicit != 0 and lanes == DEFAULT_LANES and chains >= 2 * FEW and fits
     return WIDE_LANES if gains and not os.environ.get("NSDRILL_LANES") else lanes
 

@@ -80,7 +80,7 @@ class ExplicitPair(TableauStepper):
     def make(self, lanes: int, rows: Rows) -> Any:
         """The compiled stepper for a number of lanes and a row layout with this pair's
         rows."""
-        return _make(self.tableau, lanes, rows.of_stepper)
+        return _make(self.tableau, lanes, rows)
 
 
 @lru_cache
@@ -141,9 +141,7 @@ def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
     yield from head
     if c != pair.nodes[stage - 2]:
         yield f"    {stage_time(c)}"
-    for loop, order, new_lane_loop, _ in loops_over(rows):
-        if new_lane_loop:
-            yield from head
+    for loop, order, _ in loops_over(rows):
         yield f"    {loop}"
         yield from (f"        {line}" for line in slope_loads(stage - 1))
         yield f"        b[{newest}_ + j] = {newest}"

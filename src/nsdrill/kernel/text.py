@@ -8,11 +8,6 @@ from collections.abc import Callable, Iterable, Sequence
 from nsdrill.abi import CONTROL, MARK, Rows
 from nsdrill.kernel.controller import INTEGRAL
 
-# The compiler packs a loop over the lanes only if it unrolls the loop over pairs of
-# states inside it, which it does for up to MAX_PAIRS of them. More pairs are divided
-# into parts of PAIRS_PER_LOOP, each with a loop over the lanes of its own.
-MAX_PAIRS, PAIRS_PER_LOOP = 8, 4
-
 
 def step_constants(rows: Rows, lanes: int, order: int) -> dict[str, float]:
     """The constants in the text of every step, by name: offsets of rows in the buffer
@@ -37,9 +32,9 @@ def step_constants(rows: Rows, lanes: int, order: int) -> dict[str, float]:
     }
 
 
-def loops_over(rows: Rows, *, tangent_states: bool = True) -> list[tuple[str, int, bool, bool]]:
+def loops_over(rows: Rows, *, tangent_states: bool = True) -> list[tuple[str, int, bool]]:
     """The loops over blocks of states: (head of the loop, order of the states, whether
-    the loop is preceded by a new loop over the lanes, whether its slopes have a push).
+    its slopes have a push).
 
     A head assigns x, the index of a position or of a state of first order, v that of
     its velocity, j that of its slope and q that of its push. Adjacent blocks of pairs
@@ -55,8 +50,7 @@ def loops_over(rows: Rows, *, tangent_states: bool = True) -> list[tuple[str, in
                 joined[-1][1] += 1
             else:
                 joined.append(single)
-    divided = sum(count for _, count, _, _, _ in joined) > MAX_PAIRS
-    heads: list[tuple[str, int, bool, bool]] = []
+    heads = []
     for order, count, state, slope, push in joined:
         indices = [f"({order} * p + {state + k}) * W + i" for k in range(order)] + [
             f"(p + {slope}) * W + i"
@@ -64,10 +58,8 @@ def loops_over(rows: Rows, *, tangent_states: bool = True) -> list[tuple[str, in
         names = "x, v, j" if order == 2 else "x, j"
         if push >= 0:
             names, indices = f"{names}, q", [*indices, f"(p + {push}) * W + i"]
-        for first in range(0, count, PAIRS_PER_LOOP if divided else count):
-            span = f"{first}, {min(first + PAIRS_PER_LOOP, count)}" if divided else f"{count}"
-            head = f"for p in range({span}):\n        {names} = {', '.join(indices)}"
-            heads.append((head, order, divided and bool(heads), push >= 0))
+        head = f"for p in range({count}):\n        {names} = {', '.join(indices)}"
+        heads.append((head, order, push >= 0))
     return heads
 
 
@@ -117,10 +109,7 @@ def second_stage(
     yield "    b[step_ + i] = h"
     yield from (f"    {line}" for line in more)
     yield f"    b[stage_time_ + i] = fma({c!r}, h, t)"
-    for loop, order, new_lane_loop, pushed in loops_over(rows):
-        if new_lane_loop:
-            yield "for i in packed(W):"
-            yield "    moves, h = b[moves_ + i] != 0.0, b[step_ + i]"
+    for loop, order, pushed in loops_over(rows):
         yield f"    {loop}"
         for state in "xv"[:order]:
             yield f"        {state}_before, {state}_after = b[start_ + {state}], b[stage_ + {state}]"
@@ -171,11 +160,7 @@ def error_control(rows: Rows, errors: Callable[[int, bool], Iterable[str]]) -> I
     yield "for i in packed(W):"
     yield "    h, proposal = b[step_ + i], b[proposed_ + i]"
     yield "    total = 0.0"
-    for loop, order, new_lane_loop, pushed in loops_over(rows, tangent_states=rows.judged):
-        if new_lane_loop:  # the sum is kept in a row that is written only at the decision
-            yield "    b[attention_ + i] = total"
-            yield "for i in packed(W):"
-            yield "    h, proposal, total = b[step_ + i], b[proposed_ + i], b[attention_ + i]"
+    for loop, order, pushed in loops_over(rows, tangent_states=rows.judged):
         yield f"    {loop}"
         yield from (f"        {line}" for line in errors(order, pushed))
         for state in "xv"[:order]:

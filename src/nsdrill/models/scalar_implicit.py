@@ -13,12 +13,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from nsdrill.abi import Rows
-from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.functions import BUFFER, compiled, inlined
 from nsdrill.elementary import fma
 from nsdrill.generate import constants, define
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.observe.channels import Names
-from nsdrill.scalar import STEP, embedded
+from nsdrill.scalar import STEP
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,6 @@ def implicit_in_lanes(
     place = names.states.index(contact.velocity)
     slope = place // 2
     proportional = names.parameters.index(contact.proportional)
-    load, load_signature = embedded(contact.load)
-    frictionless, slopes_signature = embedded(slopes)
 
     def row(name: str, numbers: Sequence[int]) -> list[str]:
         return [f"b[{name} + {number} * W + i]" for number in numbers]
@@ -59,7 +57,6 @@ def implicit_in_lanes(
     accelerations = [f"s{k}" for k in range(rows.own_slopes)]
     names_of_rows = ("stage", "acceleration", "stage_time", "parameter", "push", "relax", "falling")
     lines = [
-        f"# {load_signature}, {slopes_signature}",
         constants(W=W, **{name: W * getattr(rows, name) for name in names_of_rows}),
         "def right_hand_side(b):",
         "    for i in packed(W):",
@@ -114,8 +111,8 @@ def implicit_in_lanes(
             ),
         ]
     known = {
-        "load_of": load,
-        "frictionless": frictionless,
+        "load_of": inlined(contact.load),
+        "frictionless": inlined(slopes),
         "first_slip": first_slip,
         "hyperbolic": hyperbolic,
         "kept": kept,

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import CLOSES, CONTROL, MARKER, OBSERVER, OPENS, Rows
-from nsdrill.compiler.functions import BUFFER, INTEGER, compiled
+from nsdrill.compiler.functions import BUFFER, INTEGER, compiled, inlined
 from nsdrill.elementary import angle_between, bits_float, float_bits, fma, lowest_bit
 from nsdrill.generate import constants, define
 from nsdrill.observe import interpolant
@@ -43,7 +43,6 @@ from nsdrill.observe.inside import (
     measure_events,
     record_returns,
 )
-from nsdrill.scalar import embedded
 
 # The least prominence of a peak, in tolerances; smaller maxima may be ripples of the
 # error.
@@ -128,7 +127,7 @@ class _ObserverBuilder:
         self.lanes, self.rows, self.names, self.declaration = lanes, rows, names, declaration
         self.number_of = {channel.name: k for k, channel in enumerate(declaration.channels)}
         self.row_of = own_rows(declaration)
-        self.helpers: dict[Any, tuple[str, Any, str]] = {}
+        self.helpers: dict[Any, tuple[str, Any]] = {}
         self.row_texts = {when: self._row_texts(when) for when in (START, END, MARK)}
 
     def make(self) -> tuple[Any, Any]:
@@ -144,20 +143,16 @@ class _ObserverBuilder:
     def _compile(
         self, name: str, kinds: tuple[str, ...], lines: list[str], **namespace: Any
     ) -> Any:
-        """The compiled function ``name`` with these lines as its body. Comments in the
-        text identify the code of all functions that it calls, as the machine code is
-        cached under a digest of the text."""
-        comments = [f"# {word}: {line}" for word, _, line in self.helpers.values()]
-        comments += [f"# {word}: {function.__name__}" for word, function in namespace.items()]
+        """The compiled function ``name`` with these lines as its body."""
         arguments_of = {
             "handle_events": "b, store, event_lanes",
             "observer": "b, store",
             "marker": "b, store, i, mark, outcome, column",
         }
         tables = self._tables() if name == "handle_events" else []
-        head = [*comments, constants(W=self.lanes), *tables, f"def {name}({arguments_of[name]}):"]
+        head = [constants(W=self.lanes), *tables, f"def {name}({arguments_of[name]}):"]
         text = "\n".join([*head, *_indented(lines), ""])
-        namespace |= {word: helper for word, helper, _ in self.helpers.values()}
+        namespace |= dict(self.helpers.values())
         namespace |= {word: getattr(interpolant, word) for word in HELPERS}
         function = define(
             name,
@@ -213,7 +208,7 @@ class _ObserverBuilder:
         if not callable(expression):
             return repr(float(expression))
         if expression not in self.helpers:
-            self.helpers[expression] = (f"function_{len(self.helpers)}", *embedded(expression))
+            self.helpers[expression] = (f"function_{len(self.helpers)}", inlined(expression))
         return f"{self.helpers[expression][0]}({', '.join(texts[name] for name in arguments(expression))})"
 
     def _level(self, channel: Channel) -> str:

@@ -98,7 +98,6 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     ``first`` is the position of their rows among those of the observer, ``place`` that
     of their header in the store.
     """
-    rows = rows.of_observer
     W, own, tangent_states = lanes, rows.own, rows.tangent_states
     deviation_, scale_ = W * (rows.stage + own), W * (rows.scale + own)
     slope_, slopes = W * (rows.acceleration + rows.own_slopes), rows.own_slopes

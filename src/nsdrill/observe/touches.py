@@ -36,7 +36,7 @@ def make_touches(
     the start of the step are in the rows from ``functions`` on among those of the
     observer, followed by those at its end; ``first`` is the position of the observer's
     own rows."""
-    W, rows = lanes, rows.of_observer
+    W = lanes
     functions_start, first_row = W * (rows.observer + functions), W * (rows.observer + first)
     functions_end = functions_start + W * RATES * contacts
     step_, moves_ = W * rows.step, W * rows.moves
@@ -93,7 +93,7 @@ def make_levels(
     """The compiled (observer, marker), like those of :func:`make_touches`, for a
     parameter minus a velocity. ``levels`` are pairs: the position of the velocity among
     the states, and that of the parameter among the parameters."""
-    W, width, count, rows = lanes, len(TOUCHES), len(levels), rows.of_observer
+    W, width, count = lanes, len(TOUCHES), len(levels)
     first_row = W * (rows.observer + first)
     step_, moves_ = W * rows.step, W * rows.moves
     places = np.array(levels, np.int64).reshape(-1, 2)

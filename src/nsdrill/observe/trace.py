@@ -34,7 +34,7 @@ def samples_of(store: np.ndarray, states: int) -> np.ndarray:
 
 def make_tracer(lanes: int, rows: Rows) -> tuple[Any, Any]:
     """The compiled (observer, marker) that sample lane 0."""
-    return _make(lanes, rows.of_states)
+    return _make(lanes, rows)
 
 
 @lru_cache

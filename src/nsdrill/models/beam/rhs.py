@@ -39,7 +39,6 @@ from nsdrill.models.beam import implicit
 from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
 from nsdrill.models.christoforou_yigit.friction import slip_factors
 from nsdrill.models.christoforou_yigit.lobes import multiple_sine
-from nsdrill.models.christoforou_yigit.unit_loads import FEW
 from nsdrill.scalar import STEP
 
 # Auxiliary outputs for the observer: cosine and sine of the bit angle, force and torque
@@ -84,9 +83,6 @@ PARAMETERS = (
 # factor from a penetration of this wall to that of the well's wall under the same
 # force, for comparing penetrations of different walls.
 STATION = ("gap", "wall_stiffness", "drag", "penetration_factor")
-# The number of forces that are added in one loop over the lanes. The compiler unrolls a
-# smaller loop before it packs it; a larger one needs more registers than there are.
-FORCES_PER_LOOP = 10
 
 
 def columns_of(options: Options) -> tuple[str, ...]:
@@ -159,7 +155,7 @@ def text(lanes: int, options: Options, *, tangent: bool = False) -> str:
         for slope_row, tangent_row in pairs:
             value, follows = (f"b[{lanes * n} + i]" for n in (slope_row, tangent_row))
             result = value if sign == "+" else f"({follows} - {value}) * {0.5 / STEP!r}"
-            lines += [f"    for i in range({lanes}):", f"        {follows} = {result}"]
+            lines += [f"    for i in packed({lanes}):", f"        {follows} = {result}"]
     if tangent and options.implicit:
         aux, names = aux_of(options), states_of(options.modes)
         for k, name in enumerate(implicit.velocities(options)):
@@ -169,7 +165,7 @@ def text(lanes: int, options: Options, *, tangent: bool = False) -> str:
             )
             above, below, deviation = (f"b[{lanes * n} + i]" for n in places)
             lines += [
-                f"    for i in range({lanes}):",
+                f"    for i in packed({lanes}):",
                 f"        {deviation} = ({above} - {below}) * {0.5 / STEP!r}",
             ]
     return "\n".join([*lines, *Writer(lanes, options, rows).lines(), ""])
@@ -228,25 +224,12 @@ class Writer:
                 f"    if touching_{j} != 0:",
                 *(f"    {line}" for line in self.loop(self._wall(j))),
             ]
-        eccentric = self.options.eccentric
-        if self.options.modes * self.options.stations <= 2:
-            eccentric = tuple(self.modes)
-        others = [n for n in self.modes if n not in eccentric]
-        few = len(eccentric) * self.options.stations <= FORCES_PER_LOOP
-        for modes in (others, [] if few else eccentric):
-            per_loop = max(1, FORCES_PER_LOOP // self.options.stations)
-            for first in range(0, len(modes), per_loop):
-                lines += self.loop(self._bending(modes[first : first + per_loop]))
-        return lines + self.loop([*(self._bending(eccentric) if few else []), *self._rotation()])
+        return lines + self.loop([*self._bending(self.modes), *self._rotation()])
 
     total = staticmethod(total)
 
     def loop(self, body: list[str]) -> list[str]:
-        # A length that is unknown at compile time keeps the compiler from unrolling the
-        # short loops of few lanes.
-        few = self.options.implicit and self.lanes <= FEW
-        length = f"min({self.lanes}, len(b))" if few else f"{self.lanes}"
-        return [f"    for i in range({length}):", *(f"        {line}" for line in body)]
+        return [f"    for i in packed({self.lanes}):", *(f"        {line}" for line in body)]
 
     def load(self, *names: str) -> list[str]:
         return [f"{name} = {self.row[name]}" for name in names]

@@ -401,7 +401,7 @@ def make_events(
     ``flush_events(b, store)`` empties the lists; it must be called before the
     measurements are read.
     """
-    W, rows = lanes, rows.of_observer
+    W = lanes
     h_, clearance_ = W * rows.step, W * (rows.parameter + clearance)
     set_speed_, gap_, stuck_, k_c_, eps_, tau_, rise_, mu_ = (
         W * (rows.parameter + PARAMETERS.index(name))

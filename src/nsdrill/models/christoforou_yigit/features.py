@@ -67,9 +67,6 @@ from nsdrill.observe.interpolant import position_and_velocity
 
 LEAST_HOLD = 1.0  # least c f', stage length over the time constant of friction, of a held bit
 CREEP_RANGE = 20.0  # of eps |v|; at lower speeds friction has not reached its full size
-SECOND_SET = (
-    32  # the bit of lane 0 in the second set of lanes of a number; the most lanes there are
-)
 
 
 @inlined
@@ -87,13 +84,6 @@ def has_extremum(before, now):  # type: ignore[no-untyped-def]
     return (before > 0.0) != (now > 0.0)
 
 
-@inlined
-def both_sets(bits):  # type: ignore[no-untyped-def]
-    """The two sets of lanes that share a number."""
-    lanes = (1 << SECOND_SET) - 1
-    return bits & lanes, (bits >> SECOND_SET) & lanes
-
-
 def make_observer(
     lanes: int, options: Options = MAIN, tangent: bool = False, others: int = 0
 ) -> tuple[Any, Any]:
@@ -106,7 +96,7 @@ def make_observer(
     measurements of each half to ``outcome`` from ``column`` on.
     """
     rows = rows_of(options, len(OBSERVED) + others, tangent=tangent)
-    return _make(lanes, rows.of_observer, observer_options(options))
+    return _make(lanes, rows, observer_options(options))
 
 
 def observer_options(options: Options) -> ObserverOptions:
@@ -223,17 +213,15 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
     @compiled(BUFFER, BUFFER)
     def observer(b, store):  # type: ignore[no-untyped-def]
         # Sets of lanes, one bit each: extrema inside the step, crossings of levels, a
-        # collar that stays on the wall or passes from one half plane to the other. Two
-        # sets share a number, because each number occupies a register; the second set
-        # has its bits above those of all lanes.
-        z_speed = twist_u = torque_rho = rock_stuck = wall_on_wall = half_plane_crossed = (
-            returning
-        ) = drive_extrema = stabilizer_crossed = 0
+        # collar that stays on the wall or passes from one half plane to the other.
+        z_extrema = speed_extrema = twist_extrema = u_extrema = torque_maxima = rho_extrema = 0
+        rock = stuck = wall = on_wall = half_plane_crossed = returning = 0
+        drive_extrema = stabilizer_crossed = 0
 
         # The quantities at the end of the step, the lanes that are observed, and those
         # whose bit speed rises. One division serves two quotients, torsional and
         # lateral.
-        observed_rising = 0
+        observed = rising = 0
         for i in packed(W):
             omega, alpha = b[speed1_ + i], b[alpha1_ + i]
             c, s = b[cosine_ + i], b[sine_ + i]
@@ -274,9 +262,8 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
             b[r1_ + i] = r
             b[dr1_ + i] = fma(b[x1_ + i], b[vx1_ + i], b[y1_ + i] * b[vy1_ + i]) * per_r
             b[per_r1_ + i] = per_r
-            observed_rising |= (1 << i) if b[moves_ + i] * b[observing_ + i] != 0.0 else 0
-            observed_rising |= (1 << i + SECOND_SET) if omega > b[speed0_ + i] else 0
-        observed, rising = both_sets(observed_rising)
+            observed |= (1 << i) if b[moves_ + i] * b[observing_ + i] != 0.0 else 0
+            rising |= (1 << i) if omega > b[speed0_ + i] else 0
 
         if observed != 0:
             for i in packed(W):
@@ -291,8 +278,7 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
 
                 # The events inside the step. ``bit`` is 0 for a lane that is not observed.
                 bit = (1 << i) if b[moves_ + i] * b[observing_ + i] != 0.0 else 0
-                second_bit = bit << SECOND_SET
-                z_speed |= bit if has_extremum(b[vz0_ + i], b[vz1_ + i]) else 0
+                z_extrema |= bit if has_extremum(b[vz0_ + i], b[vz1_ + i]) else 0
                 speed_extremum, torque_maximum = (
                     has_extremum(b[alpha0_ + i], alpha),
                     b[dT0_ + i] > 0.0 and b[dT1_ + i] <= 0.0,
@@ -316,30 +302,28 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
                     torque_maximum = torque_maximum and not (
                         is_held and abs(b[eps_ + i] * b[speed0_ + i]) < CREEP_RANGE
                     )
-                z_speed |= second_bit if speed_extremum else 0
+                speed_extrema |= bit if speed_extremum else 0
                 if driven:  # the twist of the pipe, which gives the torque at the surface
-                    twist_u |= (
+                    twist_extrema |= (
                         bit
                         if has_extremum(b[speed0_ + i] - b[omega_d0_ + i], omega - b[omega_d1_ + i])
                         else 0
                     )
                     drive_extrema |= bit if has_extremum(b[alpha_d0_ + i], b[alpha_d1_ + i]) else 0
                 else:
-                    twist_u |= (
+                    twist_extrema |= (
                         bit if has_extremum(b[speed0_ + i] - set_speed, omega - set_speed) else 0
                     )
-                twist_u |= second_bit if has_extremum(du0, du) else 0
-                torque_rho |= bit if torque_maximum else 0
+                u_extrema |= bit if has_extremum(du0, du) else 0
+                torque_maxima |= bit if torque_maximum else 0
                 half_plane_crossed |= bit if (y0 < 0.0) != (y1 < 0.0) else 0
                 level = b[gap_ + i] * b[gap_ + i]
                 low = (
                     rho0 > level
                     and lower_estimate(rho0, rho1, 2.0 * outward0, 2.0 * outward1, h) < level
                 )
-                torque_rho |= (
-                    second_bit
-                    if has_extremum(outward0, outward1) and (outward0 > 0.0 or low)
-                    else 0
+                rho_extrema |= (
+                    bit if has_extremum(outward0, outward1) and (outward0 > 0.0 or low) else 0
                 )
                 if stabilizer:
                     near = b[clearance_ + i] * b[clearance_ + i]
@@ -347,15 +331,15 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
                         rho0 > near
                         and lower_estimate(rho0, rho1, 2.0 * outward0, 2.0 * outward1, h) < near
                     )
-                    torque_rho |= second_bit if has_extremum(outward0, outward1) and low else 0
+                    rho_extrema |= bit if has_extremum(outward0, outward1) and low else 0
                     stabilizer_crossed |= bit if (rho0 > near) != (rho1 > near) else 0
                     b[on_stabilizer_ + i] += h if bit != 0 and rho0 > near and rho1 > near else 0.0
                 rock0, rock1 = u0 > 0.0, u > 0.0
                 free0, free1 = b[speed0_ + i] > b[stuck_ + i], omega > b[stuck_ + i]
-                rock_stuck |= bit if rock0 != rock1 else 0
-                rock_stuck |= second_bit if free0 != free1 else 0
-                wall_on_wall |= bit if (rho0 > level) != (rho1 > level) else 0
-                wall_on_wall |= second_bit if (rho0 > level) and (rho1 > level) else 0
+                rock |= bit if rock0 != rock1 else 0
+                stuck |= bit if free0 != free1 else 0
+                wall |= bit if (rho0 > level) != (rho1 > level) else 0
+                on_wall |= bit if (rho0 > level) and (rho1 > level) else 0
 
                 # Time on each side of a level: whole steps; steps with a crossing are added
                 # by the events.
@@ -404,12 +388,6 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
                     fma(ax0, ax0, fma(ay0, ay0, fma(ax1, ax1, ay1 * ay1))),
                 )
                 b[axial_ + i] += sixth * fma(4.0 * azm, azm, fma(az0, az0, az1 * az1))
-
-        z_extrema, speed_extrema = both_sets(z_speed)
-        twist_extrema, u_extrema = both_sets(twist_u)
-        torque_maxima, rho_extrema = both_sets(torque_rho)
-        rock, stuck = both_sets(rock_stuck)
-        wall, on_wall = both_sets(wall_on_wall)
 
         if observed != 0 and store[RETURNS] > 0.0:
             for i in packed(W):
