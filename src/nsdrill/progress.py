@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from nsdrill.sweep.engine import Progress as Counts
 
+MOMENT = 1.0  # s of compiling that need no word
 LINE_SECONDS = 10.0  # between two lines where there is no terminal
 Watch = Callable[["Counts"], None]
 
@@ -85,12 +86,14 @@ def pace(done: int, left: int, seconds: float) -> str:
 
 def _record(counts: Counts, seconds: float) -> Progress:
     done = counts.before + counts.done
+    seconds -= counts.compiling
     left = seconds / counts.done * (counts.total - done) if counts.done else None
     return Progress(done, counts.total, counts.failed, left, counts.note)
 
 
 def _pace(counts: Counts, seconds: float) -> str:
-    return pace(counts.done, counts.total - counts.before - counts.done, seconds)
+    left = counts.total - counts.before - counts.done
+    return pace(counts.done, left, seconds - counts.compiling)
 
 
 @contextmanager
@@ -127,12 +130,17 @@ def _bar(console: Console) -> Iterator[Watch]:
 
 
 def _lines() -> Watch:
-    """A line every :data:`LINE_SECONDS`; none in a shorter run."""
+    """A line every :data:`LINE_SECONDS`, none in a shorter run; and one for compiling
+    that took longer than a moment."""
     started = printed = time.monotonic()
+    told = 0.0
 
     def update(counts: Counts) -> None:
-        nonlocal printed
+        nonlocal printed, told
         now = time.monotonic()
+        if counts.compiling > told + MOMENT:
+            told = counts.compiling
+            print(f"compiled in {told:.0f} s; kept for the next run", file=sys.stderr, flush=True)
         if now - printed < LINE_SECONDS:
             return
         printed = now

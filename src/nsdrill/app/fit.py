@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import copy
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from nsdrill.analysis.fitting import (
 )
 from nsdrill.app.rounds import Rounds
 from nsdrill.app.run import check_sweep, checked_workers
-from nsdrill.app.stages import Watch
+from nsdrill.app.stages import Watch, compiling
 from nsdrill.errors import FileError, InputError, StudyError
 from nsdrill.kernel.batch import choose_lanes, widened
 from nsdrill.models.leaves import OPERATION
@@ -229,6 +229,7 @@ class _Simulator:
     most: int
     before: int = 0
     done: int = 0
+    progress: Progress = field(default_factory=lambda: Progress(0))
 
     def __post_init__(self) -> None:
         check_sweep(replace(self.study, axes={k: v[:1] for k, v in self.study.axes.items()}))
@@ -272,16 +273,18 @@ class _Simulator:
                 values[order[points]] = np.where(ok, columns[name], np.nan)
 
         def watch(now: Progress) -> None:
-            total = max(self.most * self.measured.points, self.before + self.done + now.done)
-            self.watch(
-                replace(now, total=total, before=self.before, done=self.done + now.done, note="fit")
-            )
+            progress = self.progress
+            progress.done, progress.failed = self.done + now.done, now.failed
+            progress.total = max(self.most * self.measured.points, self.before + progress.done)
+            self.watch(progress)
 
+        self.progress.before, self.progress.note = self.before, "fit"
         share = -(-plan.points // self.workers)
         with ThreadPoolExecutor(self.workers) as threads:
             for part, points in work.by_method(np.arange(plan.points)):
                 lanes = widened(choose_lanes(share), share, part.variant.rows)
-                compiled_parts(lanes, part.variant)
+                with compiling(self.progress, self.watch):
+                    compiled_parts(lanes, part.variant)
                 Engine(part, threads, self.workers, lanes, deliver, watch).run(None, points)
                 self.done += len(points)
         return features

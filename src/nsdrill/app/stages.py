@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import cycle
 from typing import Any, Literal
@@ -67,7 +68,8 @@ class RunStages:
             base = replace(progress)
             lanes = widened(self.lanes, self.chains, one.variant.rows)
             if not one.compiled:
-                compiled_parts(lanes, one.variant)
+                with compiling(progress, self.watch):
+                    compiled_parts(lanes, one.variant)
             return Engine(
                 one, self.executor, self.workers, lanes, deliver, watch, remote=self.remote, **more
             )
@@ -101,6 +103,17 @@ class RunStages:
             if name in columns:
                 records[name] = columns[name]
         self.write(points, records)
+
+
+@contextmanager
+def compiling(progress: Progress, watch: Watch) -> Iterator[None]:
+    """Tell the watcher that code is compiled meanwhile, and count the time."""
+    note, started = progress.note, time.monotonic()
+    progress.note = "compiling"
+    watch(progress)
+    yield
+    progress.note = note
+    progress.compiling += time.monotonic() - started
 
 
 def _carried(

@@ -11,7 +11,7 @@ from typing import Any, Literal, Self
 import numpy as np
 
 from nsdrill.abi import MARKER, RATES, Rows
-from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.functions import BUFFER, address, compiled
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
@@ -296,15 +296,17 @@ def compiled_parts(lanes: int, variant: Variant) -> Compiled:
     """The model and the observer, compiled for a number of lanes or loaded from the
     disk cache. The kernel is compiled too, before several threads need it at once."""
     model, rows = model_named(variant.model), variant.rows
-    STEPPERS[variant.stepper].make(lanes, rows)
     make_advance()
     if variant.exponent:
         observer, marker = make_observers(lanes, variant)
-        return Compiled(
-            model.tangent(lanes, variant.fixed, _landing_place(model)), observer, marker
-        )
-    observer, marker = model.observer(lanes, variant.fixed)
-    return Compiled(model.right_hand_side(lanes, variant.fixed), observer, marker)
+        right_hand_side = model.tangent(lanes, variant.fixed, _landing_place(model))
+    else:
+        observer, marker = model.observer(lanes, variant.fixed)
+        right_hand_side = model.right_hand_side(lanes, variant.fixed)
+    stepper = STEPPERS[variant.stepper].make(lanes, rows)
+    for function in (stepper, right_hand_side, observer, marker):
+        address(function)
+    return Compiled(right_hand_side, observer, marker)
 
 
 def _landing_place(model: Model) -> int:
