@@ -9,7 +9,8 @@ from typing import Any
 import numba
 from llvmlite import ir
 from numba import types
-from numba.extending import intrinsic, overload, register_jitable
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import lower_builtin, register_jitable
 
 from nsdrill.cache import numba_cache
 from nsdrill.compiler.functions import identity
@@ -33,31 +34,24 @@ def driver(signature: Any) -> Callable[[Callable[..., Any]], Any]:
     return make
 
 
-@overload(call)
-def _call(function, *arguments):  # type: ignore[no-untyped-def]
-    def implementation(function, *arguments):  # type: ignore[no-untyped-def]
-        return _call_address(function, arguments)
+@infer_global(call)
+class _Call(AbstractTemplate):
+    """``call(address, *arguments)`` gives an integer."""
 
-    return implementation
+    def generic(self, arguments: Any, keywords: Any) -> Any:
+        return signature(types.int64, *arguments)
 
 
-@intrinsic
-def _call_address(context: Any, address: Any, arguments: Any) -> Any:
+@lower_builtin(call, types.VarArg(types.Any))
+def _call_address(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     """Call the function at an address with C's calling convention: an array is passed
     as its data and its size."""
-    kinds = list(arguments)
-
-    def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        given: list[Any] = []
-        for number, kind in enumerate(kinds):
-            value = builder.extract_value(values[1], number)
-            if isinstance(kind, types.Array):
-                array = context.make_array(kind)(context, builder, value)
-                given += [array.data, array.nitems]
-            else:
-                given.append(context.cast(builder, value, kind, types.int64))
-        kind = ir.FunctionType(ir.IntType(64), [value.type for value in given])
-        pointer = builder.inttoptr(values[0], kind.as_pointer())
-        return builder.call(pointer, given)
-
-    return types.int64(address, arguments), build
+    given: list[Any] = []
+    for kind, value in zip(signature.args[1:], values[1:], strict=True):
+        if isinstance(kind, types.Array):
+            array = context.make_array(kind)(context, builder, value)
+            given += [array.data, array.nitems]
+        else:
+            given.append(context.cast(builder, value, kind, types.int64))
+    kind = ir.FunctionType(ir.IntType(64), [value.type for value in given])
+    return builder.call(builder.inttoptr(values[0], kind.as_pointer()), given)
