@@ -141,7 +141,7 @@ def section_watch() -> tuple[Any, Any]:
                 b[start_ + k], h * b[rate_ + k], b[end_ + k], h * b[end_rate_ + k]
             )
             store[1 + 3 * count + k] = value(p0, p1, p2, p3, p4, p5, theta)
-        store[0] = count + 1
+        store[0] = float(count + 1)
 
     @compiled(MARKER)
     def mark_nothing(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]

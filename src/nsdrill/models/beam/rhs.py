@@ -39,6 +39,7 @@ from nsdrill.models.beam import implicit
 from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
 from nsdrill.models.christoforou_yigit.friction import slip_factors
 from nsdrill.models.christoforou_yigit.lobes import multiple_sine
+from nsdrill.models.christoforou_yigit.unit_loads import FEW
 from nsdrill.scalar import STEP
 
 # Auxiliary outputs for the observer: cosine and sine of the bit angle, force and torque
@@ -158,7 +159,7 @@ def text(lanes: int, options: Options, *, tangent: bool = False) -> str:
         for slope_row, tangent_row in pairs:
             value, follows = (f"b[{lanes * n} + i]" for n in (slope_row, tangent_row))
             result = value if sign == "+" else f"({follows} - {value}) * {0.5 / STEP!r}"
-            lines += [f"    for i in packed({lanes}):", f"        {follows} = {result}"]
+            lines += [f"    for i in range({lanes}):", f"        {follows} = {result}"]
     if tangent and options.implicit:
         aux, names = aux_of(options), states_of(options.modes)
         for k, name in enumerate(implicit.velocities(options)):
@@ -168,7 +169,7 @@ def text(lanes: int, options: Options, *, tangent: bool = False) -> str:
             )
             above, below, deviation = (f"b[{lanes * n} + i]" for n in places)
             lines += [
-                f"    for i in packed({lanes}):",
+                f"    for i in range({lanes}):",
                 f"        {deviation} = ({above} - {below}) * {0.5 / STEP!r}",
             ]
     return "\n".join([*lines, *Writer(lanes, options, rows).lines(), ""])
@@ -241,7 +242,11 @@ class Writer:
     total = staticmethod(total)
 
     def loop(self, body: list[str]) -> list[str]:
-        return [f"    for i in packed({self.lanes}):", *(f"        {line}" for line in body)]
+        # A length that is unknown at compile time keeps the compiler from unrolling the
+        # short loops of few lanes.
+        few = self.options.implicit and self.lanes <= FEW
+        length = f"min({self.lanes}, len(b))" if few else f"{self.lanes}"
+        return [f"    for i in range({length}):", *(f"        {line}" for line in body)]
 
     def load(self, *names: str) -> list[str]:
         return [f"{name} = {self.row[name]}" for name in names]

@@ -12,6 +12,8 @@ from nsdrill.kernel.slip import first_slip
 from nsdrill.models.christoforou_yigit.friction import bit_parts, bit_slope
 from nsdrill.models.christoforou_yigit.laws import HYPERBOLIC, LINEAR, RATIONAL
 
+FEW = 8  # so few lanes that the compiler would unroll a small loop instead of packing it
+
 
 @inlined
 def unit_torque(x, y, c, s, q, soft, per_mass, per_inertia):  # type: ignore[no-untyped-def]

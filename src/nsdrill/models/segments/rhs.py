@@ -72,8 +72,8 @@ ITERATIONS = 4  # for the speed of a bit whose cutting torque is implicit
 # w is 1 - 2 / (1 + 2^(2 w log2 e)). In this text ``b`` is the lane buffer; u, a and the
 # names that end in an underscore are offsets of rows in it.
 HELPERS = """
-def axial_node(b, u, a, K_, time_, annulus_, bore_, up_, down_, mean_):
-    for i in packed(W):
+def axial_node(b, n, u, a, K_, time_, annulus_, bore_, up_, down_, mean_):
+    for i in range(n):
         position, v = b[u + i], b[u + W + i]
         second_difference = (b[u - 2 * W + i] - position) + (b[u + 2 * W + i] - position)
         second_difference_rate = (b[u - W + i] - v) + (b[u + 3 * W + i] - v)
@@ -81,8 +81,8 @@ def axial_node(b, u, a, K_, time_, annulus_, bore_, up_, down_, mean_):
         drag = fma(b[annulus_ + i], x * abs(x), -fma(b[bore_ + i], y * abs(y), b[mean_ + i]))
         b[a + i] = fma(b[K_ + i], fma(b[time_ + i], second_difference_rate, second_difference), drag)
 
-def torsional_node(b, u, a, K_, time_, drag_):
-    for i in packed(W):
+def torsional_node(b, n, u, a, K_, time_, drag_):
+    for i in range(n):
         angle, v = b[u + i], b[u + W + i]
         second_difference = (b[u - 2 * W + i] - angle) + (b[u + 2 * W + i] - angle)
         second_difference_rate = (b[u - W + i] - v) + (b[u + 3 * W + i] - v)
@@ -101,7 +101,7 @@ BIT = """        lobes, omega = b[lobes_ + i], b[w_n + i]
         b[interference_ + i] = interference
         b[closing_ + i] = closing
         b[force_ + i] = force
-    for i in packed(W):
+    for i in range(n):
         omega, force, live = b[w_n + i], b[force_ + i], b[live_ + i]
         cutting_speed = fma(live, omega - b[set_speed + i], b[set_speed + i])
         advance = max(fma(b[advance_ + i], np.sqrt(abs(cutting_speed)), b[advance_offset + i]), 0.0)
@@ -137,7 +137,7 @@ BIT_IMPLICIT = """        phi = b[th_n + i] + fma(b[set_speed + i], b[time_ + i]
         b[sine_ + i] = sine
         b[cosine_ + i] = cosine
         b[interference_ + i] = fma(b[surface_amplitude + i], sine, -b[u_n + i])
-    for i in packed(W):
+    for i in range(n):
         omega_free, eps, sqrt_start = b[w_n + i], b[smoothing + i], b[creep_start + i]
         relaxed, speed_free = b[relax + i] * b[per_bit_inertia + i] * b[cutting_arm + i], abs(omega_free)
         elastic = b[rock_stiffness + i] * max(b[interference_ + i], 0.0)
@@ -159,7 +159,7 @@ BIT_IMPLICIT = """        phi = b[th_n + i] + fma(b[set_speed + i], b[time_ + i]
         tau = min(tau, np.sqrt(max(np.sqrt(speed_free) - sqrt_start, 0.0)))
         b[force_ + i] = elastic
         b[torque_ + i] = tau if sqrt_start > 0.0 else flat_guess
-ITERATIONS    for i in packed(W):
+ITERATIONS    for i in range(n):
         load, load_slope, g, r, slope, step = newton_step(
             b[torque_ + i], b[w_n + i], b[relax + i] * b[per_bit_inertia + i] * b[cutting_arm + i], b[force_ + i],
             b[surface_amplitude + i] * b[lobes_ + i] * b[cosine_ + i], b[v_n + i], b[closing_factor + i],
@@ -175,7 +175,7 @@ ITERATIONS    for i in packed(W):
         fall = fma(load, b[creep_fall + i], abs(load_slope) * r)
         b[falling + i] = inertia * b[cutting_arm + i] * fall
         b[w_n + i] = fma(-b[relax + i] * inertia, torque, omega_free)
-    for i in packed(W):
+    for i in range(n):
         omega, live = b[w_n + i], b[live_ + i]
         cutting_speed = fma(live, omega - b[set_speed + i], b[set_speed + i])
         advance = max(fma(b[advance_ + i], np.sqrt(abs(cutting_speed)), b[advance_offset + i]), 0.0)
@@ -195,7 +195,7 @@ ITERATIONS    for i in packed(W):
         b[torque_ + i] = fma(force, fma(b[friction_arm + i], rubbing, cutting), b[torque_ + i])
 
 """
-ITERATION = """    for i in packed(W):
+ITERATION = """    for i in range(n):
         load, load_slope, g, r, slope, step = newton_step(
             b[torque_ + i], b[w_n + i], b[relax + i] * b[per_bit_inertia + i] * b[cutting_arm + i], b[force_ + i],
             b[surface_amplitude + i] * b[lobes_ + i] * b[cosine_ + i], b[v_n + i], b[closing_factor + i],
@@ -287,8 +287,9 @@ def cutting_load(  # type: ignore[no-untyped-def]
 
 
 MAIN = """
+    n = min(W, len(b))
     # The flow of the mud; the bit's contact with the rock.
-    for i in packed(W):
+    for i in range(n):
         pulse, _ = sincos(b[pulsation_rate + i] * b[time_ + i])
         flow = fma(b[pulsation + i], pulse, b[flow_ + i])
         b[pipe_up + i] = flow * b[per_pipe_annulus + i]
@@ -298,14 +299,14 @@ MAIN = """
         BIT
     # The ends and the junction of pipe and collars: their masses and inertias differ
     # from those of the nodes within.
-    for i in packed(W):
+    for i in range(n):
         u, v = b[u_0 + i], b[v_0 + i]
         x, y = b[pipe_up + i] - v, b[pipe_down + i] + v
         drag = fma(b[pipe_annulus + i], x * abs(x), -fma(b[pipe_bore + i], y * abs(y), b[pipe_mean + i]))
         pull = b[pipe_axial + i] * fma(b[axial_time + i], b[v_0 + 2 * W + i] - v, b[u_0 + 2 * W + i] - u)
         hoist = fma(b[top_stiffness + i], u, b[top_damping + i] * v) * b[per_top_mass + i]
         b[a_0 + i] = fma(b[top_share + i], fma(2.0, pull, drag), -hoist)
-    for i in packed(W):
+    for i in range(n):
         u, v = b[u_j + i], b[v_j + i]
         x, y = b[pipe_up + i] - v, b[pipe_down + i] + v
         drag = fma(b[pipe_annulus + i], x * abs(x), -fma(b[pipe_bore + i], y * abs(y), b[pipe_mean + i]))
@@ -315,7 +316,7 @@ MAIN = """
         drag = fma(b[collar_annulus + i], x * abs(x), -fma(b[collar_bore + i], y * abs(y), b[collar_mean + i]))
         pull = b[collar_axial + i] * fma(b[axial_time + i], b[v_j + 2 * W + i] - v, b[u_j + 2 * W + i] - u)
         b[a_j + i] = fma(b[joint_collar_share + i], fma(2.0, pull, drag), above)
-    for i in packed(W):
+    for i in range(n):
         u, v = b[u_n + i], b[v_n + i]
         x, y = b[collar_up + i] - v, b[collar_down + i] + v
         drag = fma(b[collar_annulus + i], x * abs(x), -fma(b[collar_bore + i], y * abs(y), b[collar_mean + i]))
@@ -323,14 +324,14 @@ MAIN = """
         bit_load = (b[force_ + i] - b[wob + i]) * b[per_bit_mass + i]
         b[a_n + i] = fma(b[bit_share + i], fma(2.0, pull, drag), bit_load)
     DRIVE
-    for i in packed(W):
+    for i in range(n):
         th, w = b[th_j + i], b[w_j + i]
         above = b[pipe_torsional + i] * fma(b[torsional_time + i], b[w_j - 2 * W + i] - w, b[th_j - 2 * W + i] - th)
         above = fma(2.0, above, -(b[pipe_drag + i] * w))
         below = b[collar_torsional + i] * fma(b[torsional_time + i], b[w_j + 2 * W + i] - w, b[th_j + 2 * W + i] - th)
         below = fma(2.0, below, -(b[collar_drag + i] * w))
         b[alpha_j + i] = fma(b[joint_pipe_inertia_share + i], above, b[joint_collar_inertia_share + i] * below)
-    for i in packed(W):
+    for i in range(n):
         th, w = b[th_n + i], b[w_n + i]
         pull = b[collar_torsional + i] * fma(b[torsional_time + i], b[w_n - 2 * W + i] - w, b[th_n - 2 * W + i] - th)
         rock = b[torque_ + i] * b[per_bit_inertia + i]
@@ -338,7 +339,7 @@ MAIN = """
 """
 
 
-MOTOR = """    for i in packed(W):
+MOTOR = """    for i in range(n):
         th, w, current = b[th_0 + i], b[w_0 + i], b[I_ + i]
         pull = b[pipe_torsional + i] * fma(b[torsional_time + i], b[w_0 + 2 * W + i] - w, b[th_0 + 2 * W + i] - th)
         motor_acceleration = fma(b[motor + i], current, -(b[table_damping + i] * w)) * b[per_drive_inertia + i]
@@ -353,7 +354,7 @@ MOTOR = """    for i in packed(W):
 """
 
 # The top of a drive by torque, which has no current: its rate is zero.
-TORQUE = """    for i in packed(W):
+TORQUE = """    for i in range(n):
         th, w, speed = b[th_0 + i], b[w_0 + i], b[set_speed + i]
         pull = b[pipe_torsional + i] * fma(b[torsional_time + i], b[w_0 + 2 * W + i] - w, b[th_0 + 2 * W + i] - th)
         law = fma(b[drive_stiffness + i], th, fma(b[drive_damping + i], w - speed,
@@ -400,9 +401,9 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int, by_to
         words = ("axial", "annulus", "bore", "up", "down", "mean")
         K, annulus, bore, up, down, mean = (place[f"{part}_{word}"] for word in words)
         lines += [
-            f"    axial_node(b, {u}, {a}, {K}, {place['axial_time']}, {annulus}, {bore}, {up}, "
+            f"    axial_node(b, n, {u}, {a}, {K}, {place['axial_time']}, {annulus}, {bore}, {up}, "
             f"{down}, {mean})",
-            f"    torsional_node(b, {th}, {alpha}, {place[f'{part}_torsional']}, "
+            f"    torsional_node(b, n, {th}, {alpha}, {place[f'{part}_torsional']}, "
             f"{place['torsional_time']}, "
             f"{place[f'{part}_drag']})",
         ]
