@@ -65,8 +65,8 @@ def object_code(text: str, machine: Any = None) -> bytes:
         machine = machine or host_machine()
         module = llvm.parse_assembly(text)
         module.triple, module.data_layout = machine.triple, str(machine.target_data)
+        module.verify()  # a pass ends the process where something is wrong
         _optimise(module, machine)
-        module.verify()
         return bytes(machine.emit_object(module))
 
 
