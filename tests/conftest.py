@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from numba.core import compiler
 
+from nsdrill.compiler import functions
 from nsdrill.interrupt import SIGNALS
 
 # The bits do not depend on the lanes, and to compile everything for three numbers of
@@ -40,23 +42,55 @@ record: {peaks: 4}
 """
 
 
-@pytest.fixture(scope="session", autouse=True)
-def compiling_is_not_traced() -> Iterator[None]:
-    """Coverage looks at every call that a compiler makes, none of which is ours: half
-    as much time again."""
-    compile_one = compiler.compile_extra
+# How many functions this process and, with xdist, its workers have compiled, and the
+# processor time of that [s].
+COMPILED = {"functions": 0, "seconds": 0.0}
+
+
+def counted(compile_one: Callable[..., Any]) -> Callable[..., Any]:
+    """``compile_one``, counted and without coverage, which would look at every call
+    that a compiler makes, none of which is ours: half as much time again."""
 
     def untraced(*arguments: Any, **more: Any) -> Any:
-        trace = sys.gettrace()
+        if COMPILED.get("nested"):
+            return compile_one(*arguments, **more)
+        trace, start = sys.gettrace(), time.process_time()
         sys.settrace(None)
+        COMPILED["nested"] = 1
         try:
             return compile_one(*arguments, **more)
         finally:
             sys.settrace(trace)
+            del COMPILED["nested"]
+            COMPILED["functions"] += 1
+            COMPILED["seconds"] += time.process_time() - start
 
-    compiler.compile_extra = untraced
-    yield
-    compiler.compile_extra = compile_one
+    return untraced
+
+
+@pytest.fixture(scope="session", autouse=True)
+def compiling_is_counted() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compiler, "compile_extra", counted(compiler.compile_extra))
+        patch.setattr(functions, "_made", counted(functions._made))
+        yield
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["compiled"] = COMPILED
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    for name, value in getattr(node, "workeroutput", {}).get("compiled", {}).items():
+        COMPILED[name] += value
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    terminalreporter.write_line(
+        "compiled: {functions} functions in {seconds:.1f} s of processor time".format(**COMPILED)
+    )
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -1,47 +1,80 @@
-"""What a factory compiles to: its assembly, and how much of it works on all lanes at
-once."""
+"""What a lane function is compiled to: the text of its module and its assembly; and
+helpers compiled as functions of numbers."""
 
 from __future__ import annotations
 
-import os
-import platform
+import inspect
 import re
-import subprocess
-import sys
-from pathlib import Path
+from collections.abc import Callable
+from functools import cache
+from typing import Any
 
-import pytest
+import llvmlite.binding as llvm
+import numpy as np
 
-_OPERATION = r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)"
+from nsdrill.compiler import native
+from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.module import Module
+from nsdrill.generate import define
+
+_ARITHMETIC = r"= (?:f(?:add|sub|mul|div)|call) {} (?:@llvm\.(?:fma|sqrt)|%v|0x|<double)"
+_INSTRUCTION = r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)"
 
 
-def has_wide_registers() -> bool:
-    import llvmlite.binding as llvm
+def text_of(function: Any, width: int = native.WIDTH) -> str:
+    """The module of a compiled function, as LLVM gets it."""
+    return Module(width).text(function.py_func, function.kinds, "entry")
 
-    features = llvm.get_host_cpu_features()
-    return platform.machine().lower() in ("x86_64", "amd64") and bool(
-        features.get("avx2") and features.get("fma")
+
+@cache
+def machine(triple: str, processor: str = "", features: str = "") -> Any:
+    """One of any platform, whatever this one is."""
+    native.initialize()
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    return native.target_machine(triple, processor, features)
+
+
+def assembly_of(text: str) -> str:
+    """For the third version of x86, which has AVX2 and FMA."""
+    target = machine("x86_64-unknown-linux-gnu", "x86-64-v3")
+    module = llvm.parse_assembly(text)
+    module.triple, module.data_layout = target.triple, str(target.target_data)
+    native._optimise(module, target)
+    return str(target.emit_assembly(module))
+
+
+def packed_and_single(text: str) -> tuple[int, int]:
+    """How many floating-point operations of this text work on all lanes, and how many
+    on one number."""
+    packed, single = (
+        len(re.findall(_ARITHMETIC.format(kind), text)) for kind in (r"<\d+ x double>", "double")
+    )
+    return packed, single
+
+
+def instructions(text: str) -> tuple[int, int]:
+    """How many instructions of the machine code of a module work on registers of four
+    numbers, and how many on one number."""
+    assembly = assembly_of(text)
+    return (
+        len(re.findall(rf"{_INSTRUCTION}pd\b[^\n]*%ymm", assembly)),
+        len(re.findall(rf"{_INSTRUCTION}sd\b", assembly)),
     )
 
 
-needs_wide_registers = pytest.mark.skipif(
-    not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed"
-)
+def of_numbers(helper: Callable[..., Any], results: int = 1) -> Callable[..., Any]:
+    """``helper``, compiled, as a function of numbers."""
+    count = len(inspect.signature(helper).parameters)
+    given = ", ".join(f"b[{k}]" for k in range(count))
+    taken = ", ".join(f"b[{count + k}]" for k in range(results))
+    text = f"def applied(b):\n    {taken} = helper({given})\n"
+    function = compiled(BUFFER)(define("applied", text, helper=helper))
+    b = np.zeros(count + results)
 
+    def call(*arguments: float) -> Any:
+        b[:count] = arguments
+        function(b)
+        return tuple(b[count:].tolist()) if results > 1 else float(b[-1])
 
-def printed(program: str, folder: Path, *arguments: str) -> str:
-    """What a Python program prints that compiles into the empty ``folder``: code from a
-    cache shows no assembly."""
-    return subprocess.run(
-        [sys.executable, "-c", program, *arguments],
-        env={**os.environ, "NUMBA_CACHE_DIR": str(folder)},
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
-
-
-def packed_and_single(assembly: str) -> tuple[int, int]:
-    """The operations on all lanes, and those on one."""
-    packed = re.findall(rf"{_OPERATION}pd\b[^\n]*%[yz]mm", assembly)
-    return len(packed), len(re.findall(rf"{_OPERATION}sd\b", assembly))
+    return call

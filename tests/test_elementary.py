@@ -6,11 +6,11 @@ from __future__ import annotations
 import math
 
 import mpmath
-import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from machine_code import of_numbers
 
 from nsdrill import elementary
 
@@ -19,39 +19,18 @@ QUICK = settings(max_examples=200, deadline=None)
 finite = st.floats(-1e6, 1e6, allow_nan=False)
 
 
-@numba.njit
-def sincos(angle):
-    return elementary.sincos(angle)
-
-
-@numba.njit
-def direction(x):
-    return elementary.direction(x)
-
-
-@numba.njit
-def between(x0, y0, x1, y1):
-    return elementary.angle_between(x0, y0, x1, y1)
-
-
-@numba.njit
-def log2(x):
-    return elementary.log2(x)
-
-
-@numba.njit
-def exp2(x):
-    return elementary.exp2(x)
-
-
-@numba.njit
-def expm1(x):
-    return elementary.expm1(x)
-
-
-@numba.njit
-def fma(a, b, c):
-    return elementary.fma(a, b, c)
+sincos = of_numbers(elementary.sincos, 2)
+direction, between, log2, exp2, expm1, fma = map(
+    of_numbers,
+    (
+        elementary.direction,
+        elementary.angle_between,
+        elementary.log2,
+        elementary.exp2,
+        elementary.expm1,
+        elementary.fma,
+    ),
+)
 
 
 def ulps(found: float, exact: mpmath.mpf, least: float = 1e-300) -> float:

@@ -3,12 +3,10 @@ freedom."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from machine_code import needs_wide_registers, packed_and_single, printed
 from scipy.integrate import solve_ivp
 
 from nsdrill.abi import Rows
@@ -123,23 +121,3 @@ def test_a_slope_function_may_ask_for_the_phase() -> None:
         flat = buffer.ravel()
         in_lanes(slopes, 8, rows)(flat)
         assert flat.reshape(rows.total, 8)[rows.acceleration] == pytest.approx(force - x, abs=1e-15)
-
-
-ASSEMBLY = """
-import sys
-sys.path.insert(0, {tests!r})
-from test_scalar import ROWS, torsion
-from nsdrill.scalar import in_lanes, unobserved
-print("".join(in_lanes(torsion, 8, ROWS).inspect_asm().values()))
-"""
-
-
-@needs_wide_registers
-def test_a_scalar_model_compiles_to_packed_instructions(tmp_path: Path) -> None:
-    packed, single = packed_and_single(
-        printed(ASSEMBLY.format(tests=str(Path(__file__).parent)), tmp_path)
-    )
-    assert packed > 20
-    assert single < 0.5 * packed, (
-        "more than the loop over the lanes that are left, of which there are none"
-    )

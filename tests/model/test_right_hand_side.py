@@ -9,9 +9,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numba
 import numpy as np
 import pytest
+from machine_code import of_numbers
 from reference import Case, contacts, derivative, quick
 
 from model.buffers import ROWS, buffer_of, slopes
@@ -112,17 +112,13 @@ def test_the_two_references_agree() -> None:
         assert quick(c)(t, s) == pytest.approx(derivative(c, t, s), rel=1e-9, abs=1e-9)
 
 
-@numba.njit
-def lobed(s, c, lobes):  # type: ignore[no-untyped-def]
-    return multiple_sine(s, c, lobes), multiple_cosine(c, lobes)
-
-
 @pytest.mark.parametrize("lobes", range(1, 9))
 def test_lobed_surface_is_the_sine_of_the_multiple_angle(lobes: int) -> None:
     """sin(n phi) and cos(n phi) by the Chebyshev recurrence: Abramowitz & Stegun
     22.3.15-16; n^2 roundings."""
+    lobed = of_numbers(lambda s, c: (multiple_sine(s, c, lobes), multiple_cosine(c, lobes)), 2)
     for phi in np.linspace(-7, 7, 501):
-        s, c = lobed(np.sin(phi), np.cos(phi), lobes)
+        s, c = lobed(np.sin(phi), np.cos(phi))
         assert s == pytest.approx(np.sin(lobes * phi), abs=lobes**2 * 3e-16 + 1e-15)
         assert c == pytest.approx(np.cos(lobes * phi), abs=lobes**2 * 3e-16 + 1e-15)
 

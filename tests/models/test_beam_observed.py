@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cli.helpers import call_here
-from machine_code import needs_wide_registers, packed_and_single, printed
 
 import nsdrill
 from nsdrill.errors import StudyError
@@ -239,28 +238,3 @@ def test_the_exponent_leaves_the_motion_as_it_is() -> None:
         np.asarray(plain["final_state"]).tobytes() == np.asarray(measured["final_state"]).tobytes()
     )
     assert np.all(np.isfinite(measured["lyapunov_exponent"]))
-
-
-ASSEMBLY = """
-import sys
-from nsdrill.models.beam.options import Options
-from nsdrill.models.registry import model_named
-from nsdrill.kernel.steppers import STEPPERS
-model, options = model_named("beam"), Options(*map(int, sys.argv[2:]))
-function = {
-    "rhs": lambda: model.right_hand_side(8, options),
-    "step": lambda: STEPPERS["tsitouras"].make(8, STEPPERS["tsitouras"].rows(model.rows(options, 40))),
-}[sys.argv[1]]()
-print("".join(function.inspect_asm().values()))
-"""
-
-
-@needs_wide_registers
-@pytest.mark.parametrize(
-    "what", ["rhs 1 1", "rhs 2 1", "rhs 5 1", "rhs 5 5", "rhs 4 3 1 3 5 1", "step 5 5"]
-)
-def test_loops_over_modes_and_stations_are_packed(what: str, tmp_path: Path) -> None:
-    """Compiled afresh, as code from the cache shows no assembly."""
-    packed, single = packed_and_single(printed(ASSEMBLY, tmp_path, *what.split()))
-    assert packed > 100
-    assert single < 0.1 * packed

@@ -7,9 +7,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, Rows, compiled, inlined
+from nsdrill.abi import MARKER, Rows
+from nsdrill.compiler.functions import BUFFER, compiled, inlined
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
@@ -127,7 +127,7 @@ def section_watch() -> tuple[Any, Any]:
     )
     step_, moves_, observing_ = ROWS.step, ROWS.moves, ROWS.observing
 
-    @compiled(types.void(BUFFER, BUFFER))
+    @compiled(BUFFER, BUFFER)
     def note_sections(b, store):  # type: ignore[no-untyped-def]
         if b[moves_] * b[observing_] == 0.0 or not (b[start_ + 1] < 0.0 <= b[end_ + 1]):
             return
@@ -141,9 +141,9 @@ def section_watch() -> tuple[Any, Any]:
                 b[start_ + k], h * b[rate_ + k], b[end_ + k], h * b[end_rate_ + k]
             )
             store[1 + 3 * count + k] = value(p0, p1, p2, p3, p4, p5, theta)
-        store[0] = count + 1
+        store[0] = float(count + 1)
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64))
+    @compiled(MARKER)
     def mark_nothing(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         pass
 

@@ -15,13 +15,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from machine_code import needs_wide_registers, packed_and_single, printed
+from machine_code import packed_and_single, text_of
 from scipy.integrate import solve_ivp
 
-from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.abi import Rows
+from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.language import packed
 from nsdrill.elementary import direction, sincos
 from nsdrill.kernel.batch import Batch, Compiled, Runs
 from nsdrill.kernel.settings import Simulation
+from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -628,11 +631,9 @@ def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -
         lanes * rows.aux_now,
     )
 
-    from numba import types
-
-    @compiled(types.void(BUFFER), W)
+    @compiled(BUFFER)
     def doubling(b):  # type: ignore[no-untyped-def]
-        for i in range(W):
+        for i in packed(W):
             b[slope_ + i] = -b[stage_ + i]
             b[aux_ + i] = 2.0 * b[stage_ + i]
 
@@ -803,44 +804,17 @@ MANY = Declaration(
 )
 
 
-CHILD = """
-import sys
-sys.path.insert(0, {tests!r})
-from observe import test_channels
-from nsdrill.kernel.steppers import STEPPERS
-declared = getattr(test_channels, sys.argv[1])
-model = test_channels.TORSION if sys.argv[1] == "TURNING" else test_channels.SWING
-rows = STEPPERS["tsitouras"].rows(model.rows(declared))
-observer, marker = test_channels.make_observer(int(sys.argv[2]), rows, model.names, declared)
-if sys.argv[3] == "assembly":
-    print("".join(observer.inspect_asm().values()))
-else:
-    print(sum(observer.stats.cache_hits.values()), sum(marker.stats.cache_hits.values()))
-"""
-
-
-def child(folder: Path, *arguments: str) -> str:
-    return printed(CHILD.format(tests=TESTS), folder, *arguments)
-
-
-@needs_wide_registers
-@pytest.mark.parametrize("declaration", ["SWINGING", "TURNING", "MANY"])
-def test_the_observer_compiles_to_packed_instructions(declaration: str, tmp_path: Path) -> None:
-    """What happens in every step. (What attends to the events of one lane is a function
-    of its own; 8 lanes leave no loop over the lanes that are left.)"""
-    assembly = child(tmp_path, declaration, "8", "assembly")
-    start = re.search(r"^\w*generated_observer\w*:$", assembly, re.M)
-    assert start is not None
-    body = assembly[start.end() :]
-    body = body[: re.search(r"^\.Lfunc_end\d+:", body, re.M).start()]  # type: ignore[union-attr]
-    packed, single = packed_and_single(body)
-    assert packed > 30
-    assert single < 0.1 * packed
-
-
-def test_the_next_process_finds_the_code(tmp_path: Path) -> None:
-    assert child(tmp_path, "SWINGING", "8", "hits").split() == ["0", "0"]
-    assert child(tmp_path, "SWINGING", "8", "hits").split() == ["1", "1"]
+@pytest.mark.parametrize(
+    "declaration", [SWINGING, TURNING, MANY], ids=["swinging", "turning", "many"]
+)
+def test_what_happens_in_every_step_works_on_all_lanes(declaration: Declaration) -> None:
+    model = TORSION if declaration is TURNING else SWING
+    rows = STEPPERS["tsitouras"].rows(model.rows(declaration))
+    text = text_of(make_observer(8, rows, model.names, declaration)[0])
+    # What attends to the events of one lane is a function of its own.
+    packed, single = packed_and_single(text.partition("i64 @entry(")[2])
+    assert packed > 50
+    assert single == 0
 
 
 PLAIN = """

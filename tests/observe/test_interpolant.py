@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from machine_code import of_numbers
 
 from nsdrill.observe.interpolant import above, divide, quintic
 
 
-@numba.njit(error_model="numpy")
-def share(g0: float, d0: float, c0: float, g1: float, d1: float, c1: float, level: float) -> float:
+def time_above(
+    g0: float, d0: float, c0: float, g1: float, d1: float, c1: float, level: float
+) -> float:
     p0, p1, p2, p3, p4, p5 = quintic(g0, d0, c0, g1, d1, c1)
     first, second, start, top, end = divide(p0, p1, p2, p3, p4, p5, d1, level)
     return above(first, second, 1.0, start, top, end)
+
+
+share = of_numbers(time_above)
 
 
 def exact_share(ends: tuple[float, ...], level: float) -> float:

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numba import types
 from scipy.optimize import brentq
 
 import nsdrill
-from nsdrill.abi import BUFFER, RATES, Rows, compiled
+from nsdrill.abi import RATES, Rows
+from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.language import packed
 from nsdrill.elementary import sincos
 from nsdrill.kernel.batch import Compiled, Runs
 from nsdrill.kernel.steppers import STEPPERS
@@ -62,10 +63,10 @@ def flow_at_a_stop() -> Flow:
         moves_ = W * rows.moves
         x_, v_, a_ = W * rows.stage, W * (rows.stage + 1), W * rows.acceleration
 
-        @compiled(types.void(BUFFER, BUFFER), lanes, 102)
+        @compiled(BUFFER, BUFFER)
         def watch(b, store):
             now = first + RATES * W
-            for i in range(W):
+            for i in packed(W):
                 b[now + i], b[now + W + i], b[now + 2 * W + i] = (
                     b[x_ + i] - GAP,
                     b[v_ + i],

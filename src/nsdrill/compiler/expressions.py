@@ -270,6 +270,8 @@ class Expressions:
         if not isinstance(a, RUNTIME):
             return CONSTANT_SIGNS[type(node.op)](a)
         a = self.value(a, wide=False)
+        if isinstance(node.op, ast.UAdd) and a.kind != "b":
+            return a
         if isinstance(node.op, ast.USub) and a.kind == "d":
             return self.text.operation("fneg", a)
         if a.kind != "i":
@@ -355,6 +357,8 @@ class Expressions:
             if not isinstance(b, tuple) or len(a) != len(b):
                 raise Refusal("the two sides of a condition have different numbers of values")
             return tuple(self.select(mask, x, y) for x, y in zip(a, b, strict=True))
+        if isinstance(a, Bits) and not mask.lanes:
+            mask = self.text.widened(mask, a.mask.lanes)
         if mask.lanes:
             if isinstance(a, Bits) and _is_zero(b):
                 return replace(a, mask=self.both(mask, a.mask))

@@ -111,24 +111,28 @@ def _prototype(kinds: str) -> Any:
 def _address(function: LaneFunction) -> int:
     """Compile the function, or load it from the disk."""
     from nsdrill.compiler import native
-    from nsdrill.compiler.module import Module
 
     with native.lock:
         key = _key(function, native.versions(), native.WIDTH)
         if key in _addresses:
             return _addresses[key]
-        symbol = f"lanes_{key}"
-
-        def make() -> bytes:
-            text = Module(native.WIDTH).text(function.py_func, function.kinds, symbol)
-            return native.object_code(text)
-
-        name = f"{function.__name__[:60]}-{key}"
-        if (code := load(name)) is None:
-            code = make()
+        name, symbol = f"{function.__name__[:60]}-{key}", f"lanes_{key}"
+        found = load(name, lambda code: native.address_of(code, symbol))
+        if found is None:
+            code = _made(function, symbol)
             save(name, code)
-        found = _addresses[key] = native.address_of(code, symbol)
-        return found
+            found = native.address_of(code, symbol)
+        _addresses[key] = found
+        return int(found)
+
+
+def _made(function: LaneFunction, symbol: str) -> bytes:
+    """The object file of the function, under the name ``symbol``."""
+    from nsdrill.compiler import native
+    from nsdrill.compiler.module import Module
+
+    text = Module(native.WIDTH).text(function.py_func, function.kinds, symbol)
+    return native.object_code(text)
 
 
 # What determines the machine code of a function: not its text, which would have to be

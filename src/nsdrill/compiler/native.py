@@ -65,8 +65,8 @@ def object_code(text: str, machine: Any = None) -> bytes:
         machine = machine or host_machine()
         module = llvm.parse_assembly(text)
         module.triple, module.data_layout = machine.triple, str(machine.target_data)
+        module.verify()  # a pass ends the process where something is wrong
         _optimise(module, machine)
-        module.verify()
         return bytes(machine.emit_object(module))
 
 
@@ -88,12 +88,11 @@ def address_of(code: bytes, symbol: str) -> int:
     """Load an object file into this process; the address of its function ``symbol``.
     ValueError if it is no such object."""
     global _engine
+    if symbol.encode() not in code:  # nor may it be an object: LLVM does not check that
+        raise ValueError("it is the code of no function of this name")
     with lock:
         if _engine is None:
             _engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), host_machine())
         _engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         _engine.finalize_object()
-        address = int(_engine.get_function_address(symbol))
-    if not address:
-        raise ValueError(f"it has no function {symbol}")
-    return address
+        return int(_engine.get_function_address(symbol))

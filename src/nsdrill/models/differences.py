@@ -68,11 +68,11 @@ def make_differences(
 
     @compiled(BUFFER)
     def differences(b):  # type: ignore[no-untyped-def]
-        for j in range(own * W):
+        for j in packed(own * W):
             b[kept_ + j] = b[state_ + j]
             b[state_ + j] = b[kept_ + j] + STEP * b[deviation_ + j]
         motion(b)
-        for j in range(slopes * W):
+        for j in packed(slopes * W):
             b[above_ + j] = b[slope_ + j]
         for k in range(pushed):
             for i in packed(W):
@@ -82,10 +82,10 @@ def make_differences(
             for i in packed(W):
                 threshold = b[limit[c] + i] if limit[c] >= 0 else 0.0
                 b[closed_ + c * W + i] = 1.0 if b[value[c] + i] > threshold else 0.0
-        for j in range(own * W):
+        for j in packed(own * W):
             b[state_ + j] = b[kept_ + j] - STEP * b[deviation_ + j]
         motion(b)
-        for j in range(slopes * W):
+        for j in packed(slopes * W):
             b[below_ + j] = b[slope_ + j]
         for k in range(pushed):
             for i in packed(W):
@@ -103,7 +103,7 @@ def make_differences(
                 )
                 one_sided = 1.0 if closed_above == closed_at_start else -1.0
                 b[side_ + i] = one_sided if closed_above != closed_below else b[side_ + i]
-        for j in range(own * W):
+        for j in packed(own * W):
             b[state_ + j] = b[kept_ + j]
         motion(b)
         for k in range(slopes):

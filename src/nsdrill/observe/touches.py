@@ -17,7 +17,6 @@ import numpy as np
 
 from nsdrill.abi import CLOSES, MARKER, RATES, Rows
 from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.compiler.language import packed
 from nsdrill.observe.interpolant import extreme, quintic, value
 
 TOUCHES = ("least", "greatest", "begins")  # the rows of each contact
@@ -48,7 +47,7 @@ def make_touches(
             start_, end_ = functions_start + c * W * RATES, functions_end + c * W * RATES
             least_ = first_row + width * c * W
             greatest_, begun_ = least_ + W, least_ + 2 * W
-            for i in packed(W):
+            for i in range(W):
                 if b[moves_ + i] == 0.0:
                     continue
                 h, g1, d1 = b[step_ + i], b[end_ + i], b[end_ + W + i]
@@ -110,7 +109,7 @@ def make_levels(
     def follow_levels(b, store):  # type: ignore[no-untyped-def]
         for c in range(count):
             place, least_ = velocity[c], first_row + width * c * W
-            for i in packed(W):
+            for i in range(W):
                 if b[moves_ + i] == 0.0:
                     continue
                 h, level = b[step_ + i], b[(parameters + parameter[c]) * W + i]

@@ -1,0 +1,106 @@
+"""What happens in every step works on all lanes: as vectors in the text that LLVM gets,
+and in the machine code that it makes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from machine_code import instructions, packed_and_single, text_of
+
+from nsdrill.kernel.steppers import IMPLICIT, STEPPERS
+from nsdrill.models.beam.options import Options as Beam
+from nsdrill.models.christoforou_yigit.events import make_events
+from nsdrill.models.christoforou_yigit.features import make_observer
+from nsdrill.models.christoforou_yigit.implicit import make_solve
+from nsdrill.models.christoforou_yigit.implicit_along import make_axial_solve
+from nsdrill.models.christoforou_yigit.implicit_held import make_stabilizer_solve
+from nsdrill.models.christoforou_yigit.layout import OBSERVED
+from nsdrill.models.christoforou_yigit.options import Options
+from nsdrill.models.christoforou_yigit.rhs import aux_of, columns_of, make_right_hand_side, rows_of
+from nsdrill.models.registry import model_named
+from nsdrill.variables import MODEL
+
+ROWS = model_named(MODEL).rows(Options(), len(OBSERVED))
+SPLIT = Options(implicit=1)
+
+
+def solve(make: Callable[..., Any], lanes: int, o: Options) -> Any:
+    return make(lanes, o, rows_of(o), columns_of(o), aux_of(o))
+
+
+def step(name: str, lanes: int, rows: Any) -> Any:
+    return STEPPERS[name].make(lanes, STEPPERS[name].rows(rows))
+
+
+def slopes(model: str, *variant: int) -> Any:
+    options = Beam(*variant) if model == "beam" else variant
+    return model_named(model).right_hand_side(8, options)
+
+
+# A compiled function, and the operations on all lanes that it has at least.
+FUNCTIONS: dict[str, tuple[Callable[[], Any], int]] = {
+    "slopes": (lambda: make_right_hand_side(8), 100),
+    **{
+        f"friction law {n}": (lambda n=n: make_right_hand_side(8, Options(friction=n)), 100)
+        for n in (1, 2, 3)
+    },
+    "drive": (lambda: make_right_hand_side(8, Options(driven=1, limited=1)), 100),
+    "many options": (
+        lambda: make_right_hand_side(8, Options(swirl=1, stabilizer=1, weight=1, axial_friction=1)),
+        150,
+    ),
+    "Hertz": (lambda: make_right_hand_side(8, Options(hertz=1, stabilizer=1)), 100),
+    "tangent": (lambda: model_named(MODEL).tangent(8, Options(), 0), 150),
+    "slips": (lambda: solve(make_solve, 16, SPLIT), 300),
+    "slips held": (lambda: solve(make_stabilizer_solve, 8, SPLIT._replace(stabilizer=1)), 300),
+    "slips along": (lambda: solve(make_axial_solve, 8, SPLIT._replace(axial_friction=1)), 300),
+    "implicit step": (lambda: step(IMPLICIT, 16, rows_of(SPLIT)), 300),
+    **{f"step {name}": (lambda name=name: step(name, 8, ROWS), 300) for name in STEPPERS},
+    "events": (lambda: make_events(8, ROWS)[1], 300),
+    "events of law 3": (lambda: make_events(8, ROWS, friction=3)[1], 300),
+    "torsion": (lambda: slopes("torsion"), 20),
+    **{
+        f"beam {' '.join(map(str, o))}": (lambda o=o: slopes("beam", *o), 100)
+        for o in ((1, 1), (2, 1), (5, 1), (5, 5), (4, 3, 1, 3, 5, 1))
+    },
+    "step of the beam": (
+        lambda: step("tsitouras", 8, model_named("beam").rows(Beam(5, 5), 40)),
+        300,
+    ),
+    "segments": (lambda: slopes("segments", 3, 2, 0), 100),
+    "segments that creep": (lambda: slopes("segments", 3, 2, 0, 1), 100),
+    "step of segments": (
+        lambda: step("tsitouras", 8, model_named("segments").rows((10, 10, 0), 40)),
+        300,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_lane_loops_are_vectors(name: str) -> None:
+    """A loop over lanes that is one over ``range`` is compiled too, and takes several
+    times as long."""
+    make, least = FUNCTIONS[name]
+    packed, single = packed_and_single(text_of(make()))
+    assert packed >= least
+    assert single <= (6 if "events" in name else 0)
+
+
+def test_an_observer_has_few_operations_on_one_lane() -> None:
+    """They attend to rare events, the same with implicit friction as without."""
+    explicit, implicit = (
+        packed_and_single(text_of(make_observer(16, o)[0])) for o in (Options(), SPLIT)
+    )
+    assert explicit[0] > 2 * explicit[1] > 0
+    assert implicit[0] >= explicit[0]
+    assert implicit[1] <= explicit[1] + 10
+
+
+@pytest.mark.parametrize("name", ["slopes", "slips", "step tsitouras", "events", "beam 5 5"])
+def test_llvm_keeps_the_vectors(name: str) -> None:
+    text = text_of(FUNCTIONS[name][0]())
+    wide, single = instructions(text)
+    assert wide >= packed_and_single(text)[0]  # of two or four registers each
+    assert single <= 10
