@@ -44,7 +44,7 @@ def test_a_file_is_whole_or_as_it_was(tmp_path: Path) -> None:
 
     def fail() -> None:
         with replacing(path) as temporary:
-            temporary.write_text("half")
+            temporary.write(b"half")
             raise OSError(28, "No space left on device")
 
     with pytest.raises(

@@ -16,7 +16,6 @@ import os
 import pickle
 import stat
 import sys
-import tempfile
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
@@ -27,7 +26,8 @@ from numba.core import serialize
 from numba.core.caching import FunctionCache, NullCache
 from numba.core.compiler import CompileResult
 
-from nsdrill.errors import CacheWarning
+from nsdrill.errors import CacheWarning, FileError
+from nsdrill.files import reason, whole
 
 _DIGEST = hashlib.sha256().digest_size
 DYNAMIC_MODULE = "<dynamic>"  # numba's name for the module of a function that no import can find
@@ -86,7 +86,7 @@ class CodeCache(FunctionCache):
             with suppress(OSError):
                 path.unlink()
             _warn(
-                f"{path}: this file of compiled code is not used ({_reason(error)}); the function "
+                f"{path}: this file of compiled code is not used ({reason(error)}); the function "
                 "is compiled again, which takes some seconds. If this recurs, remove the folder "
                 "and check its disk."
             )
@@ -102,7 +102,11 @@ class CodeCache(FunctionCache):
         path = self._path(sig, data.codegen)
         code = serialize.dumps(data._reduce())
         try:
-            _write(path, hashlib.sha256(code).digest() + code)
+            with whole(path) as file:
+                os.chmod(file.name, 0o600)  # for its owner only
+                file.write(hashlib.sha256(code).digest() + code)
+        except FileError:
+            pass  # another process is writing the same code
         except OSError as error:
             _warn_not_cached(str(path.parent), error)
 
@@ -155,18 +159,6 @@ def _read(path: Path) -> bytes:
         return file.read()
 
 
-def _write(path: Path, content: bytes) -> None:
-    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:  # for its owner only
-        try:
-            file.write(content)
-            file.close()
-            os.replace(file.name, path)
-        except BaseException:
-            with suppress(OSError):
-                os.unlink(file.name)
-            raise
-
-
 def _writable_by_others(info: os.stat_result) -> bool:
     return os.name != "nt" and bool(info.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
 
@@ -180,14 +172,9 @@ def _check_owner(info: os.stat_result, path: Path) -> None:
         raise PermissionError(0, "other users may write it", str(path))
 
 
-def _reason(error: BaseException) -> str:
-    text = getattr(error, "strerror", None) or str(error) or type(error).__name__
-    return text[:1].lower() + text[1:].rstrip(".")
-
-
 def _warn_not_cached(directory: str, error: Exception) -> None:
     _warn(
-        f"{directory}: compiled code cannot be kept there ({_reason(error)}), so every run compiles "
+        f"{directory}: compiled code cannot be kept there ({reason(error)}), so every run compiles "
         "again, which takes some seconds. Correct that, or set NUMBA_CACHE_DIR to another folder that "
         "only you may write."
     )

@@ -37,8 +37,8 @@ def write_csv(
         to_csv(results, path, peaks=peaks, section=section, states=states, overwrite=overwrite)
         return
     with (
-        replacing(path, overwrite=overwrite) as temporary,
-        open(temporary, "w", newline="", encoding="utf-8") as file,
+        replacing(path, overwrite=overwrite) as whole,
+        whole.text() as file,
     ):
         print_csv(results, file, peaks=peaks, section=section, states=states, units=units)
 
@@ -49,8 +49,8 @@ def write_trace_csv(
     """The table of a trace, a row for each sample; in field units where ``units`` is
     "field"."""
     with (
-        replacing(path, overwrite=overwrite) as temporary,
-        open(temporary, "w", newline="", encoding="utf-8") as file,
+        replacing(path, overwrite=overwrite) as whole,
+        whole.text() as file,
     ):
         print_trace_csv(trace, file, units=units)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.errors import FileError
-from nsdrill.files import reason, replacing
+from nsdrill.files import reason
 from nsdrill.store import hdf5
 from nsdrill.store.attributes import get_attributes
 from nsdrill.store.layout import root_attributes
@@ -39,32 +39,30 @@ def write_branches(path: str | os.PathLike[str], data: Any, *, overwrite: bool =
     the disk refuses."""
     import h5py
 
-    with replacing(path, overwrite=overwrite) as temporary:
-        with hdf5.writing(temporary) as file:
-            hdf5.put_attributes(file, root_attributes(KIND, data.attrs))
-            for name in data.dims:
-                values = (
-                    data.coords[name].values if name in data.coords else np.arange(data.sizes[name])
-                )
-                attrs = data.coords[name].attrs if name in data.coords else {}
-                hdf5.add_coordinate(file, str(name), values, attrs)
-            for name in [*data.coords, *data.data_vars]:
-                if name in data.dims:
-                    continue
-                variable = data[name]
-                values = variable.values
-                if values.dtype.kind in "OU":
-                    values = values.astype(object)
-                    dataset = file.create_dataset(name, data=values, dtype=h5py.string_dtype())
-                else:
-                    dataset = file.create_dataset(name, data=values, **hdf5.storage_of(values))
-                for key, value in variable.attrs.items():
-                    dataset.attrs[key] = value
-                if values.dtype.kind == "f":
-                    dataset.attrs["_FillValue"] = np.nan
-                for axis, dim in enumerate(variable.dims):
-                    dataset.dims[axis].attach_scale(file[dim])
-        hdf5.seal(temporary)
+    with hdf5.writing(path, overwrite=overwrite) as file:
+        hdf5.put_attributes(file, root_attributes(KIND, data.attrs))
+        for name in data.dims:
+            values = (
+                data.coords[name].values if name in data.coords else np.arange(data.sizes[name])
+            )
+            attrs = data.coords[name].attrs if name in data.coords else {}
+            hdf5.add_coordinate(file, str(name), values, attrs)
+        for name in [*data.coords, *data.data_vars]:
+            if name in data.dims:
+                continue
+            variable = data[name]
+            values = variable.values
+            if values.dtype.kind in "OU":
+                values = values.astype(object)
+                dataset = file.create_dataset(name, data=values, dtype=h5py.string_dtype())
+            else:
+                dataset = file.create_dataset(name, data=values, **hdf5.storage_of(values))
+            for key, value in variable.attrs.items():
+                dataset.attrs[key] = value
+            if values.dtype.kind == "f":
+                dataset.attrs["_FillValue"] = np.nan
+            for axis, dim in enumerate(variable.dims):
+                dataset.dims[axis].attach_scale(file[dim])
 
 
 def open_branches(path: str | os.PathLike[str]) -> Any:

@@ -47,8 +47,8 @@ def to_csv(
         if name in BY_NAME and BY_NAME[name].room in rooms
     ]
     with (
-        replacing(path, overwrite=overwrite) as temporary,
-        open(temporary, "w", newline="", encoding="utf-8") as file,
+        replacing(path, overwrite=overwrite) as whole,
+        whole.text() as file,
     ):
         writer = csv.writer(file)
         units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": ""}
@@ -99,8 +99,8 @@ def to_netcdf(
     bytes are checked and copied."""
     with hdf5.opened(path):
         pass
-    with replacing(path_nc, overwrite=overwrite) as temporary:
-        shutil.copyfile(path, temporary)
+    with replacing(path_nc, overwrite=overwrite) as copy, open(path, "rb") as file:
+        shutil.copyfileobj(file, copy)
 
 
 def flag_words(variable: Variable, value: int) -> str:
