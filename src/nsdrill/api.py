@@ -421,6 +421,7 @@ def show(data: ResultsLike, *, units: str = "si") -> str:
     ``nsdrill show`` prints, in ``units`` si or field."""
     if units not in ("si", "field"):
         raise InputError(f"units: found {units!r}; allowed: si or field.")
+    from nsdrill.app import unfinished
     from nsdrill.app.summary import needed, summarize
     from nsdrill.cli.show import lines
 
@@ -429,6 +430,8 @@ def show(data: ResultsLike, *, units: str = "si") -> str:
         from nsdrill.app.branch_summary import summarize_branches
 
         return "\n".join(lines(name, summarize_branches(branches), units))
+    if not is_dataset(data) and (found := unfinished.summary(name)) is not None:
+        return "\n".join(lines(name, found, units))
     with missing_variable_errors("show"):
         return "\n".join(lines(name, summarize(data_in(data, needed())), units))
 
@@ -873,7 +876,7 @@ def fit(
             kept=calls,
         )
         if path is not None:
-            write_text(path, found.study, overwrite=overwrite or resume)
+            write_text(path, found.study, calls.recovery_text, overwrite=overwrite or resume)
             calls.discard()
     return found
 

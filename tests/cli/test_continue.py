@@ -13,8 +13,10 @@ import pytest
 import xarray
 
 import nsdrill
+from nsdrill.app.unfinished import Part
 
 from .helpers import Call, finish, start
+from .test_fit_resume import has_state
 
 STUDY = """\
 title: Steady drilling and stick-slip
@@ -311,6 +313,18 @@ def test_seeds_of_a_sweep(call: Call) -> None:
     assert list(data["motion"].values) == ["equilibrium", "limit_cycle"]
 
 
+@pytest.mark.parametrize("option", [(), ("--resume",), ("--overwrite",)])
+def test_the_second_of_two_is_refused_at_once(call: Call, option: tuple[str, ...]) -> None:
+    Path("study.yaml").write_text(STUDY)
+    with Part.claim("b.h5", "continuation", "torsion", overwrite=False, resume=False) as part:
+        answer = call("continue", "study.yaml", "-o", "b.h5", *option)
+        assert answer.code == 2
+        assert "b.h5.part: another process is writing these results now" in answer.err
+        assert "settle" not in answer.err  # nothing is computed
+        assert call("show", part.path).out.splitlines()[-2] == "  kept           nothing yet"
+    assert not part.path.exists()
+
+
 def test_killed_and_resumed(made: Path, tmp_path: Path) -> None:
     """A continuation that is killed when a branch is kept goes on with --resume, and
     gives the same numbers."""
@@ -318,7 +332,7 @@ def test_killed_and_resumed(made: Path, tmp_path: Path) -> None:
     process = start("continue", "study.yaml", "-o", "b.h5", cwd=tmp_path)
     part = tmp_path / "b.h5.part"
     deadline = time.monotonic() + 100
-    while not part.exists() and process.poll() is None and time.monotonic() < deadline:
+    while not has_state(part) and process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.005)
     process.send_signal(signal.SIGINT)
     answer = finish(process)

@@ -17,9 +17,9 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of
 from nsdrill.analysis.equations import string_differences
-from nsdrill.app import unfinished
 from nsdrill.app.provenance import provenance
 from nsdrill.app.run import processors
+from nsdrill.app.unfinished import Part
 from nsdrill.data import Array, json_text, resolved_study
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.batch import Batch, choose_lanes
@@ -214,8 +214,6 @@ def continue_study(
     continued.
     """
     setup = continuation_setup(study)
-    continuation = setup.continuation
-    part, part_exists = None, False
     if (
         path is not None
         and resume
@@ -224,8 +222,22 @@ def continue_study(
         and not part_path(path).exists()
     ):
         return _finished(study, path)
-    if path is not None:
-        part, part_exists = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
+    if path is None:
+        return _continue(setup, None, None, seeds, workers, overwrite, say)
+    with Part.claim(path, WHAT, study.model, overwrite=overwrite, resume=resume) as part:
+        return _continue(setup, path, part, seeds, workers, overwrite, say)
+
+
+def _continue(
+    setup: ContinuationSetup,
+    path: str | os.PathLike[str] | None,
+    part: Part | None,
+    seeds: str | os.PathLike[str] | None,
+    workers: int | None,
+    overwrite: bool,
+    say: Say,
+) -> ContinuationResult:
+    study, continuation = setup.study, setup.continuation
     started_at = time.perf_counter()
     keys = (continuation.along,)
     scale = (continuation.high - continuation.low) / RANGE_PARTS
@@ -243,15 +255,17 @@ def continue_study(
     )
     seed_points = _seeds(setup, flow, seeds, say)
     digest = _digest(study, seed_points)
-    known = _load_branches(part, digest) if part is not None and part_exists else {}
+    known = _load_branches(part, digest) if part is not None and part.kept else {}
     branches = dict(known)
 
     def save(finished: dict[Any, Branch]) -> None:
         branches.update(finished)
-        if part is not None:
-            _save_branches(part, study.model, digest, branches)
         number, points = len(branches), sum(map(len, branches.values()))
-        say(f"{number} branch{'' if number == 1 else 'es'}, {points} points")
+        kept = f"{number} branch{'' if number == 1 else 'es'}, {points} points"
+        if part is not None:
+            arrays, data = to_arrays(branches)
+            part.write(digest, data, arrays, kept)
+        say(kept)
 
     def announce(number: int) -> None:
         text = "a branch is followed, and kept when it has ended"
@@ -278,9 +292,12 @@ def continue_study(
     except KeyboardInterrupt:
         raise KeyboardInterrupt(_interrupted(part, branches)) from None
     if path is not None:
-        write_branches(path, data, overwrite=overwrite or bool(known))
+        remedy = (
+            "" if part is None else f"{part.kept} are safe in {part.path}. Go on with --resume."
+        )
+        write_branches(path, data, lambda: remedy, overwrite=overwrite or bool(known))
         if part is not None:
-            unfinished.discard(part)
+            part.discard()
     return ContinuationResult(data, dict(Counter(found.seeds)), time.perf_counter() - started_at)
 
 
@@ -296,7 +313,7 @@ def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
     }
 
 
-def _interrupted(part: Path | None, branches: Mapping[Any, Branch]) -> str:
+def _interrupted(part: Part | None, branches: Mapping[Any, Branch]) -> str:
     """The text of an interrupt."""
     if part is None:
         return interrupt.NOTHING
@@ -305,7 +322,7 @@ def _interrupted(part: Path | None, branches: Mapping[Any, Branch]) -> str:
             "Interrupted before the first branches had ended: nothing is kept. The same command "
             "begins anew."
         )
-    return f"Interrupted: {len(branches)} branches are safe in {part}. Go on with --resume."
+    return f"Interrupted: {len(branches)} branches are safe in {part.path}. Go on with --resume."
 
 
 def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
@@ -462,18 +479,13 @@ def _digest(study: Study, seeds: list[Seed]) -> str:
     return digest.hexdigest()
 
 
-def _save_branches(part: Path, model: str, digest: str, branches: Mapping[Any, Branch]) -> None:
-    arrays, data = to_arrays(branches)
-    unfinished.write_part(part, WHAT, digest, data, arrays, model)
-
-
-def _load_branches(part: Path, digest: str) -> dict[Any, Branch]:
+def _load_branches(part: Part, digest: str) -> dict[Any, Branch]:
     """The branches in ``part``; FileError where they are of another continuation."""
-    data, arrays = unfinished.read_part(part, WHAT, digest, "another study or from other seeds")
+    data, arrays = part.read(digest, "another study or from other seeds")
     try:
         return from_arrays(arrays, data)
     except (ValueError, KeyError, TypeError, IndexError) as error:
-        raise unfinished.damaged(part, WHAT, error) from error
+        raise part.damaged(error) from error
 
 
 # The Dataset

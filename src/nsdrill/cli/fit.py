@@ -197,7 +197,7 @@ def command(
         if output is not None:
             from nsdrill.store import write_text
 
-            write_text(output, result.study, overwrite=overwrite or resume)
+            write_text(output, result.study, kept.recovery_text, overwrite=overwrite or resume)
             kept.discard()
             click.echo(f"{output}: written. Next: nsdrill run {output} -o out.h5", err=True)
     return 0

@@ -4,12 +4,13 @@ branch, as a contiguous ragged array of the CF conventions."""
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from nsdrill.errors import FileError
-from nsdrill.files import reason
+from nsdrill.files import MAKE_ROOM, reason
 from nsdrill.store import hdf5
 from nsdrill.store.attributes import get_attributes
 from nsdrill.store.layout import root_attributes
@@ -34,12 +35,18 @@ _REQUIRED = (
 )
 
 
-def write_branches(path: str | os.PathLike[str], data: Any, *, overwrite: bool = True) -> None:
-    """Write the Dataset ``data`` of branches to ``path``, in one step; NsdrillError if
-    the disk refuses."""
+def write_branches(
+    path: str | os.PathLike[str],
+    data: Any,
+    remedy: Callable[[], str] = lambda: MAKE_ROOM,
+    *,
+    overwrite: bool = True,
+) -> None:
+    """Write the Dataset ``data`` of branches to ``path``, in one step; NsdrillError, with
+    ``remedy``, if the disk refuses."""
     import h5py
 
-    with hdf5.writing(path, overwrite=overwrite) as file:
+    with hdf5.writing(path, remedy, overwrite=overwrite) as file:
         hdf5.put_attributes(file, root_attributes(KIND, data.attrs))
         for name in data.dims:
             values = (

@@ -47,7 +47,7 @@ TRANSPOSED = (
     "missing_dims='ignore')."
 )
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_ZIP = b"PK\x03\x04"  # of numpy.savez
+ZIP = b"PK\x03\x04"  # of numpy.savez
 _SEAL = struct.Struct("<8sQ32s")
 _SEAL_MAGIC = b"nsdrill\x1a"
 # HDF5 allows 64 KiB in an object header; beyond this size, chunks take no more space
@@ -329,9 +329,10 @@ def check_readable(path: str | os.PathLike[str]) -> None:
             f"{path}: the log of an unfinished run, not yet a results file. Finish it "
             f"with --resume."
         )
-    if first.startswith(_ZIP) and str(path).endswith(".part"):
+    if first.startswith(ZIP) and str(path).endswith(".part"):
         raise FileError(
-            f"{path}: what is kept of an unfinished continuation or fit. Finish it with --resume."
+            f"{path}: what is kept of an unfinished continuation or fit, which nsdrill show "
+            f"describes. Finish it with --resume."
         )
     if not first.startswith(SIGNATURE):
         state = "empty" if not first else "not an HDF5 file"

@@ -205,8 +205,7 @@ def rewrite_labels(
             if not _same(old_attrs.get(name), value)
         }
         hdf5.put_attributes(
-            file,
-            {**changed, "history": f"{old_history}\n{history}" if old_history else history},
+            file, {**changed, "history": f"{old_history}\n{history}" if old_history else history}
         )
 
 
