@@ -155,6 +155,30 @@ def test_a_sweep_too_large_for_the_memory_is_refused_before_it_begins(
         nsdrill.run(study)
 
 
+def test_very_many_runs_are_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Begun(Exception):
+        pass
+
+    def begin(*inputs: object, **more: object) -> None:
+        raise Begun
+
+    monkeypatch.setattr("nsdrill.app.run.RunLog.create", begin)
+    study = nsdrill.load_study(HUGE)
+    out = tmp_path / "out.h5"
+    # 99897344 * 500 s / (2 processors * 1e5 s/s * 3600 s/h) = 69.4 h
+    cost = (
+        r"found a sweep: 99897344 runs of 500 s, which take roughly 69 hours on 2 processors, up "
+        r"to \d+ GB on the disk and 4.3 GB of memory; allowed: up to 1000000 runs, .*: large=True"
+    )
+    monkeypatch.setattr("nsdrill.app.size.memory_free", lambda: 1e12)
+    with pytest.raises(nsdrill.InputError, match=cost):
+        nsdrill.run(study, out, workers=2)
+    few = {"sweep.depth.points": 2, "sweep.wob.points": 1000, "sweep.rotary_speed.points": 500}
+    for changes in ({"large": True}, {"set": few}):
+        with pytest.raises(Begun):
+            nsdrill.run(study, out, **changes)
+
+
 @pytest.mark.parametrize("procedure", ["up", "down", "up-down"])
 def test_where_chains_go_on_however_they_are_looked_at(
     procedure: str, monkeypatch: pytest.MonkeyPatch

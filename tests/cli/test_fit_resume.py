@@ -191,6 +191,18 @@ def test_a_damaged_file_and_that_of_other_work_are_told(call: Call, damage, said
     assert part.read_bytes() == before
 
 
+def test_very_many_runs_are_asked_for(call: Call):
+    rows = "2, 30, 150, 4\n" * 1000
+    Path("rig.csv").write_text(DATA.splitlines()[0] + "\n" + rows, encoding="utf-8")
+    answer = call("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml")
+    assert answer.code == 2
+    # 1000 points, 10 rounds of 128 samples, two features of 8 bytes
+    assert "1000 operating points, each with up to 1280 samples: 1280000 runs of 40 s" in answer.err
+    assert "20.5 MB of memory and of the disk; allowed: up to 1000000 runs" in answer.err
+    assert "--large" in answer.err
+    assert not Path("adjusted.yaml.part").exists()
+
+
 def test_nothing_is_kept_without_an_output(call: Call):
     answer = call("fit", "study.yaml", "--data", "rig.csv", "--resume")
     assert answer.code == 2
