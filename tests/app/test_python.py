@@ -163,20 +163,21 @@ def test_very_many_runs_are_asked_for(tmp_path: Path, monkeypatch: pytest.Monkey
         raise Begun
 
     monkeypatch.setattr("nsdrill.app.run.RunLog.create", begin)
-    study = nsdrill.load_study(HUGE)
+    most = {"sweep.depth.points": 2, "sweep.wob.points": 1001, "sweep.rotary_speed.points": 500}
+    few = {**most, "sweep.wob.points": 1000}
     out = tmp_path / "out.h5"
-    # 99897344 * 500 s / (2 processors * 1e5 s/s * 3600 s/h) = 69.4 h
+    # 1001000 * 500 s / (2 processors * 1e5 s/s * 3600 s/h) = 0.695 h; 3e8 + 40 * 1001000 bytes
     cost = (
-        r"found a sweep: 99897344 runs of 500 s, which take roughly 69 hours on 2 processors, up "
-        r"to \d+ GB on the disk and 4.3 GB of memory; allowed: up to 1000000 runs, .*: large=True"
+        r"found a sweep: 1001000 runs of 500 s, which take roughly 0.7 hours on 2 processors, up to "
+        r"1.1\d GB on the disk and 340 MB of memory; allowed: up to 1000000 runs, .*: large=True"
     )
     monkeypatch.setattr("nsdrill.app.size.memory_free", lambda: 1e12)
-    with pytest.raises(nsdrill.InputError, match=cost):
-        nsdrill.run(study, out, workers=2)
-    few = {"sweep.depth.points": 2, "sweep.wob.points": 1000, "sweep.rotary_speed.points": 500}
-    for changes in ({"large": True}, {"set": few}):
+    for path in (out, None):
+        with pytest.raises(nsdrill.InputError, match=cost if path else "of memory for the results"):
+            nsdrill.run(nsdrill.load_study(HUGE, most), path, workers=2)
+    for changes in ({"set": most, "large": True}, {"set": few}):
         with pytest.raises(Begun):
-            nsdrill.run(study, out, **changes)
+            nsdrill.run(nsdrill.load_study(HUGE), out, **changes)
 
 
 @pytest.mark.parametrize("procedure", ["up", "down", "up-down"])

@@ -295,15 +295,33 @@ def test_existing_files_and_wrong_seeds(made: Path, call: Call) -> None:
     assert "another string (bit.friction.static" in answer.err
 
 
-def test_seeds_of_a_sweep(call: Call) -> None:
-    """Settled points of a sweep seed the same branches, and those on one branch already
-    are dropped."""
+@pytest.mark.parametrize(
+    "axis",
+    [
+        {},
+        {"initial.bit_speed": ["0 rad/s", "9 rad/s"]},  # both are starts of the same string
+        {
+            "bit.friction.static": [
+                0.3,
+                nsdrill.load_study(STUDY).resolved["bit"]["friction"]["static"],
+            ]
+        },
+    ],
+    ids=lambda axis: next(iter(axis), "speed alone"),
+)
+def test_seeds_of_a_sweep(call: Call, axis: dict[str, list[object]]) -> None:
+    """Settled points of a sweep, from whatever start, seed the same branches, and those
+    on one branch already are dropped."""
     sweep = {
         "model": "torsion",
         "simulation": {"transient": "400 s", "observe": "50 s"},
-        "sweep": {"rotary_speed": {"from": "2.5 rad/s", "to": "6 rad/s", "points": 8}},
+        "sweep": {"rotary_speed": {"from": "2.5 rad/s", "to": "6 rad/s", "points": 8}, **axis},
     }
-    nsdrill.run(sweep, "out.h5", progress=False)
+    with nsdrill.run(sweep, "out.h5", progress=False) as results:
+        settled = results["settled"]
+        if "bit_friction_static" in settled.dims:
+            settled = settled.isel(bit_friction_static=-1)
+        seeds = int((settled == 1).sum())
     Path("study.yaml").write_text(STUDY)
     answer = call(
         "continue", "study.yaml", "-o", "b.h5", "--seeds", "out.h5", "--set", "continue.points=700"
@@ -311,6 +329,37 @@ def test_seeds_of_a_sweep(call: Call) -> None:
     assert answer.code == 0
     data = nsdrill.open_results("b.h5")
     assert list(data["motion"].values) == ["equilibrium", "limit_cycle"]
+    assert sum(json.loads(data.attrs["seeds"]).values()) == seeds
+
+
+def test_seeds_of_a_sweep_of_a_choice(call: Call) -> None:
+    """Its rows are told by their words."""
+    study = (
+        "operation: {depth: 2000 m, wob: 22.24 kN}\nmodes: {axial: frozen, lateral: frozen}\n"
+        "simulation: {transient: 1 s, observe: 1 s}\n"
+    )
+    sweep = "sweep: {rotary_speed: [5 rad/s], drive.kind: [ideal, stiff]}\n"
+    Path("sweep.yaml").write_text(study + sweep)
+    Path("study.yaml").write_text(
+        f"{study}continue: {{along: rotary_speed, from: 3 rad/s, to: 8 rad/s, points: 20}}\n"
+    )
+    nsdrill.run("sweep.yaml", "out.h5", progress=False)
+    for kind, said in (
+        ("ideal", "found no settled point"),
+        ("pi", "found drive_kind from ideal to stiff, of which none is pi"),
+    ):
+        answer = call(
+            "continue",
+            "study.yaml",
+            "-o",
+            "b.h5",
+            "--seeds",
+            "out.h5",
+            "--set",
+            f"drive.kind={kind}",
+        )
+        assert answer.code == 2
+        assert said in answer.err
 
 
 @pytest.mark.parametrize("option", [(), ("--resume",), ("--overwrite",)])

@@ -25,7 +25,7 @@ from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.batch import Batch, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.base import Model, Symmetry, Variant
-from nsdrill.models.leaves import OPERATION, Values, values_at
+from nsdrill.models.leaves import OPERATION, Values, as_value, values_at, word_or_number
 from nsdrill.models.registry import described, model_named
 from nsdrill.observe.thresholds import Record
 from nsdrill.orbit.arclength import Point
@@ -389,7 +389,7 @@ def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> 
 
 def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
     """The settled points of a results file with the same string and, except for the
-    continued number, the same operating point as the study."""
+    continued number, the same operating point as the study, from all of its starts."""
     study, continuation = setup.study, setup.continuation
     results = read_results(path, ("status", "settled", "final_state"))
     if str(results.attrs.get("model", study.model)) != study.model:
@@ -415,16 +415,17 @@ def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
         raise FileError(
             f"{path}: found no {continuation.along}. Choose results of a sweep as seeds."
         )
+    from_other_starts = {one.name for one in results.more if one.key.startswith("initial.")}
     for place, name in enumerate(results.grid):
-        if name in ("procedure", "start", "sample", name_along):
+        if name in ("procedure", "start", "sample", name_along) or name in from_other_starts:
             continue
         wanted = _number_of(study, name)
         values = results.coords[name]
         near = int(np.argmin(np.abs(values - wanted)))
         if abs(values[near] - wanted) > 1e-6 * max(abs(wanted), 1e-300):
+            low, high, own = (word_or_number(name, one) for one in (values[0], values[-1], wanted))
             raise FileError(
-                f"{path}: found {name} from {values[0]:g} to {values[-1]:g}, of which none is "
-                f"{wanted:g}, as in the "
+                f"{path}: found {name} from {low} to {high}, of which none is {own}, as in the "
                 f"study; allowed: results that have the study's {name}, or --set a value that "
                 f"they have."
             )
@@ -457,14 +458,14 @@ def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
 
 
 def _number_of(study: Study, name: str) -> float:
-    """The value in the study [SI] of the number whose dimension has this name."""
+    """The value in the study [SI] along the axis whose dimension has this name."""
     if name in OPERATION:
         return float(getattr(study.operation, name))
     key = next(key for key in keys_of(study.model).axes if dimension_of(key) == name)
     value: Any = study.resolved
     for part in key.split("."):
         value = value[part]
-    return float(value)
+    return as_value(key, value)
 
 
 # The branches of an unfinished continuation
