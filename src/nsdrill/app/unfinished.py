@@ -17,7 +17,6 @@ from typing import Any, Self
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.app.provenance import processor, unlike, versions
 from nsdrill.data import Array, json_text
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.files import lock, open_plain, reason, sweep_away, whole
@@ -131,6 +130,9 @@ class Part:
     def _replace(
         self, digest: str, data: Any, arrays: Mapping[str, Array], kept: str, overwrite: bool
     ) -> None:
+        # late: it imports the compiler
+        from nsdrill.app.provenance import processor, versions
+
         head = {
             "magic": _MAGIC + self.what,
             "digest": digest,
@@ -172,6 +174,8 @@ class Part:
         """The plain data and arrays that :meth:`write` wrote. FileError where the file is
         damaged or from other ``inputs``, which the message names, or where other
         versions may give other numbers."""
+        from nsdrill.app.provenance import unlike
+
         try:
             head = _head(self.path)
             with np.load(self.path, allow_pickle=False) as file:
@@ -234,7 +238,11 @@ def summary(path: str | os.PathLike[str]) -> dict[str, Any] | None:
 def _head(path: str | os.PathLike[str]) -> dict[str, Any]:
     """The plain data at the beginning of a part file; one of ``_UNREADABLE`` where it is
     another file, or damaged."""
+    if not os.path.isfile(path):  # opening a pipe would block
+        raise ValueError("it is no file")
     with zipfile.ZipFile(path) as file, file.open("head.npy") as member:
+        if file.getinfo("head.npy").compress_type != zipfile.ZIP_STORED:
+            raise ValueError("it is another file")  # which might not fit into the memory
         head = json.loads(np.lib.format.read_array(member, allow_pickle=False).tobytes().decode())
     if not str(head["magic"]).startswith(_MAGIC) or not isinstance(head.get("kept"), str):
         raise ValueError("it is another file, or of another version of nsdrill")
