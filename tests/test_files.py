@@ -3,11 +3,14 @@ outlives its owner."""
 
 from __future__ import annotations
 
+import errno
+import mmap
 import os
 import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -44,7 +47,7 @@ def test_a_file_is_whole_or_as_it_was(tmp_path: Path) -> None:
 
     def fail() -> None:
         with replacing(path) as temporary:
-            temporary.write_text("half")
+            temporary.write(b"half")
             raise OSError(28, "No space left on device")
 
     with pytest.raises(
@@ -53,6 +56,66 @@ def test_a_file_is_whole_or_as_it_was(tmp_path: Path) -> None:
         fail()
     assert path.read_text() == "old"
     assert os.listdir(tmp_path) == ["a"]
+
+
+@pytest.mark.parametrize("at_most", [1, 4096])
+def test_a_write_that_takes_a_part_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at_most: int
+) -> None:
+    """As on a disk that fills up, or beyond 2 GiB."""
+    data, real, real_at = os.urandom(10_000), os.write, os.pwrite
+    monkeypatch.setattr(os, "write", lambda fd, part: real(fd, part[:at_most]))
+    monkeypatch.setattr(os, "pwrite", lambda fd, part, at: real_at(fd, part[:at_most], at))
+    with replacing(tmp_path / "a") as file:
+        assert file.write(data) == len(data)
+        with file.text() as text:
+            text.write("ä\r\n" * 5000)
+        files.write_at(file.fileno(), data[::-1], 3)
+    assert (tmp_path / "a").read_bytes() == data[:3] + data[::-1] + ("ä\r\n" * 5000).encode()[3:]
+
+
+def test_more_than_the_system_writes_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Linux writes 0x7ffff000 bytes at most; the pages of the map are never touched."""
+    size, most, calls = (2 << 30) + 10, 0x7FFFF000, []
+
+    def taken(fd: int, part: memoryview, at: int = -1) -> int:
+        calls.append((len(part), at))
+        return min(len(part), most)
+
+    monkeypatch.setattr(os, "write", taken)
+    monkeypatch.setattr(os, "pwrite", taken)
+    with replacing(tmp_path / "a") as file, mmap.mmap(-1, size) as data:
+        assert file.write(data) == size
+        with memoryview(data) as view:
+            files.write_at(file.fileno(), view, 7)
+    assert calls == [(size, -1), (size - most, -1), (size, 7), (size - most, 7 + most)]
+
+
+@pytest.mark.parametrize("deferring", [False, True])
+def test_the_first_error_stays_also_where_a_library_hides_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, deferring: bool
+) -> None:
+    write_text(tmp_path / "a", "old")
+    codes = iter([errno.EDQUOT, errno.EIO])
+
+    def refuse(fd: int, part: memoryview) -> int:
+        raise OSError(code := next(codes), os.strerror(code))
+
+    monkeypatch.setattr(os, "write", refuse)
+
+    def write() -> None:
+        with replacing(tmp_path / "a") as file:
+            file.deferring = deferring
+            for _ in range(2):
+                with suppress(OSError):
+                    assert file.write(b"new") == 3
+                    assert deferring
+
+    with pytest.raises(NsdrillError, match="a: could not be written: disk quota exceeded"):
+        write()
+    assert (tmp_path / "a").read_text() == "old"
 
 
 @pytest.mark.parametrize("more", [(), ("linked",)])

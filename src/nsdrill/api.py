@@ -121,6 +121,7 @@ def run(
     resume: bool = False,
     retry_failed: bool = False,
     overwrite: bool = False,
+    large: bool = False,
     progress: bool | Callable[[Progress], object] = True,
 ) -> Dataset:
     """Run a study and return its results; with ``path`` they are written there.
@@ -133,7 +134,7 @@ def run(
     With a path, finished points are safe in ``path.part`` at all times: after a
     KeyboardInterrupt the same call with ``resume=True`` runs what is missing.
     ``retry_failed=True`` also runs failed points again. An existing file is an error
-    without ``overwrite=True``.
+    without ``overwrite=True``, more than a million points without ``large=True``.
 
     ``progress``: True for a bar on stderr in terminals and notebooks, or a line every
     10 s elsewhere; False for none; or a function that is called with a
@@ -173,7 +174,9 @@ def run(
         reporting(progress) as watch,
     ):
         if path is None:
-            results = run_in_memory(loaded, workers=count, watch=watch, executor=executor)
+            results = run_in_memory(
+                loaded, workers=count, watch=watch, executor=executor, large=large
+            )
         else:
             result = run_study(
                 loaded,
@@ -184,6 +187,7 @@ def run(
                 overwrite=overwrite,
                 watch=watch,
                 executor=executor,
+                large=large,
             )
     if path is not None:
         _warn_failed(result.failed, result.points)
@@ -421,6 +425,7 @@ def show(data: ResultsLike, *, units: str = "si") -> str:
     ``nsdrill show`` prints, in ``units`` si or field."""
     if units not in ("si", "field"):
         raise InputError(f"units: found {units!r}; allowed: si or field.")
+    from nsdrill.app import unfinished
     from nsdrill.app.summary import needed, summarize
     from nsdrill.cli.show import lines
 
@@ -429,6 +434,8 @@ def show(data: ResultsLike, *, units: str = "si") -> str:
         from nsdrill.app.branch_summary import summarize_branches
 
         return "\n".join(lines(name, summarize_branches(branches), units))
+    if not is_dataset(data) and (found := unfinished.summary(name)) is not None:
+        return "\n".join(lines(name, found, units))
     with missing_variable_errors("show"):
         return "\n".join(lines(name, summarize(data_in(data, needed())), units))
 
@@ -806,6 +813,7 @@ def fit(
     workers: int | None = None,
     resume: bool = False,
     overwrite: bool = False,
+    large: bool = False,
     progress: bool | Callable[[Progress], object] = True,
 ) -> Fit:
     """Adjust the unknowns of a study, the numbers of its section ``uncertain``, to
@@ -825,7 +833,7 @@ def fit(
     with ``resume=True`` makes the missing runs, with the same bits as an uninterrupted
     fit.
 
-    ``set``, ``workers``, ``overwrite`` and ``progress`` are as in :func:`run`. Returns
+    ``set``, ``workers``, ``overwrite``, ``large`` and ``progress`` are as in :func:`run`. Returns
     a :class:`nsdrill.app.fit.Fit`: its ``note`` is what ``nsdrill fit --json`` prints,
     its ``study`` the text of the adjusted study, ``picture()`` a figure. InputError
     where the study has no unknown, or something in the file cannot be used.
@@ -871,9 +879,10 @@ def fit(
             workers=workers,
             watch=watch,
             kept=calls,
+            large=large,
         )
         if path is not None:
-            write_text(path, found.study, overwrite=overwrite or resume)
+            write_text(path, found.study, calls.recovery_text, overwrite=overwrite or resume)
             calls.discard()
     return found
 

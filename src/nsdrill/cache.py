@@ -13,7 +13,6 @@ import os
 import pickle
 import stat
 import sys
-import tempfile
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
@@ -21,7 +20,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from nsdrill.errors import CacheWarning
+from nsdrill.errors import CacheWarning, FileError
+from nsdrill.files import reason, whole
 
 _DIGEST = hashlib.sha256().digest_size
 _has_warned = False
@@ -69,7 +69,7 @@ def load(name: str, use: Callable[[bytes], Any] = bytes) -> Any:
         with suppress(OSError):
             path.unlink()
         _warn(
-            f"{path}: this file of compiled code is not used ({_reason(error)}); the function is compiled "
+            f"{path}: this file of compiled code is not used ({reason(error)}); the function is compiled "
             "again. If this recurs, remove the folder and check its disk."
         )
         return None
@@ -80,7 +80,11 @@ def save(name: str, content: bytes) -> None:
     none."""
     if (folder := _folder(os.environ.get("NUMBA_CACHE_DIR"))) is not None:
         try:
-            _write(folder / f"{name}.code", hashlib.sha256(content).digest() + content)
+            with whole(folder / f"{name}.code") as file:
+                os.chmod(file.name, 0o600)  # for its owner only
+                file.write(hashlib.sha256(content).digest() + content)
+        except FileError:
+            pass  # another process is writing the same code
         except OSError as error:
             _warn_not_cached(str(folder), error)
 
@@ -153,18 +157,6 @@ def _read(path: Path) -> bytes:
         return file.read()
 
 
-def _write(path: Path, content: bytes) -> None:
-    with tempfile.NamedTemporaryFile(dir=path.parent, delete=False) as file:  # for its owner only
-        try:
-            file.write(content)
-            file.close()
-            os.replace(file.name, path)
-        except BaseException:
-            with suppress(OSError):
-                os.unlink(file.name)
-            raise
-
-
 def _writable_by_others(info: os.stat_result) -> bool:
     return os.name != "nt" and bool(info.st_mode & (stat.S_IWGRP | stat.S_IWOTH))
 
@@ -178,14 +170,9 @@ def _check_owner(info: os.stat_result, path: Path) -> None:
         raise PermissionError(0, "other users may write it", str(path))
 
 
-def _reason(error: BaseException) -> str:
-    text = getattr(error, "strerror", None) or str(error) or type(error).__name__
-    return text[:1].lower() + text[1:].rstrip(".")
-
-
 def _warn_not_cached(directory: str, error: Exception) -> None:
     _warn(
-        f"{directory}: compiled code cannot be kept there ({_reason(error)}), so every run compiles "
+        f"{directory}: compiled code cannot be kept there ({reason(error)}), so every run compiles "
         "again, which takes some seconds. Correct that, or set NUMBA_CACHE_DIR to another folder that "
         "only you may write."
     )

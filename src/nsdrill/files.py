@@ -1,5 +1,6 @@
 """Files that are complete or absent: written under a temporary name, synced, then
-renamed.
+renamed. All files are written here, but for the run log, whose points are written in
+place.
 
 A temporary file is new, has a random name, and is locked while it is written. So a
 later process can distinguish a file left by a killed process, which is removed, from
@@ -16,15 +17,76 @@ import re
 import secrets
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from pathlib import Path
-from typing import Self
+from typing import Any, Self, TextIO
 
 from nsdrill import interrupt
 from nsdrill.errors import FileError, InputError, NsdrillError
 
 _LOCKS_UNSUPPORTED = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS, errno.EBADF)
 _FOLDER_LOCK_SECONDS = 2.0  # to wait for others that create a file in the same folder
+MAKE_ROOM = "Make room or choose another folder."
+
+
+class CheckedFile(io.FileIO):
+    """A new binary file, written in full or with an error: the system may write a part
+    of what it is given, on a full disk or beyond 2 GiB, and report no error.
+
+    The first error stays, and nothing is written after it. With ``deferring`` every
+    write succeeds as far as its caller is concerned, for the HDF5 library, which does
+    not survive a full disk: while it closes the file it writes again, raises errors
+    from destructors and may crash."""
+
+    deferring = False
+    error: OSError | None = None
+
+    def raise_error(self) -> None:
+        """Raise the first error of writing, if there was one."""
+        if self.error is not None:
+            raise self.error
+
+    def write(self, data: Any) -> int:
+        """Write all of ``data``; return its size."""
+        view = memoryview(data).cast("B")
+        size = len(view)
+        self._attempt(lambda: write_all(lambda rest: os.write(self.fileno(), rest), view))
+        return size
+
+    def truncate(self, size: int | None = None) -> int:
+        """Set the length; return it."""
+        self._attempt(lambda: super(CheckedFile, self).truncate(size))
+        return size or 0
+
+    def readinto(self, buffer: Any) -> int:
+        """Fill ``buffer``, with zeros beyond the end of the file, where an earlier
+        write may have failed."""
+        view = memoryview(buffer).cast("B")
+        size = len(view)
+        while len(view):
+            count = super().readinto(view) or 0
+            if count == 0:
+                view[:] = bytes(len(view))
+            view = view[count or len(view) :]
+        return size
+
+    @contextmanager
+    def text(self) -> Iterator[TextIO]:
+        """The file as text in UTF-8, with the line ends that are written."""
+        buffer = io.BufferedWriter(self)
+        text = io.TextIOWrapper(buffer, encoding="utf-8", newline="")
+        yield text
+        text.detach().flush()
+        buffer.detach()
+
+    def _attempt(self, work: Callable[[], object]) -> None:
+        if self.error is None:
+            try:
+                work()
+            except OSError as error:
+                self.error = error
+        if not self.deferring:
+            self.raise_error()
 
 
 class Temporary:
@@ -38,7 +100,7 @@ class Temporary:
     def __init__(self, target: Path) -> None:
         self.target = target
         self.path = target.with_name(f".{target.name}.tmp-{secrets.token_hex(4)}")
-        self.file: io.FileIO
+        self.file: CheckedFile
         try:
             _exclusively(target.parent, self._begin)
         except BaseException:
@@ -52,7 +114,7 @@ class Temporary:
                 f"another -o."
             )
         interrupt.unfinished_files.add(str(self.path))
-        self.file = io.FileIO(self.path, "x+")  # fails on anything that is there, a link too
+        self.file = CheckedFile(self.path, "x+")  # fails on anything that is there, a link too
         lock(self.file, self.target)
 
     def replace(self) -> None:
@@ -97,30 +159,46 @@ class Temporary:
 
 
 @contextmanager
-def replacing(
+def whole(
     path: str | os.PathLike[str],
-    remedy: Callable[[], str] = lambda: "Make room or choose another folder.",
     *,
     overwrite: bool = True,
-) -> Iterator[Path]:
-    """Yield the name of an empty file in the folder of ``path``, which is renamed to
-    ``path`` at the end. If ``path`` is a link, it stays one, and its target is
-    replaced.
+    renaming: AbstractContextManager[None] | None = None,
+) -> Iterator[CheckedFile]:
+    """Yield an empty file in the folder of ``path``, which is renamed to ``path`` at the
+    end, in the context ``renaming``. If ``path`` is a link, it stays one, and its
+    target is replaced.
 
     After any error ``path`` is unchanged and the temporary file is removed. FileError
-    if another process or thread is writing ``path``, or, without ``overwrite``, if it
-    has been created meanwhile. System errors, such as a full disk, become an
-    NsdrillError whose message ends with ``remedy``.
+    if another process or thread is writing ``path``; FileExistsError if, without
+    ``overwrite``, it has been created meanwhile; OSError if the disk refuses.
     """
     target = Path(os.path.realpath(path))
+    with Temporary(target) as temporary:
+        try:
+            yield temporary.file
+        finally:
+            temporary.file.raise_error()  # replaces what a library made of it
+        os.fsync(temporary.file.fileno())
+        with renaming or nullcontext():
+            (temporary.replace if overwrite else temporary.publish)()
+        sync_folder(target.parent)
+
+
+@contextmanager
+def replacing(
+    path: str | os.PathLike[str],
+    remedy: Callable[[], str] = lambda: MAKE_ROOM,
+    *,
+    overwrite: bool = True,
+) -> Iterator[CheckedFile]:
+    """As :func:`whole`, for the file that completes the work of a command. System
+    errors, such as a full disk, become an NsdrillError whose message ends with
+    ``remedy``, and an existing file a FileError.
+    """
     try:
-        with Temporary(target) as temporary:
-            yield temporary.path
-            with open(temporary.path, "rb") as file:
-                os.fsync(file.fileno())
-            with interrupt.completing():
-                (temporary.replace if overwrite else temporary.publish)()
-            sync_folder(target.parent)
+        with whole(path, overwrite=overwrite, renaming=interrupt.completing()) as file:
+            yield file
     except InputError:
         raise
     except FileExistsError as error:
@@ -134,10 +212,16 @@ def replacing(
         ) from error
 
 
-def write_text(path: str | os.PathLike[str], text: str, *, overwrite: bool = True) -> None:
+def write_text(
+    path: str | os.PathLike[str],
+    text: str,
+    remedy: Callable[[], str] = lambda: MAKE_ROOM,
+    *,
+    overwrite: bool = True,
+) -> None:
     """Write ``text`` to ``path``, in one step."""
-    with replacing(path, overwrite=overwrite) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    with replacing(path, remedy, overwrite=overwrite) as file:
+        file.write(text.encode())
 
 
 def sweep_away(target: Path) -> None:
@@ -206,17 +290,25 @@ def amount(size: float) -> str:
 
 
 def write_at(fd: int, data: bytes | memoryview, position: int) -> None:
-    """Write all of ``data`` at ``position``, in several writes if necessary."""
+    """Write all of ``data`` at ``position``."""
     view = memoryview(data)
+    end = position + len(view)
+    write_all(lambda rest: os.pwrite(fd, rest, end - len(rest)), view)
+
+
+def write_all(write: Callable[[memoryview], int], view: memoryview) -> None:
+    """Pass the bytes of ``view`` to ``write``, which says how many it has taken, until
+    all are taken."""
     while len(view):
-        written = os.pwrite(fd, view, position)
-        view, position = view[written:], position + written
+        view = view[write(view) :]
 
 
 def reason(error: BaseException) -> str:
     """The system's message, as part of a sentence."""
-    text = getattr(error, "strerror", None) or str(error)
-    return text[:1].lower() + text[1:]
+    text = getattr(error, "strerror", None) or str(error) or type(error).__name__
+    if getattr(error, "errno", None) == errno.EFBIG:
+        text += " (for the limit of this process, ulimit -f, or for the file system)"
+    return text[:1].lower() + text[1:].rstrip(".")
 
 
 def _remove_leftovers(target: Path) -> bool:

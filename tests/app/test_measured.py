@@ -176,6 +176,19 @@ def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):
             "line 2: bit_force_max: found '2x'; allowed: a number.",
         ),
         ('wob [kN],bit_force_max [kN]\n10,"2,5"\n', "Write a decimal point"),
+        (
+            "wob [kN],rotary_speed [rpm],bit_force_max [kN]\n10,70,1\n10,5, 70,5, 1,40\n",
+            "line 3: found 6 cells under 3 columns; allowed: a cell for each column. Write a decimal",
+        ),
+        ("wob,bit_force_max\nkN,kN,kN\n10,20\n", "line 2: found 3 cells under 2 columns"),
+        (
+            "wob [kN],bit_force_max [kN]\n1_000,20\n",
+            "line 2: wob: found '1_000'; allowed: a number",
+        ),
+        (
+            "wob [kN],bit_force_max [kN]\n10,٢٠\n",
+            "line 2: bit_force_max: found '٢٠'; allowed: a num",
+        ),
         ("wob [kN],bit_force_max [kN]\n10\n", "line 2: bit_force_max: found a gap"),
         ("wob [kN],wob [N],bit_force_max [kN]\n1,1,1\n", "found two columns of wob"),
         ("wob [kN]\n10\n", "line 1: found no measured value; allowed: a feature that a run has"),

@@ -155,6 +155,31 @@ def test_a_sweep_too_large_for_the_memory_is_refused_before_it_begins(
         nsdrill.run(study)
 
 
+def test_very_many_runs_are_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Begun(Exception):
+        pass
+
+    def begin(*inputs: object, **more: object) -> None:
+        raise Begun
+
+    monkeypatch.setattr("nsdrill.app.run.RunLog.create", begin)
+    most = {"sweep.depth.points": 2, "sweep.wob.points": 1001, "sweep.rotary_speed.points": 500}
+    few = {**most, "sweep.wob.points": 1000}
+    out = tmp_path / "out.h5"
+    # 1001000 * 500 s / (2 processors * 1e5 s/s * 3600 s/h) = 0.695 h; 3e8 + 40 * 1001000 bytes
+    cost = (
+        r"found a sweep: 1001000 runs of 500 s, which take roughly 0.7 hours on 2 processors, up to "
+        r"1.1\d GB on the disk and 340 MB of memory; allowed: up to 1000000 runs, .*: large=True"
+    )
+    monkeypatch.setattr("nsdrill.app.size.memory_free", lambda: 1e12)
+    for path in (out, None):
+        with pytest.raises(nsdrill.InputError, match=cost if path else "of memory for the results"):
+            nsdrill.run(nsdrill.load_study(HUGE, most), path, workers=2)
+    for changes in ({"set": most, "large": True}, {"set": few}):
+        with pytest.raises(Begun):
+            nsdrill.run(nsdrill.load_study(HUGE), out, **changes)
+
+
 @pytest.mark.parametrize("procedure", ["up", "down", "up-down"])
 def test_where_chains_go_on_however_they_are_looked_at(
     procedure: str, monkeypatch: pytest.MonkeyPatch

@@ -164,19 +164,29 @@ def test_where_nothing_failed_nothing_changes(out: Path) -> None:
     assert out.read_bytes() == before
 
 
+@pytest.mark.parametrize("where", ["os.replace", "nsdrill.store.RunLog._write_slots"])
 def test_a_full_disk_leaves_the_failed_points_where_they_are(
-    out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, where: str
 ) -> None:
     low, _ = limits(GRID, tmp_path)
     run_study(study_of(GRID, low), out)
     before = out.read_bytes()
+    real = RunLog._write_slots
 
-    def refuse(one: object, two: object) -> None:
-        raise OSError(28, "No space left on device")
+    def refuse(*inputs: object) -> None:
+        error = OSError(28, "No space left on device")
+        if not isinstance(log := inputs[0], RunLog):
+            raise error
+        if ".tmp-" not in log.path.name:
+            return real(*inputs)  # type: ignore[arg-type]
+        log._raise_write_error(error)
 
     with monkeypatch.context() as patch:
-        patch.setattr("os.replace", refuse)
-        with pytest.raises(nsdrill.NsdrillError, match="no space left"):
+        patch.setattr(where, refuse)
+        with pytest.raises(
+            nsdrill.NsdrillError,
+            match=r"out.h5.part: could not be rewritten: no space left on device. Nothing was ch",
+        ):
             run_study(study_of(GRID, 10**7), out, retry_failed=True)
     assert out.read_bytes() == before
     run_study(study_of(GRID, 10**7), out, retry_failed=True)

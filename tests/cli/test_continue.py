@@ -13,8 +13,10 @@ import pytest
 import xarray
 
 import nsdrill
+from nsdrill.app.unfinished import Part
 
 from .helpers import Call, finish, start
+from .test_fit_resume import has_state
 
 STUDY = """\
 title: Steady drilling and stick-slip
@@ -293,15 +295,33 @@ def test_existing_files_and_wrong_seeds(made: Path, call: Call) -> None:
     assert "another string (bit.friction.static" in answer.err
 
 
-def test_seeds_of_a_sweep(call: Call) -> None:
-    """Settled points of a sweep seed the same branches, and those on one branch already
-    are dropped."""
+@pytest.mark.parametrize(
+    "axis",
+    [
+        {},
+        {"initial.bit_speed": ["0 rad/s", "9 rad/s"]},  # both are starts of the same string
+        {
+            "bit.friction.static": [
+                0.3,
+                nsdrill.load_study(STUDY).resolved["bit"]["friction"]["static"],
+            ]
+        },
+    ],
+    ids=lambda axis: next(iter(axis), "speed alone"),
+)
+def test_seeds_of_a_sweep(call: Call, axis: dict[str, list[object]]) -> None:
+    """Settled points of a sweep, from whatever start, seed the same branches, and those
+    on one branch already are dropped."""
     sweep = {
         "model": "torsion",
         "simulation": {"transient": "400 s", "observe": "50 s"},
-        "sweep": {"rotary_speed": {"from": "2.5 rad/s", "to": "6 rad/s", "points": 8}},
+        "sweep": {"rotary_speed": {"from": "2.5 rad/s", "to": "6 rad/s", "points": 8}, **axis},
     }
-    nsdrill.run(sweep, "out.h5", progress=False)
+    with nsdrill.run(sweep, "out.h5", progress=False) as results:
+        settled = results["settled"]
+        if "bit_friction_static" in settled.dims:
+            settled = settled.isel(bit_friction_static=-1)
+        seeds = int((settled == 1).sum())
     Path("study.yaml").write_text(STUDY)
     answer = call(
         "continue", "study.yaml", "-o", "b.h5", "--seeds", "out.h5", "--set", "continue.points=700"
@@ -309,6 +329,49 @@ def test_seeds_of_a_sweep(call: Call) -> None:
     assert answer.code == 0
     data = nsdrill.open_results("b.h5")
     assert list(data["motion"].values) == ["equilibrium", "limit_cycle"]
+    assert sum(json.loads(data.attrs["seeds"]).values()) == seeds
+
+
+def test_seeds_of_a_sweep_of_a_choice(call: Call) -> None:
+    """Its rows are told by their words."""
+    study = (
+        "operation: {depth: 2000 m, wob: 22.24 kN}\nmodes: {axial: frozen, lateral: frozen}\n"
+        "simulation: {transient: 1 s, observe: 1 s}\n"
+    )
+    sweep = "sweep: {rotary_speed: [5 rad/s], drive.kind: [ideal, stiff]}\n"
+    Path("sweep.yaml").write_text(study + sweep)
+    Path("study.yaml").write_text(
+        f"{study}continue: {{along: rotary_speed, from: 3 rad/s, to: 8 rad/s, points: 20}}\n"
+    )
+    nsdrill.run("sweep.yaml", "out.h5", progress=False)
+    for kind, said in (
+        ("ideal", "found no settled point"),
+        ("pi", "found drive_kind from ideal to stiff, of which none is pi"),
+    ):
+        answer = call(
+            "continue",
+            "study.yaml",
+            "-o",
+            "b.h5",
+            "--seeds",
+            "out.h5",
+            "--set",
+            f"drive.kind={kind}",
+        )
+        assert answer.code == 2
+        assert said in answer.err
+
+
+@pytest.mark.parametrize("option", [(), ("--resume",), ("--overwrite",)])
+def test_the_second_of_two_is_refused_at_once(call: Call, option: tuple[str, ...]) -> None:
+    Path("study.yaml").write_text(STUDY)
+    with Part.claim("b.h5", "continuation", "torsion", overwrite=False, resume=False) as part:
+        answer = call("continue", "study.yaml", "-o", "b.h5", *option)
+        assert answer.code == 2
+        assert "b.h5.part: another process is writing these results now" in answer.err
+        assert "settle" not in answer.err  # nothing is computed
+        assert call("show", part.path).out.splitlines()[-2] == "  kept           nothing yet"
+    assert not part.path.exists()
 
 
 def test_killed_and_resumed(made: Path, tmp_path: Path) -> None:
@@ -318,7 +381,7 @@ def test_killed_and_resumed(made: Path, tmp_path: Path) -> None:
     process = start("continue", "study.yaml", "-o", "b.h5", cwd=tmp_path)
     part = tmp_path / "b.h5.part"
     deadline = time.monotonic() + 100
-    while not part.exists() and process.poll() is None and time.monotonic() < deadline:
+    while not has_state(part) and process.poll() is None and time.monotonic() < deadline:
         time.sleep(0.005)
     process.send_signal(signal.SIGINT)
     answer = finish(process)

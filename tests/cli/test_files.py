@@ -18,7 +18,7 @@ import xarray
 
 import nsdrill
 from nsdrill.plot import kinds_for
-from nsdrill.store import read_results, read_trace
+from nsdrill.store import log_from_results, read_results, read_trace
 
 from .helpers import Call
 
@@ -127,11 +127,13 @@ def test_files_that_cannot_be_read(
     assert not Path("x.csv").exists()
 
 
-def test_show_points_at_the_unfinished_run(call: Call) -> None:
-    Path("out.h5.part").write_bytes(b"")
-    answer = call("show", "out.h5")
-    assert answer.code == 2
-    assert "out.h5.part can be shown" in answer.err
+def test_show_points_at_the_unfinished_run(call: Call, shared: Path) -> None:
+    log_from_results(shared / "small.h5", Path("out.h5.part")).close()
+    for words in (("show", "out.h5"), ("diff", "out.h5", shared / "small.h5")):
+        answer = call(*words)
+        assert answer.code == 2
+        assert "out.h5.part can be shown" in answer.err
+    assert call("show", "out.h5.part").code == 0
 
 
 # -- plot

@@ -13,7 +13,9 @@ import pytest
 import nsdrill
 from nsdrill.analysis.fitting import Measured
 from nsdrill.app.rounds import Rounds
+from nsdrill.app.unfinished import Part, summary
 from nsdrill.errors import FileError, InputError
+from nsdrill.store.log_header import MAGIC as LOG_MAGIC
 
 from .helpers import Call, finish, start
 
@@ -160,13 +162,45 @@ def test_what_is_there_is_not_taken_for_another_fit(call: Call):
     assert "adjusted.yaml: this fit is finished; nothing is left to run" in answer.err
 
 
-@pytest.mark.parametrize("damage", [b"", b"PK\x03\x04 cut off", b"no file of ours\n" * 100])
-def test_a_damaged_file_is_told(call: Call, damage):
-    Path("adjusted.yaml.part").write_bytes(damage)
-    answer = call("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", "--resume")
+@pytest.mark.parametrize(
+    ("damage", "said", "replaced"),
+    [
+        (b"", "cannot be read as an unfinished fit", True),
+        (b"PK\x03\x04 cut off", "cannot be read as an unfinished fit", True),
+        (b"no file of ours\n" * 100, "this is no unfinished fit of nsdrill, though it has", False),
+        (LOG_MAGIC, "the log of an unfinished run, no fit. Finish that first", False),
+        ("continuation", "an unfinished continuation, no fit. Finish that first", False),
+    ],
+)
+@pytest.mark.parametrize("option", ["", "--resume", "--overwrite"])
+def test_a_damaged_file_and_that_of_other_work_are_told(call: Call, damage, said, replaced, option):
+    part = Path("adjusted.yaml.part")
+    if damage == "continuation":
+        with Part.claim("adjusted.yaml", damage, "torsion", overwrite=False, resume=False) as other:
+            other.write("digest", None, {}, "2 branches")
+    else:
+        part.write_bytes(damage)
+    before = part.read_bytes()
+    words = ("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", "--quiet", *OPTIONS)
+    answer = call(*words, *[option] * bool(option))
+    if replaced and option == "--overwrite":
+        assert answer.code == 0
+        return
     assert answer.code == 2
-    assert "adjusted.yaml.part: cannot be read as an unfinished fit" in answer.err
-    assert Path("adjusted.yaml.part").read_bytes() == damage
+    assert f"adjusted.yaml.part: {said}" in answer.err
+    assert part.read_bytes() == before
+
+
+def test_very_many_runs_are_asked_for(call: Call):
+    rows = "2, 30, 150, 4\n" * 1000
+    Path("rig.csv").write_text(DATA.splitlines()[0] + "\n" + rows, encoding="utf-8")
+    answer = call("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml")
+    assert answer.code == 2
+    # 1000 points, 10 rounds of 128 samples, two features of 8 bytes
+    assert "1000 operating points, each with up to 1280 samples: 1280000 runs of 40 s" in answer.err
+    assert "20.5 MB of memory and of the disk; allowed: up to 1000000 runs" in answer.err
+    assert "--large" in answer.err
+    assert not Path("adjusted.yaml.part").exists()
 
 
 def test_nothing_is_kept_without_an_output(call: Call):
@@ -182,6 +216,11 @@ def test_nothing_is_kept_without_an_output(call: Call):
 
 def interrupt(progress: nsdrill.Progress) -> None:
     raise KeyboardInterrupt
+
+
+def has_state(part):
+    found = summary(part)
+    return bool(found and found["kept"])
 
 
 def test_a_signal_ends_the_command_with_130_and_it_goes_on():
@@ -201,10 +240,16 @@ def test_a_signal_ends_the_command_with_130_and_it_goes_on():
     )
     process = start(*words)
     until = time.monotonic() + 120.0
-    while not Path("adjusted.yaml.part").exists() and time.monotonic() < until:
+    while not has_state("adjusted.yaml.part") and time.monotonic() < until:
         assert process.poll() is None, process.communicate()
         time.sleep(0.02)
+    process.send_signal(signal.SIGSTOP)
+    for option in ((), ("--resume",), ("--overwrite",)):
+        answer = finish(start(*words, *option))
+        assert answer.code == 2
+        assert "adjusted.yaml.part: another process is writing these results now" in answer.err
     process.send_signal(signal.SIGINT)
+    process.send_signal(signal.SIGCONT)
     answer = finish(process)
     assert answer.code == 130, answer.err
     assert (

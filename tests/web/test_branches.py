@@ -44,7 +44,6 @@ def write(path: Path, shared: Path, **changes: Any) -> Path:
         **changes,
     }
     text = {"motion": ["periodic", "limit_cycle"], "end_reason": ["end of the range", "a fold"]}
-    path.touch()
     with hdf5.writing(path) as file:
         attrs = {
             **results.attrs,
@@ -61,7 +60,6 @@ def write(path: Path, shared: Path, **changes: Any) -> Path:
             file.create_dataset(name, data=np.array(words, object), dtype=h5py.string_dtype())
         file["label"].attrs["flag_values"] = np.array([0, 5, 9, 102])
         file["label"].attrs["flag_meanings"] = "regular fold end wall_reached"
-    hdf5.seal(path)
     assert names[0] in IN_TRACE
     return path
 
@@ -104,11 +102,10 @@ def test_another_string_is_told_and_units_are_those_of_the_page(
         == "The branches are at Weight on bit 6.744 klbf."
     )
     other = write(tmp_path / "c.h5", shared)
-    with hdf5.writing(other) as file:
+    with hdf5.writing(other, edit=True) as file:
         resolved = json.loads(file.attrs["study_resolved"])
         resolved["bit"]["lobes"] = 7
         file.attrs["study_resolved"] = json.dumps(resolved)
-    hdf5.seal(other)
     head, columns = Session(shared / "small.h5", over=other).diagram({"y": "radius_peaks"})
     assert "curve x" not in columns
     assert "bit.lobes is 7 there" in head["note"]

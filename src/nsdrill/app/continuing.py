@@ -17,15 +17,15 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of
 from nsdrill.analysis.equations import string_differences
-from nsdrill.app import unfinished
 from nsdrill.app.provenance import provenance
 from nsdrill.app.run import processors
+from nsdrill.app.unfinished import Part
 from nsdrill.data import Array, json_text, resolved_study
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.batch import Batch, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.base import Model, Symmetry, Variant
-from nsdrill.models.leaves import OPERATION, Values, values_at
+from nsdrill.models.leaves import OPERATION, Values, as_value, values_at, word_or_number
 from nsdrill.models.registry import described, model_named
 from nsdrill.observe.thresholds import Record
 from nsdrill.orbit.arclength import Point
@@ -214,8 +214,6 @@ def continue_study(
     continued.
     """
     setup = continuation_setup(study)
-    continuation = setup.continuation
-    part, part_exists = None, False
     if (
         path is not None
         and resume
@@ -224,8 +222,22 @@ def continue_study(
         and not part_path(path).exists()
     ):
         return _finished(study, path)
-    if path is not None:
-        part, part_exists = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
+    if path is None:
+        return _continue(setup, None, None, seeds, workers, overwrite, say)
+    with Part.claim(path, WHAT, study.model, overwrite=overwrite, resume=resume) as part:
+        return _continue(setup, path, part, seeds, workers, overwrite, say)
+
+
+def _continue(
+    setup: ContinuationSetup,
+    path: str | os.PathLike[str] | None,
+    part: Part | None,
+    seeds: str | os.PathLike[str] | None,
+    workers: int | None,
+    overwrite: bool,
+    say: Say,
+) -> ContinuationResult:
+    study, continuation = setup.study, setup.continuation
     started_at = time.perf_counter()
     keys = (continuation.along,)
     scale = (continuation.high - continuation.low) / RANGE_PARTS
@@ -243,15 +255,17 @@ def continue_study(
     )
     seed_points = _seeds(setup, flow, seeds, say)
     digest = _digest(study, seed_points)
-    known = _load_branches(part, digest) if part is not None and part_exists else {}
+    known = _load_branches(part, digest) if part is not None and part.kept else {}
     branches = dict(known)
 
     def save(finished: dict[Any, Branch]) -> None:
         branches.update(finished)
-        if part is not None:
-            _save_branches(part, study.model, digest, branches)
         number, points = len(branches), sum(map(len, branches.values()))
-        say(f"{number} branch{'' if number == 1 else 'es'}, {points} points")
+        kept = f"{number} branch{'' if number == 1 else 'es'}, {points} points"
+        if part is not None:
+            arrays, data = to_arrays(branches)
+            part.write(digest, data, arrays, kept)
+        say(kept)
 
     def announce(number: int) -> None:
         text = "a branch is followed, and kept when it has ended"
@@ -278,9 +292,12 @@ def continue_study(
     except KeyboardInterrupt:
         raise KeyboardInterrupt(_interrupted(part, branches)) from None
     if path is not None:
-        write_branches(path, data, overwrite=overwrite or bool(known))
+        remedy = (
+            "" if part is None else f"{part.kept} are safe in {part.path}. Go on with --resume."
+        )
+        write_branches(path, data, lambda: remedy, overwrite=overwrite or bool(known))
         if part is not None:
-            unfinished.discard(part)
+            part.discard()
     return ContinuationResult(data, dict(Counter(found.seeds)), time.perf_counter() - started_at)
 
 
@@ -296,7 +313,7 @@ def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
     }
 
 
-def _interrupted(part: Path | None, branches: Mapping[Any, Branch]) -> str:
+def _interrupted(part: Part | None, branches: Mapping[Any, Branch]) -> str:
     """The text of an interrupt."""
     if part is None:
         return interrupt.NOTHING
@@ -305,7 +322,7 @@ def _interrupted(part: Path | None, branches: Mapping[Any, Branch]) -> str:
             "Interrupted before the first branches had ended: nothing is kept. The same command "
             "begins anew."
         )
-    return f"Interrupted: {len(branches)} branches are safe in {part}. Go on with --resume."
+    return f"Interrupted: {len(branches)} branches are safe in {part.path}. Go on with --resume."
 
 
 def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
@@ -372,7 +389,7 @@ def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> 
 
 def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
     """The settled points of a results file with the same string and, except for the
-    continued number, the same operating point as the study."""
+    continued number, the same operating point as the study, from all of its starts."""
     study, continuation = setup.study, setup.continuation
     results = read_results(path, ("status", "settled", "final_state"))
     if str(results.attrs.get("model", study.model)) != study.model:
@@ -398,16 +415,17 @@ def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
         raise FileError(
             f"{path}: found no {continuation.along}. Choose results of a sweep as seeds."
         )
+    from_other_starts = {one.name for one in results.more if one.key.startswith("initial.")}
     for place, name in enumerate(results.grid):
-        if name in ("procedure", "start", "sample", name_along):
+        if name in ("procedure", "start", "sample", name_along) or name in from_other_starts:
             continue
         wanted = _number_of(study, name)
         values = results.coords[name]
         near = int(np.argmin(np.abs(values - wanted)))
         if abs(values[near] - wanted) > 1e-6 * max(abs(wanted), 1e-300):
+            low, high, own = (word_or_number(name, one) for one in (values[0], values[-1], wanted))
             raise FileError(
-                f"{path}: found {name} from {values[0]:g} to {values[-1]:g}, of which none is "
-                f"{wanted:g}, as in the "
+                f"{path}: found {name} from {low} to {high}, of which none is {own}, as in the "
                 f"study; allowed: results that have the study's {name}, or --set a value that "
                 f"they have."
             )
@@ -440,14 +458,14 @@ def _seeds_in(setup: ContinuationSetup, path: Path) -> list[Seed]:
 
 
 def _number_of(study: Study, name: str) -> float:
-    """The value in the study [SI] of the number whose dimension has this name."""
+    """The value in the study [SI] along the axis whose dimension has this name."""
     if name in OPERATION:
         return float(getattr(study.operation, name))
     key = next(key for key in keys_of(study.model).axes if dimension_of(key) == name)
     value: Any = study.resolved
     for part in key.split("."):
         value = value[part]
-    return float(value)
+    return as_value(key, value)
 
 
 # The branches of an unfinished continuation
@@ -462,18 +480,13 @@ def _digest(study: Study, seeds: list[Seed]) -> str:
     return digest.hexdigest()
 
 
-def _save_branches(part: Path, model: str, digest: str, branches: Mapping[Any, Branch]) -> None:
-    arrays, data = to_arrays(branches)
-    unfinished.write_part(part, WHAT, digest, data, arrays, model)
-
-
-def _load_branches(part: Path, digest: str) -> dict[Any, Branch]:
+def _load_branches(part: Part, digest: str) -> dict[Any, Branch]:
     """The branches in ``part``; FileError where they are of another continuation."""
-    data, arrays = unfinished.read_part(part, WHAT, digest, "another study or from other seeds")
+    data, arrays = part.read(digest, "another study or from other seeds")
     try:
         return from_arrays(arrays, data)
     except (ValueError, KeyError, TypeError, IndexError) as error:
-        raise unfinished.damaged(part, WHAT, error) from error
+        raise part.damaged(error) from error
 
 
 # The Dataset

@@ -24,8 +24,10 @@ from nsdrill.analysis.fitting import (
 )
 from nsdrill.app.rounds import Rounds
 from nsdrill.app.run import check_sweep, checked_workers
+from nsdrill.app.size import check_large
 from nsdrill.app.stages import Watch, compiling
 from nsdrill.errors import FileError, InputError, StudyError
+from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes, widened
 from nsdrill.models.leaves import OPERATION
 from nsdrill.models.vocabulary import BY_NAME
@@ -85,22 +87,31 @@ def fit(
     workers: int | None = None,
     watch: Watch = lambda progress: None,
     kept: Rounds | None = None,
+    large: bool = False,
 ) -> Fit:
     """Adjust the unknowns of ``study`` to ``measured``; the sweep of the study is not
     run. At most ``rounds`` rounds of ``batch`` samples are run, and the adjusted study
     has ``samples`` samples. ``kept`` saves the runs, and has those of an interrupted
-    fit. InputError where there is nothing to adjust, or where no run ends well."""
+    fit; ``large`` says that very many runs are meant. InputError where there is nothing
+    to adjust, or where no run ends well."""
     keys = unknowns_of(study)
     if clash := [key for key in measured.at if key in keys]:
         raise InputError(
             f"{measured.source}: found a column of {clash[0]}, which is an unknown; "
             f"allowed: one of both."
         )
+    most = batch * (rounds + 2)
+    check_large(
+        f"{measured.points} operating points, each with up to {most} samples",
+        measured.points * most,
+        study.simulation.transient + study.simulation.observe,
+        f"{amount(8.0 * measured.points * most * len(measured.values))} of memory and of the disk",
+        checked_workers(workers),
+        large=large or bool(kept and kept.known),
+    )
     _check_points(study, measured)
     calls = kept or Rounds()
-    run = _Simulator(
-        study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2), calls.runs
-    )
+    run = _Simulator(study, measured, keys, checked_workers(workers), watch, most, calls.runs)
     simulate = calls.recording(run)
     values, errors, indices = measured.flat
     seed = study.resolved["uncertain"]["seed"]

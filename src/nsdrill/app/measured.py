@@ -197,6 +197,13 @@ def _heads(
             f"least one row of numbers."
         )
     number, head = rows[0]
+    for line, row in rows[1:]:
+        if any(row[len(head) :]):
+            raise FileError(
+                f"{path}, line {line}: found {len(row)} cells under {len(head)} columns; allowed: a "
+                f"cell for each column. Write a decimal point in place of a comma and no thousands "
+                f"separators, or separate the columns by semicolons."
+            )
     heads = []
     for cell in head:
         match = _HEAD.fullmatch(cell)
@@ -336,7 +343,7 @@ def _example(si: str) -> str:
 
 def _number(cell: str) -> float | None:
     try:
-        value = float(cell)
+        value = float(cell) if cell.isascii() and "_" not in cell else math.nan
     except ValueError:
         return None
     return value if math.isfinite(value) else None
@@ -639,11 +646,11 @@ def _errors_from_option(name: str, text: str | float, si: str, values: Array) ->
     try:
         is_percentage = cleaned.endswith("percent") and si != "percent"
         number = (
-            float(cleaned.removesuffix("percent"))
+            _number(cleaned.removesuffix("percent"))
             if is_percentage or si in ("", "percent")
             else to_si(_JOINED.sub("*", cleaned), si)
         )
-        if not number > 0 or not math.isfinite(number):
+        if number is None or not 0 < number < math.inf:
             raise ValueError
     except QuantityError as error:
         raise InputError(f"--error {name}: {error}") from error

@@ -20,6 +20,7 @@ def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -
     FileError if it cannot be read."""
     part = part_path(path)
     if not os.path.lexists(path) and part.exists():
+        kind_of(part)  # FileError for that of a fit or a continuation
         raise FileError(
             f"{path}: there is no such file yet, but an unfinished run: {part} can be "
             f"shown and drawn."

@@ -12,18 +12,16 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.analysis.fitting import Array, Measured, Simulate
-from nsdrill.app import unfinished
+from nsdrill.app.unfinished import Part
 from nsdrill.errors import FileError
 from nsdrill.study.study import Study
-from nsdrill.variables import MODEL
 
 WHAT = "fit"
 
@@ -34,9 +32,8 @@ class Rounds:
     which the first ``known`` were read from a file. Without ``part`` no file is
     written."""
 
-    part: Path | None = None
+    part: Part | None = None
     digest: str = ""
-    model: str = MODEL
     points: int = 1
     calls: list[tuple[Array, Array]] = field(default_factory=list)
     known: int = 0
@@ -56,15 +53,19 @@ class Rounds:
         """The calls of the fit that writes ``path``; with ``resume`` those that were
         saved. FileError where ``path`` may not be written, or where the saved calls
         belong to another fit."""
-        part, part_exists = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
-        rounds = cls(part, _digest(study, measured, batch), study.model, measured.points)
-        if part_exists:
-            inputs = "another study, from other data or with another --batch"
-            count, arrays = unfinished.read_part(part, WHAT, rounds.digest, inputs)
-            rounds.calls = [(arrays[f"samples_{i}"], arrays[f"answers_{i}"]) for i in range(count)]
-            rounds.known = count
-        elif overwrite:
-            unfinished.discard(part)
+        part = Part.claim(path, WHAT, study.model, overwrite=overwrite, resume=resume)
+        rounds = cls(part, _digest(study, measured, batch), measured.points)
+        try:
+            if part.kept:
+                inputs = "another study, from other data or with another --batch"
+                count, arrays = part.read(rounds.digest, inputs)
+                rounds.calls = [
+                    (arrays[f"samples_{i}"], arrays[f"answers_{i}"]) for i in range(count)
+                ]
+                rounds.known = count
+        except BaseException:
+            part.close()
+            raise
         return rounds
 
     @property
@@ -81,8 +82,9 @@ class Rounds:
             if place < len(self.calls):
                 samples, answers = self.calls[place]
                 if not np.array_equal(samples, z):
+                    assert self.part is not None
                     raise FileError(
-                        f"{self.part}: its samples are not those that these versions of NumPy and "
+                        f"{self.part.path}: its samples are not those that these versions of NumPy and "
                         f"SciPy draw. Finish "
                         "it with the versions that it was made with, or start anew by --overwrite."
                     )
@@ -96,33 +98,38 @@ class Rounds:
 
     @contextmanager
     def guarding(self) -> Iterator[None]:
-        """A context in which the text of a KeyboardInterrupt says what is saved."""
-        with interrupt.with_end_message(self.recovery_text):
+        """A context in which the text of a KeyboardInterrupt says what is saved, and at
+        whose end another process may go on with it."""
+        with self.part or nullcontext(), interrupt.with_end_message(self._end_message):
             try:
                 yield
             except KeyboardInterrupt:
-                raise KeyboardInterrupt(self.recovery_text()) from None
+                raise KeyboardInterrupt(self._end_message()) from None
 
     def recovery_text(self) -> str:
         """What is saved and how to resume, in a sentence or two."""
-        if self.part is None or not self.part.exists():
-            return interrupt.NOTHING
+        assert self.part is not None
         return (
-            f"Interrupted: {self.runs} runs are safe in {self.part}. Go on with the same command "
-            f"and --resume."
+            f"{self.part.kept} are safe in {self.part.path}. Go on with the same command and "
+            f"--resume."
         )
+
+    def _end_message(self) -> str:
+        if self.part is None or not self.part.kept:
+            return interrupt.NOTHING
+        return f"Interrupted: {self.recovery_text()}"
 
     def discard(self) -> None:
         """Remove the saved calls, once the output is written."""
         if self.part is not None:
-            unfinished.discard(self.part)
+            self.part.discard()
 
     def _save(self) -> None:
         if self.part is None:
             return
         arrays = {f"samples_{i}": samples for i, (samples, _) in enumerate(self.calls)}
         arrays |= {f"answers_{i}": answers for i, (_, answers) in enumerate(self.calls)}
-        unfinished.write_part(self.part, WHAT, self.digest, len(self.calls), arrays, self.model)
+        self.part.write(self.digest, len(self.calls), arrays, f"{self.runs} runs")
 
 
 def _digest(study: Study, measured: Measured, batch: int) -> str:

@@ -17,14 +17,16 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.app.attractors import write_attractors
+from nsdrill.app.check import coarse_length
 from nsdrill.app.planned import chosen_of, kept_of, plan_of
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.refinement import RefinedSweep
-from nsdrill.app.size import check_memory
+from nsdrill.app.size import check_large, check_memory, disk, memory
 from nsdrill.app.stages import RunStages, Watch, sweep
 from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.data import Results, differences, resolved_study
 from nsdrill.errors import FileError, InputError
+from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.leaves import values_in_parts
 from nsdrill.models.registry import model_named
@@ -81,13 +83,14 @@ def run_in_memory(
     workers: int | None = None,
     watch: Watch = lambda progress: None,
     executor: Executor | None = None,
+    large: bool = False,
 ) -> Results:
     """Run ``study`` and return the results in memory. ``workers`` defaults to the
     number of available processors; ``executor`` replaces the threads of this
-    process."""
+    process; ``large`` says that many points are meant."""
     check_sweep(study)
     workers = checked_workers(workers)
-    check_memory(plan_of(study), kept_of(study), in_file=False)
+    _check_cost(study, workers, in_file=False, large=large)
     log = MemoryLog(_header(study), plan_of(study).points, kept_of(study))
     _run_missing(study, log, workers, watch, executor)
     return collect(_results(study, plan_of(study), log))
@@ -104,19 +107,21 @@ def run_study(
     watch: Watch = lambda progress: None,
     executor: Executor | None = None,
     lanes: int | None = None,
+    large: bool = False,
 ) -> RunResult:
     """Run ``study`` into the results file ``path``, as ``nsdrill run`` does.
     :class:`Interrupted` on an interrupt.
 
     ``retry_failed`` resumes like ``resume`` and runs failed points again;
     ``simulation.max_steps`` may then be larger than before. ``executor`` replaces the
-    threads of this process.
+    threads of this process; ``large`` says that very many points are meant.
     """
     check_sweep(study)
     path = Path(path)
     workers = checked_workers(workers)
     plan = plan_of(study)
-    check_memory(plan, kept_of(study), in_file=True)
+    going_on = (resume or retry_failed) and os.path.lexists(part_path(path))
+    _check_cost(study, workers, in_file=True, large=large or going_on)
     state = claim(path, overwrite=overwrite, resume=resume or retry_failed)
     part = part_path(path)
     log: RunLog | None = None
@@ -167,6 +172,26 @@ def run_study(
     attrs = getattr(results, "attrs", {})
     return RunResult(
         path, plan.points, failed, seconds, progress.lane_steps, already, attrs, remedy
+    )
+
+
+def _check_cost(study: Study, workers: int, *, in_file: bool, large: bool) -> None:
+    """InputError where memory is too small for a run, or where it is very large and is
+    not meant to be."""
+    plan, kept = plan_of(study), kept_of(study)
+    check_memory(plan, kept, in_file=in_file)
+    points = plan.points
+    for axis in study.refined:
+        points = points // len(study.axes[axis]) * coarse_length(study, axis)
+    simulation, room = study.simulation, disk(plan, kept)
+    where = "on the disk" if in_file else "of memory for the results"
+    check_large(
+        "a sweep",
+        points,
+        (simulation.transient + simulation.observe) * (4 if simulation.verify else 1),
+        f"up to {amount(room)} {where} and {amount(memory(plan))} of memory",
+        workers,
+        large=large,
     )
 
 

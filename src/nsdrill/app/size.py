@@ -1,4 +1,4 @@
-"""The disk space and memory of a sweep, estimated before it runs."""
+"""The disk space, memory and time of a sweep, estimated before it runs."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from nsdrill.store import record_dtype
 from nsdrill.sweep.plan import Plan
 
 BASE = 3e8  # bytes that every run takes: the interpreter, the libraries, the batches
+MANY = 10**6  # runs, above which they have to be asked for
+PACE = 1e5  # s of motion of the main model in a second of one processor: docs/benchmarks.md
 PER_POINT = 40  # bytes for each point: axes, order and status; measured on sweeps of 10^8 points
 
 
@@ -39,6 +41,22 @@ def check_memory(plan: Plan, kept: Kept, *, in_file: bool) -> None:
             f"{amount(free)}, which are free on this machine. {advice or 'Sweep'} fewer points at "
             f"once."
         )
+
+
+def check_large(
+    what: str, runs: int, seconds: float, size: str, workers: int, *, large: bool
+) -> None:
+    """InputError, with what they cost, where so many ``runs`` of ``seconds`` of motion
+    were not asked for by ``large``; ``what`` and ``size`` say in words what they are
+    and how much room they take."""
+    if runs <= MANY or large:
+        return
+    hours = runs * seconds / (PACE * workers * 3600)
+    raise InputError(
+        f"found {what}: {runs} runs of {seconds:g} s, which take roughly {hours:.2g} hours on "
+        f"{workers} processor{'s' * (workers > 1)}, {size}; allowed: up to {MANY} runs, or more "
+        f"where they are meant: --large."
+    )
 
 
 def memory_free() -> float:

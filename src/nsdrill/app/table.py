@@ -5,16 +5,14 @@ from __future__ import annotations
 import csv
 import os
 import re
-import tempfile
 from collections.abc import Iterator
 from itertools import chain
-from pathlib import Path
-from typing import TextIO
+from typing import Any, TextIO
 
 from nsdrill.data import Results, Trace
 from nsdrill.files import replacing
 from nsdrill.quantity import find
-from nsdrill.store import to_csv
+from nsdrill.store.export import csv_rows
 from nsdrill.store.trace import trace_variables
 from nsdrill.units import rounded_from_si
 
@@ -33,13 +31,7 @@ def write_csv(
 ) -> None:
     """As :func:`nsdrill.store.to_csv`; with ``units`` "field" in field units, which are
     in the headings."""
-    if units == "si":
-        to_csv(results, path, peaks=peaks, section=section, states=states, overwrite=overwrite)
-        return
-    with (
-        replacing(path, overwrite=overwrite) as temporary,
-        open(temporary, "w", newline="", encoding="utf-8") as file,
-    ):
+    with replacing(path, overwrite=overwrite) as whole, whole.text() as file:
         print_csv(results, file, peaks=peaks, section=section, states=states, units=units)
 
 
@@ -48,10 +40,7 @@ def write_trace_csv(
 ) -> None:
     """The table of a trace, a row for each sample; in field units where ``units`` is
     "field"."""
-    with (
-        replacing(path, overwrite=overwrite) as temporary,
-        open(temporary, "w", newline="", encoding="utf-8") as file,
-    ):
+    with replacing(path, overwrite=overwrite) as whole, whole.text() as file:
         print_trace_csv(trace, file, units=units)
 
 
@@ -60,10 +49,7 @@ def print_trace_csv(trace: Trace, file: TextIO, *, units: str = "si") -> None:
     enough digits to restore the same bits."""
     variables = trace_variables(trace)
     columns = [trace.time, *(trace.variables[variable.name] for variable in variables)]
-    rows = (
-        [repr(value) for value in row]
-        for row in zip(*(column.tolist() for column in columns), strict=True)
-    )
+    rows = map(list, zip(*(column.tolist() for column in columns), strict=True))
     table = chain(
         [["time [s]", *(f"{variable.name} [{variable.units}]" for variable in variables)]], rows
     )
@@ -80,18 +66,11 @@ def print_csv(
     units: str = "si",
 ) -> None:
     """Write the table of :func:`write_csv` to an open ``file``."""
-    with tempfile.TemporaryDirectory(prefix="nsdrill-") as folder:
-        si_table = Path(folder) / "table.csv"
-        to_csv(results, si_table, peaks=peaks, section=section, states=states)
-        with open(si_table, newline="", encoding="utf-8") as table:
-            if units == "field":
-                csv.writer(file).writerows(_in_field_units(csv.reader(table)))
-                return
-            while text := table.read(1 << 16):
-                file.write(text)
+    table = csv_rows(results, peaks=peaks, section=section, states=states)
+    csv.writer(file).writerows(_in_field_units(table) if units == "field" else table)
 
 
-def _in_field_units(rows: Iterator[list[str]]) -> Iterator[list[str]]:
+def _in_field_units(rows: Iterator[list[Any]]) -> Iterator[list[Any]]:
     heads = next(rows)
     shown = [_field_unit(head) for head in heads]
     yield [
@@ -100,8 +79,8 @@ def _in_field_units(rows: Iterator[list[str]]) -> Iterator[list[str]]:
     ]
     for row in rows:
         yield [
-            repr(rounded_from_si(float(text), unit)) if unit else text
-            for text, unit in zip(row, shown, strict=True)
+            rounded_from_si(float(value), unit) if unit else value
+            for value, unit in zip(row, shown, strict=True)
         ]
 
 

@@ -3,118 +3,254 @@ one step."""
 
 from __future__ import annotations
 
+import errno
 import io
 import json
 import os
 import zipfile
 from collections.abc import Mapping
+from contextlib import suppress
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.app.provenance import processor, unlike, versions
 from nsdrill.data import Array, json_text
 from nsdrill.errors import FileError, NsdrillError
-from nsdrill.files import Temporary, reason, sweep_away
+from nsdrill.files import lock, open_plain, reason, sweep_away, whole
 from nsdrill.store import check_target, part_path
+from nsdrill.store.hdf5 import ZIP
+from nsdrill.store.log_header import MAGIC as LOG_MAGIC
+
+_MAGIC = "nsdrill unfinished "
+_UNREADABLE = (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile)
 
 
-def claim_part(
-    path: str | os.PathLike[str], what: str, *, overwrite: bool, resume: bool
-) -> tuple[Path, bool]:
-    """The part file next to the output ``path``, which holds unfinished work of the
-    kind ``what`` ("fit"), and whether it exists and is to be resumed. FileError where
-    ``path`` may not be written, by the rules of ``nsdrill run``."""
-    if overwrite and resume:
-        raise FileError(
-            "--overwrite and --resume exclude each other: start anew, or go on with what is there?"
-        )
-    check_target(path)
-    part = part_path(path)
-    sweep_away(part)
-    finished, unfinished = os.path.lexists(path), os.path.lexists(part)
-    if resume and finished and not unfinished:
-        raise FileError(
-            f"{path}: this {what} is finished; nothing is left to run. Start anew by --overwrite."
-        )
-    if finished and not (overwrite or resume):
-        raise FileError(
-            f"{path}: the file exists. Choose another name, or replace it by --overwrite."
-        )
-    if unfinished and not (overwrite or resume):
-        raise FileError(
-            f"{part}: an unfinished {what} is there. Go on with it by --resume, or start anew by "
-            f"--overwrite."
-        )
-    return part, resume and unfinished
+class Part:
+    """The file ``path`` with the state of unfinished work of the kind ``what`` ("fit")
+    and with this ``model``.
+
+    It is locked from :meth:`claim` to :meth:`close`, so that no two processes do the
+    same work. ``kept`` says in words which state is in it; without one it is removed at
+    the end."""
+
+    def __init__(self, path: Path, what: str, model: str) -> None:
+        self.path, self.what, self.model = path, what, model
+        self.kept = ""
+        self._lock: io.FileIO | None = None
+        self._is_temporary = False
+
+    @classmethod
+    def claim(
+        cls, output: str | os.PathLike[str], what: str, model: str, *, overwrite: bool, resume: bool
+    ) -> Part:
+        """The part file next to ``output``; with ``resume`` with the state that is in
+        it. FileError where ``output`` may not be written, by the rules of ``nsdrill
+        run``, or where another process is at the same work."""
+        if overwrite and resume:
+            raise FileError(
+                "--overwrite and --resume exclude each other: start anew, or go on with what is "
+                "there?"
+            )
+        check_target(output)
+        part = cls(part_path(output), what, model)
+        sweep_away(part.path)
+        finished, unfinished = os.path.lexists(output), os.path.lexists(part.path)
+        if resume and finished and not unfinished:
+            raise FileError(
+                f"{output}: this {what} is finished; nothing is left to run. Start anew by "
+                f"--overwrite."
+            )
+        if finished and not (overwrite or resume):
+            raise FileError(
+                f"{output}: the file exists. Choose another name, or replace it by --overwrite."
+            )
+        try:
+            if unfinished:
+                part._take(overwrite, resume)
+            if not part.kept:
+                part._begin(overwrite=unfinished)
+        except BaseException:
+            part.close()
+            raise
+        return part
+
+    def _take(self, overwrite: bool, resume: bool) -> None:
+        """Lock the existing file; FileError where it may not be replaced."""
+        try:
+            self._lock = open_plain(self.path, "r+")
+            first = os.pread(self._lock.fileno(), len(LOG_MAGIC), 0)
+        except OSError as error:
+            raise FileError(f"{self.path}: cannot be opened: {reason(error)}.") from error
+        lock(self._lock, self.path)
+        other = "Finish that first, move it away, or choose another -o."
+        if first == LOG_MAGIC:
+            raise FileError(f"{self.path}: the log of an unfinished run, no {self.what}. {other}")
+        if first and not first.startswith(ZIP):
+            raise FileError(
+                f"{self.path}: this is no unfinished {self.what} of nsdrill, though it has the "
+                f"name of one. Move it away or choose another -o."
+            )
+        try:
+            head = _head(self.path)
+        except _UNREADABLE as error:
+            if not overwrite:
+                raise _damaged(self.path, self.what, error) from error
+            return
+        if head["magic"] != _MAGIC + self.what:
+            found = head["magic"].removeprefix(_MAGIC)
+            raise FileError(f"{self.path}: an unfinished {found}, no {self.what}. {other}")
+        if head["kept"] and not (overwrite or resume):
+            raise FileError(
+                f"{self.path}: an unfinished {self.what} is there. Go on with it by --resume, or "
+                f"start anew by --overwrite."
+            )
+        if resume:
+            self.kept = head["kept"]
+
+    def _begin(self, *, overwrite: bool) -> None:
+        try:
+            self._replace("", None, {}, "", overwrite)
+        except FileExistsError:
+            self._take(False, False)  # made since :meth:`claim` looked, and in use
+        interrupt.unfinished_files.add(str(self.path))
+        self._is_temporary = True
+
+    def write(self, digest: str, data: Any, arrays: Mapping[str, Array], kept: str) -> None:
+        """Replace the file, in one step, by one with ``arrays`` and plain ``data``, from
+        inputs with this ``digest``; ``kept`` says in words what that is.
+
+        The process goes on after this file, so an interrupt still takes effect."""
+        self._replace(digest, data, arrays, kept, True)
+        self.kept, self._is_temporary = kept, False
+        interrupt.unfinished_files.discard(str(self.path))
+
+    def _replace(
+        self, digest: str, data: Any, arrays: Mapping[str, Array], kept: str, overwrite: bool
+    ) -> None:
+        # late: it imports the compiler
+        from nsdrill.app.provenance import processor, versions
+
+        head = {
+            "magic": _MAGIC + self.what,
+            "digest": digest,
+            "told": data,
+            "kept": kept,
+            "created": datetime.now(UTC).isoformat(timespec="seconds"),
+            "model": self.model,
+            **versions(self.model),
+            "processor": processor(),
+        }
+        members: dict[str, Any] = {
+            "head": np.frombuffer(json_text(head).encode(), np.uint8),
+            **arrays,
+        }
+        try:
+            with whole(self.path, overwrite=overwrite) as file:
+                np.savez(file, **members)
+                with zipfile.ZipFile(file.name) as written:
+                    if wrong := written.testzip():
+                        raise OSError(errno.EIO, f"{wrong} is not as it was written")
+                taken = io.FileIO(os.dup(file.fileno()))  # the lock goes over to the new file
+        except FileExistsError:
+            raise
+        except (OSError, zipfile.BadZipFile) as error:
+            remedy = "Nothing is kept. Make room or choose another folder with -o."
+            if self.kept:
+                remedy = (
+                    f"What it held before is safe: {self.kept}. Make room, and go on with the same "
+                    f"command and --resume."
+                )
+            raise NsdrillError(
+                f"{self.path}: could not be written: {reason(error)}. {remedy}"
+            ) from error
+        if self._lock is not None:
+            self._lock.close()
+        self._lock = taken
+
+    def read(self, digest: str, inputs: str) -> tuple[Any, dict[str, Array]]:
+        """The plain data and arrays that :meth:`write` wrote. FileError where the file is
+        damaged or from other ``inputs``, which the message names, or where other
+        versions may give other numbers."""
+        from nsdrill.app.provenance import unlike
+
+        try:
+            head = _head(self.path)
+            with np.load(self.path, allow_pickle=False) as file:
+                arrays = {name: file[name] for name in file.files if name != "head"}
+        except _UNREADABLE as error:
+            raise self.damaged(error) from error
+        if head["digest"] != digest:
+            raise FileError(
+                f"{self.path}: made from {inputs}. Go on with what it was made from, or start "
+                f"anew by --overwrite."
+            )
+        if differing := unlike(head):
+            raise FileError(
+                f"{self.path}: made with other versions, whose numbers may differ "
+                f"({'; '.join(differing)}). Finish it with "
+                "those, or start anew by --overwrite."
+            )
+        return head["told"], arrays
+
+    def damaged(self, error: Exception) -> FileError:
+        """The error for a part file that cannot be read."""
+        return _damaged(self.path, self.what, error)
+
+    def discard(self) -> None:
+        """Remove the file, as the work is finished."""
+        self._is_temporary = True
+        self.close()
+
+    def close(self) -> None:
+        """Release the lock; without a state the file is removed first."""
+        if self._lock is None:
+            return
+        if self._is_temporary:
+            with suppress(OSError):
+                if os.path.samestat(os.fstat(self._lock.fileno()), os.stat(self.path)):
+                    os.unlink(self.path)
+        interrupt.unfinished_files.discard(str(self.path))
+        self._lock.close()
+        self._lock = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
 
 
-def write_part(
-    part: Path, what: str, digest: str, data: Any, arrays: Mapping[str, Array], model: str
-) -> None:
-    """Replace ``part``, in one step, by a file with ``arrays`` and plain ``data``, from
-    inputs with this ``digest`` and with this ``model``.
-
-    The process goes on after this file, so an interrupt still takes effect."""
-    origin = {"model": model, **versions(model), "processor": processor()}
-    head = json_text({"magic": _magic(what), "digest": digest, "told": data, **origin})
-    buffer = io.BytesIO()
-    members: dict[str, Any] = {"head": np.frombuffer(head.encode(), np.uint8), **arrays}
-    np.savez(buffer, **members)
+def summary(path: str | os.PathLike[str]) -> dict[str, Any] | None:
+    """What is in the part file ``path``, as plain data; None where it is another
+    file."""
     try:
-        with Temporary(Path(os.path.realpath(part))) as temporary:
-            temporary.file.write(buffer.getbuffer())
-            os.fsync(temporary.file.fileno())
-            temporary.replace()
-    except OSError as error:
-        raise NsdrillError(
-            f"{part}: could not be written: {reason(error)}. Make room, and go on with the same "
-            f"command and --resume."
-        ) from error
+        head = _head(path)
+        what = head["magic"].removeprefix(_MAGIC)
+    except _UNREADABLE:
+        return None
+    names = ("kept", "created", "model", "nsdrill_version")
+    return {"kind": "unfinished", "what": what, **{name: head[name] for name in names}}
 
 
-def read_part(part: Path, what: str, digest: str, inputs: str) -> tuple[Any, dict[str, Array]]:
-    """The plain data and arrays that :func:`write_part` wrote to ``part``. FileError
-    where it is damaged, of another kind or from other ``inputs``, which the message
-    names, or where other versions may give other numbers."""
-    try:
-        with np.load(part, allow_pickle=False) as file:
-            head = json.loads(file["head"].tobytes().decode())
-            if head["magic"] != _magic(what):
-                raise ValueError("it is another file")
-            arrays = {name: file[name] for name in file.files if name != "head"}
-            stored_digest, data = head["digest"], head["told"]
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
-        raise damaged(part, what, error) from error
-    if stored_digest != digest:
-        raise FileError(
-            f"{part}: made from {inputs}. Go on with what it was made from, or start "
-            f"anew by --overwrite."
-        )
-    if differing := unlike(head):
-        raise FileError(
-            f"{part}: made with other versions, whose numbers may differ "
-            f"({'; '.join(differing)}). Finish it with "
-            "those, or start anew by --overwrite."
-        )
-    return data, arrays
+def _head(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """The plain data at the beginning of a part file; one of ``_UNREADABLE`` where it is
+    another file, or damaged."""
+    if not os.path.isfile(path):  # opening a pipe would block
+        raise ValueError("it is no file")
+    with zipfile.ZipFile(path) as file, file.open("head.npy") as member:
+        if file.getinfo("head.npy").compress_type != zipfile.ZIP_STORED:
+            raise ValueError("it is another file")  # which might not fit into the memory
+        head = json.loads(np.lib.format.read_array(member, allow_pickle=False).tobytes().decode())
+    if not str(head["magic"]).startswith(_MAGIC) or not isinstance(head.get("kept"), str):
+        raise ValueError("it is another file, or of another version of nsdrill")
+    return dict(head)
 
 
-def damaged(part: Path, what: str, error: Exception) -> FileError:
-    """The error for a part file that cannot be read."""
+def _damaged(part: Path, what: str, error: Exception) -> FileError:
     return FileError(
         f"{part}: cannot be read as an unfinished {what}: {reason(error)}. Start "
         f"anew by --overwrite."
     )
-
-
-def discard(part: Path) -> None:
-    """Remove ``part``, as the work is finished."""
-    interrupt.unfinished_files.discard(str(part))
-    part.unlink(missing_ok=True)
-
-
-def _magic(what: str) -> str:
-    return f"nsdrill unfinished {what}"

@@ -46,7 +46,7 @@ _RULES: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"(?<![\w-])--(?:from|to)(?![\w-])", "time"),
     (r"(?<![\w-])--animate: ", "trace: "),
     (r"(?<![\w-])--font-size(?![\w-])", "font_size"),
-    (r"(?<![\w-])--(overwrite|resume)(?![\w-])", r"\1=True"),
+    (r"(?<![\w-])--(overwrite|resume|large)(?![\w-])", r"\1=True"),
     (r"(?<![\w-])--retry-failed(?![\w-])", "retry_failed=True"),
     (r"(?<![\w-])--(engine|kind) (\w+(?:-\w+)*)", r"\1='\2'"),
     (r"(?<![\w-])--at ([\w.]+)=([-\d.][^\s;,]*[^\s;,.])", r"at={'\1': '\2'}"),

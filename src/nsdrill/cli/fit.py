@@ -106,6 +106,7 @@ MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
     help="Go on with an interrupted fit of the same -o; only the runs that are missing are made. "
     "--rounds may differ.",
 )
+@options.large
 @options.overwrite
 @click.option("--quiet", is_flag=True, help="No progress; the summary, warnings and errors only.")
 def command(
@@ -127,6 +128,7 @@ def command(
     overrides: tuple[str, ...],
     units: str,
     resume: bool,
+    large: bool,
     overwrite: bool,
     quiet: bool,
 ) -> int:
@@ -183,6 +185,7 @@ def command(
                 workers=workers,
                 watch=watch,
                 kept=kept,
+                large=large,
             )
         if as_json:
             click.echo(json_text(summary_in(result.note, units), indent=2))
@@ -197,7 +200,7 @@ def command(
         if output is not None:
             from nsdrill.store import write_text
 
-            write_text(output, result.study, overwrite=overwrite or resume)
+            write_text(output, result.study, kept.recovery_text, overwrite=overwrite or resume)
             kept.discard()
             click.echo(f"{output}: written. Next: nsdrill run {output} -o out.h5", err=True)
     return 0

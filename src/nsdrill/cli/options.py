@@ -146,6 +146,9 @@ thresholds = click.option(
     help="Change a threshold, e.g. --set classify.stick_slip.stick_slip_index=60. May be given "
     "more than once.",
 )
+large = click.option(
+    "--large", is_flag=True, help="Make more than a million runs; without it their cost is told."
+)
 overwrite = click.option("--overwrite", is_flag=True, help="Replace the output if it exists.")
 
 

@@ -57,6 +57,7 @@ from nsdrill.cli.main import EXIT_CODES
     "simulation.max_steps may be larger than before.",
 )
 @options.units
+@options.large
 @options.overwrite
 @click.option("--quiet", is_flag=True, help="No progress and no summary; warnings and errors only.")
 def command(
@@ -69,6 +70,7 @@ def command(
     resume: bool,
     retry_failed: bool,
     units: str,
+    large: bool,
     overwrite: bool,
     quiet: bool,
 ) -> int:
@@ -106,6 +108,7 @@ def command(
             overwrite=overwrite,
             watch=watch,
             executor=executor,
+            large=large,
         )
     if not quiet:
         _print_outcome(outcome, units)

@@ -39,7 +39,7 @@ MAX_POINTS = 24
     help="Print the study as it was run, overrides applied, as a study file.",
 )
 def command(file: str, as_json: bool, units: str, study: bool) -> int:
-    """Say what is in FILE: a results file, the .part file of a run that goes on, a
+    """Say what is in FILE: a results file, the .part file of unfinished work, a
     trace, or branches, with a sentence on every special point."""
     if study and as_json:
         raise InputError("--study: found with --json; allowed: one of the two.")
@@ -65,8 +65,11 @@ def command(file: str, as_json: bool, units: str, study: bool) -> int:
 
 def _summary(file: str) -> dict[str, Any]:
     """What is in the file, as plain data."""
+    from nsdrill.app import unfinished
     from nsdrill.app.reading import is_branches
 
+    if (found := unfinished.summary(file)) is not None:
+        return found
     if is_branches(file):
         from nsdrill.app.branch_summary import summarize_branches
         from nsdrill.store import open_branches
@@ -83,7 +86,17 @@ def lines(name: str, summary: dict[str, Any], units: str) -> Iterator[str]:
         from nsdrill.cli.branches import lines as branch_lines
 
         return branch_lines(name, summary, units)
+    if summary["kind"] == "unfinished":
+        return _unfinished_lines(name, summary)
     return (_trace_lines if summary["kind"] == "trace" else _result_lines)(name, summary, units)
+
+
+def _unfinished_lines(name: str, s: dict[str, Any]) -> Iterator[str]:
+    yield printable(f"{name}: an unfinished {s['what']}.")
+    yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
+    yield f"  model          {s['model']}"
+    yield f"  kept           {s['kept'] or 'nothing yet'}"
+    yield "  Go on with the command that began it and --resume."
 
 
 def _result_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:

@@ -9,6 +9,7 @@ import subprocess
 from collections.abc import Iterator
 from math import pi
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from PIL import Image
 
 from nsdrill.data import Trace
 from nsdrill.errors import InputError, NsdrillError
-from nsdrill.files import replacing
+from nsdrill.files import CheckedFile, replacing
 from nsdrill.plot.kinds.hole import BIT, EDGE, MUD, ROCK, STEEL, Scene
 from nsdrill.plot.kinds.orbit import has_orbit
 from nsdrill.plot.limits import between
@@ -87,11 +88,11 @@ def animate(
     times = _frame_times(trace, look, speed)
     with using_look(look), house_style(), without_glyph_warnings():
         frames = _render_frames(trace, units, times)
-        with replacing(Path(path), overwrite=overwrite) as unfinished:
+        with replacing(Path(path), overwrite=overwrite) as file:
             if Path(path).suffix.lower() == ".gif":
-                _write_gif(frames, unfinished)
+                _write_gif(frames, file)
             else:
-                _write_mp4(frames, unfinished)
+                _write_mp4(frames, file.name)
     return len(times), float(times[-1] - times[0])
 
 
@@ -138,7 +139,7 @@ def _render_frames(trace: Trace, units: str, times: Any) -> Iterator[Any]:
         yield pixels[: pixels.shape[0] // 2 * 2, : pixels.shape[1] // 2 * 2].copy()
 
 
-def _write_gif(frames: Iterator[Any], path: str | os.PathLike[str]) -> None:
+def _write_gif(frames: Iterator[Any], file: CheckedFile) -> None:
     first_image = Image.fromarray(next(frames)).convert("RGB")
     sample = first_image.copy()
     # so that the palette has the colours of small artists too
@@ -158,7 +159,7 @@ def _write_gif(frames: Iterator[Any], path: str | os.PathLike[str]) -> None:
             )
 
     first_frame.save(
-        path,
+        SimpleNamespace(write=file.write),  # with a descriptor Pillow would write by itself
         format="GIF",
         save_all=True,
         append_images=remaining_frames(),

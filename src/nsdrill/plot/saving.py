@@ -54,8 +54,8 @@ def save(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = True
         )
     settings = getattr(figure, "settings", None)
     with (
-        replacing(target, overwrite=overwrite) as unfinished,
+        replacing(target, overwrite=overwrite) as file,
         house_style(settings),
         without_glyph_warnings(),
     ):
-        figure.savefig(unfinished, format=suffix[1:], metadata=FORMATS[suffix])
+        figure.savefig(file, format=suffix[1:], metadata=FORMATS[suffix])

@@ -4,12 +4,13 @@ branch, as a contiguous ragged array of the CF conventions."""
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from nsdrill.errors import FileError
-from nsdrill.files import reason, replacing
+from nsdrill.files import MAKE_ROOM, reason
 from nsdrill.store import hdf5
 from nsdrill.store.attributes import get_attributes
 from nsdrill.store.layout import root_attributes
@@ -34,37 +35,41 @@ _REQUIRED = (
 )
 
 
-def write_branches(path: str | os.PathLike[str], data: Any, *, overwrite: bool = True) -> None:
-    """Write the Dataset ``data`` of branches to ``path``, in one step; NsdrillError if
-    the disk refuses."""
+def write_branches(
+    path: str | os.PathLike[str],
+    data: Any,
+    remedy: Callable[[], str] = lambda: MAKE_ROOM,
+    *,
+    overwrite: bool = True,
+) -> None:
+    """Write the Dataset ``data`` of branches to ``path``, in one step; NsdrillError, with
+    ``remedy``, if the disk refuses."""
     import h5py
 
-    with replacing(path, overwrite=overwrite) as temporary:
-        with hdf5.writing(temporary) as file:
-            hdf5.put_attributes(file, root_attributes(KIND, data.attrs))
-            for name in data.dims:
-                values = (
-                    data.coords[name].values if name in data.coords else np.arange(data.sizes[name])
-                )
-                attrs = data.coords[name].attrs if name in data.coords else {}
-                hdf5.add_coordinate(file, str(name), values, attrs)
-            for name in [*data.coords, *data.data_vars]:
-                if name in data.dims:
-                    continue
-                variable = data[name]
-                values = variable.values
-                if values.dtype.kind in "OU":
-                    values = values.astype(object)
-                    dataset = file.create_dataset(name, data=values, dtype=h5py.string_dtype())
-                else:
-                    dataset = file.create_dataset(name, data=values, **hdf5.storage_of(values))
-                for key, value in variable.attrs.items():
-                    dataset.attrs[key] = value
-                if values.dtype.kind == "f":
-                    dataset.attrs["_FillValue"] = np.nan
-                for axis, dim in enumerate(variable.dims):
-                    dataset.dims[axis].attach_scale(file[dim])
-        hdf5.seal(temporary)
+    with hdf5.writing(path, remedy, overwrite=overwrite) as file:
+        hdf5.put_attributes(file, root_attributes(KIND, data.attrs))
+        for name in data.dims:
+            values = (
+                data.coords[name].values if name in data.coords else np.arange(data.sizes[name])
+            )
+            attrs = data.coords[name].attrs if name in data.coords else {}
+            hdf5.add_coordinate(file, str(name), values, attrs)
+        for name in [*data.coords, *data.data_vars]:
+            if name in data.dims:
+                continue
+            variable = data[name]
+            values = variable.values
+            if values.dtype.kind in "OU":
+                values = values.astype(object)
+                dataset = file.create_dataset(name, data=values, dtype=h5py.string_dtype())
+            else:
+                dataset = file.create_dataset(name, data=values, **hdf5.storage_of(values))
+            for key, value in variable.attrs.items():
+                dataset.attrs[key] = value
+            if values.dtype.kind == "f":
+                dataset.attrs["_FillValue"] = np.nan
+            for axis, dim in enumerate(variable.dims):
+                dataset.dims[axis].attach_scale(file[dim])
 
 
 def open_branches(path: str | os.PathLike[str]) -> Any:

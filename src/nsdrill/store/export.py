@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 import os
 import shutil
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -30,14 +31,23 @@ def to_csv(
     states: bool = False,
     overwrite: bool = True,
 ) -> None:
-    """Write ``results`` as a table with one row per point: its coordinates, every
-    variable, and the flags also in words. The word is ``unknown`` for a label that a
-    point lacks because its run failed or has not been made.
+    """Write the table of :func:`csv_rows` to ``path``."""
+    rows = csv_rows(results, peaks=peaks, section=section, states=states)
+    with replacing(path, overwrite=overwrite) as whole, whole.text() as file:
+        csv.writer(file).writerows(rows)
+
+
+def csv_rows(
+    results: Results, *, peaks: bool = False, section: bool = False, states: bool = False
+) -> Iterator[list[Any]]:
+    """The headings of ``results`` as a table, then one row per point: its coordinates,
+    every variable, and the flags also in words. The word is ``unknown`` for a label
+    that a point lacks because its run failed or has not been made.
 
     ``peaks``, ``section`` and ``states`` add a column per peak, return to the section
-    and state: ``axial_peaks_0 [m]``, ``final_state_lag [rad]``. Numbers have enough
-    digits to restore the same bits; a missing one is ``nan``. Rows are written one at a
-    time, so memory does not grow with the table.
+    and state: ``axial_peaks_0 [m]``, ``final_state_lag [rad]``. Numbers are written with
+    enough digits to restore the same bits; a missing one is ``nan``. Rows are made one
+    at a time, so memory does not grow with the table.
     """
     optional = {"peaks": peaks, "section": section, "states": states}
     rooms = (*_DEFAULT_ROOMS, *(room for room, wanted in optional.items() if wanted))
@@ -46,39 +56,32 @@ def to_csv(
         for name in results.variables
         if name in BY_NAME and BY_NAME[name].room in rooms
     ]
-    with (
-        replacing(path, overwrite=overwrite) as temporary,
-        open(temporary, "w", newline="", encoding="utf-8") as file,
-    ):
-        writer = csv.writer(file)
-        units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": ""}
-        units |= {
-            axis.name: "" if words_along(axis.name) else CF[axis.units] for axis in results.more
-        }
-        unknowns = [unknown for unknown in results.drawn if "sample" in results.grid]
-        heads = [_heading(name, units[name]) for name in results.grid]
-        heads += [_heading(unknown.name, CF[unknown.units]) for unknown in unknowns]
-        writer.writerow([*heads, *_headings(results, chosen)])
-        coordinates = {name: stored_coordinate(name, results.coords[name]) for name in results.grid}
-        words = {v.name: _words(v) for v in chosen if v.flag_meanings is not None}
-        for place in np.ndindex(*results.shape):
-            row: list[object] = [
-                coordinates[name][i].item() for name, i in zip(results.grid, place, strict=True)
-            ]
-            row += [
-                results.drawn[unknown][place[results.grid.index("sample")]].item()
-                for unknown in unknowns
-            ]
-            for variable in chosen:
-                value: Array = results.variables[variable.name][place]
-                row.extend(np.atleast_1d(value).tolist())
-                if variable.name in words:
-                    row.append(
-                        words[variable.name](int(value))
-                        if _has_value(results, variable, place)
-                        else "unknown"
-                    )
-            writer.writerow(row)
+    units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": ""}
+    units |= {axis.name: "" if words_along(axis.name) else CF[axis.units] for axis in results.more}
+    unknowns = [unknown for unknown in results.drawn if "sample" in results.grid]
+    heads = [_heading(name, units[name]) for name in results.grid]
+    heads += [_heading(unknown.name, CF[unknown.units]) for unknown in unknowns]
+    yield [*heads, *_headings(results, chosen)]
+    coordinates = {name: stored_coordinate(name, results.coords[name]) for name in results.grid}
+    words = {v.name: _words(v) for v in chosen if v.flag_meanings is not None}
+    for place in np.ndindex(*results.shape):
+        row: list[Any] = [
+            coordinates[name][i].item() for name, i in zip(results.grid, place, strict=True)
+        ]
+        row += [
+            results.drawn[unknown][place[results.grid.index("sample")]].item()
+            for unknown in unknowns
+        ]
+        for variable in chosen:
+            value: Array = results.variables[variable.name][place]
+            row.extend(np.atleast_1d(value).tolist())
+            if variable.name in words:
+                row.append(
+                    words[variable.name](int(value))
+                    if _has_value(results, variable, place)
+                    else "unknown"
+                )
+        yield row
 
 
 def _has_value(results: Results, variable: Variable, place: tuple[int, ...]) -> bool:
@@ -99,8 +102,8 @@ def to_netcdf(
     bytes are checked and copied."""
     with hdf5.opened(path):
         pass
-    with replacing(path_nc, overwrite=overwrite) as temporary:
-        shutil.copyfile(path, temporary)
+    with replacing(path_nc, overwrite=overwrite) as copy, open(path, "rb") as file:
+        shutil.copyfileobj(file, copy)
 
 
 def flag_words(variable: Variable, value: int) -> str:

@@ -16,11 +16,12 @@ from __future__ import annotations
 import hashlib
 import math
 import os
+import shutil
 import stat
 import struct
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -29,10 +30,9 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.errors import FileError, printable
-from nsdrill.files import reason
+from nsdrill.files import MAKE_ROOM, reason, replacing
 from nsdrill.models.leaves import words_along
 from nsdrill.store.attributes import LARGEST, plain_attribute, text_attribute
-from nsdrill.store.deferred import DeferredErrorFile
 from nsdrill.store.layout import stored_attributes, variable_attributes
 from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
@@ -47,7 +47,7 @@ TRANSPOSED = (
     "missing_dims='ignore')."
 )
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_ZIP = b"PK\x03\x04"  # of numpy.savez
+ZIP = b"PK\x03\x04"  # of numpy.savez
 _SEAL = struct.Struct("<8sQ32s")
 _SEAL_MAGIC = b"nsdrill\x1a"
 # HDF5 allows 64 KiB in an object header; beyond this size, chunks take no more space
@@ -84,9 +84,16 @@ with h5py.File(sys.argv[1], "r") as file:
 
 
 @contextmanager
-def writing(path: Path, *, edit: bool = False) -> Iterator[Any]:
-    """The empty file ``path`` as a new HDF5 file, or with ``edit`` the existing HDF5
-    file; OSError if it cannot be written in full.
+def writing(
+    path: str | os.PathLike[str],
+    remedy: Callable[[], str] = lambda: MAKE_ROOM,
+    *,
+    overwrite: bool = True,
+    edit: bool = False,
+) -> Iterator[Any]:
+    """A new HDF5 file, or with ``edit`` a copy of the file ``path``, which is sealed and
+    takes the name ``path`` at the end, by the rules of
+    :func:`nsdrill.files.replacing`.
 
     The format is that of HDF5 1.10: checksums in the metadata, small headers, and names
     in the order of writing. The chunk cache, 8 MiB per variable, is off, as every chunk
@@ -95,14 +102,20 @@ def writing(path: Path, *, edit: bool = False) -> Iterator[Any]:
     import h5py
 
     options = {} if edit else {"track_order": True}
-    with DeferredErrorFile(path, "r+b") as raw:
-        try:
-            with h5py.File(
-                raw, "r+" if edit else "w", libver=("v110", "v110"), rdcc_nbytes=0, **options
-            ) as file:
-                yield file
-        finally:
-            raw.raise_deferred()  # replaces any error of the HDF5 library
+    with replacing(path, remedy, overwrite=overwrite) as raw:
+        temporary = Path(raw.name)
+        if edit:
+            with open(path, "rb") as old:
+                shutil.copyfileobj(old, raw)
+            shutil.copymode(path, temporary)
+            unseal(temporary)
+        raw.deferring = True
+        with h5py.File(
+            raw, "r+" if edit else "w", libver=("v110", "v110"), rdcc_nbytes=0, **options
+        ) as file:
+            yield file
+        raw.raise_error()
+        seal(temporary)
 
 
 def add_coordinate(file: Any, name: str, values: Any, attrs: Mapping[str, Any]) -> None:
@@ -316,9 +329,10 @@ def check_readable(path: str | os.PathLike[str]) -> None:
             f"{path}: the log of an unfinished run, not yet a results file. Finish it "
             f"with --resume."
         )
-    if first.startswith(_ZIP) and str(path).endswith(".part"):
+    if first.startswith(ZIP) and str(path).endswith(".part"):
         raise FileError(
-            f"{path}: what is kept of an unfinished continuation or fit. Finish it with --resume."
+            f"{path}: what is kept of an unfinished continuation or fit, which nsdrill show "
+            f"describes. Finish it with --resume."
         )
     if not first.startswith(SIGNATURE):
         state = "empty" if not first else "not an HDF5 file"

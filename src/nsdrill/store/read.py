@@ -4,7 +4,6 @@ and replacing their labels."""
 from __future__ import annotations
 
 import os
-import shutil
 from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -13,7 +12,6 @@ import numpy as np
 
 from nsdrill.data import Array, Results
 from nsdrill.errors import FileError
-from nsdrill.files import replacing
 from nsdrill.models.description import Description
 from nsdrill.models.kept import Kept
 from nsdrill.models.operation import Operation
@@ -196,25 +194,19 @@ def rewrite_labels(
     for name, values in labels.items():
         if np.shape(values) != points.shape:
             raise ValueError(f"{name} has shape {np.shape(values)}, the grid {points.shape}")
-    with replacing(path) as temporary:
-        shutil.copyfile(path, temporary)
-        shutil.copymode(path, temporary)
-        hdf5.unseal(temporary)
-        with hdf5.writing(temporary, edit=True) as file:
-            for name, values in labels.items():
-                file[name][...] = points.layout.to_file(np.asarray(values, file[name].dtype))
-            # HDF5 does not reuse the space of replaced text, so unchanged attributes
-            # are not written.
-            changed = {
-                name: value
-                for name, value in (attrs or {}).items()
-                if not _same(old_attrs.get(name), value)
-            }
-            hdf5.put_attributes(
-                file,
-                {**changed, "history": f"{old_history}\n{history}" if old_history else history},
-            )
-        hdf5.seal(temporary)
+    with hdf5.writing(path, edit=True) as file:
+        for name, values in labels.items():
+            file[name][...] = points.layout.to_file(np.asarray(values, file[name].dtype))
+        # HDF5 does not reuse the space of replaced text, so unchanged attributes
+        # are not written.
+        changed = {
+            name: value
+            for name, value in (attrs or {}).items()
+            if not _same(old_attrs.get(name), value)
+        }
+        hdf5.put_attributes(
+            file, {**changed, "history": f"{old_history}\n{history}" if old_history else history}
+        )
 
 
 def check_file(path: PathLike) -> int:

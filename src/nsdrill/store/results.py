@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.files import replacing
 from nsdrill.models.kept import Kept
 from nsdrill.store import hdf5
 from nsdrill.store.layout import (
@@ -53,35 +52,33 @@ def write_results(
         {axis.name: axis for axis in kept.axes},
     )
     scalars = [name for name in layout.grid if name not in layout.order]
-    with replacing(path, recovery_text) as temporary:
-        with hdf5.writing(temporary) as file:
-            hdf5.put_attributes(file, root)
-            for name in coordinate_names(layout, kept):
-                values = stored_coordinate(name, coords[name])
-                values = values[0] if name in scalars else values
-                hdf5.add_coordinate(file, name, values, coordinate_attributes(name, axes.get(name)))
-            for unknown, samples in unknown_samples(log).items():
-                hdf5.add_samples(
-                    file, unknown.name, samples, coordinate_attributes(unknown.name, unknown)
-                )
-            scalar_coordinates = [*scalars, *(unknown.name for unknown in kept.unknowns)]
-            datasets = [
-                hdf5.add_variable(
-                    file,
-                    v,
-                    layout.dims(v),
-                    layout.place(block) + kind[v.name].shape,
-                    scalar_coordinates,
-                )
-                for v in variables
-            ]
-            for place, start, stop in blocks(shape, block):
-                records = log.read(start, stop)
-                for variable, dataset in zip(variables, datasets, strict=True):
-                    values = records[variable.name]
-                    values = values.reshape(*(s.stop - s.start for s in place), *values.shape[1:])
-                    dataset[layout.place(place)] = layout.to_file(values)
-        hdf5.seal(temporary)
+    with hdf5.writing(path, recovery_text) as file:
+        hdf5.put_attributes(file, root)
+        for name in coordinate_names(layout, kept):
+            values = stored_coordinate(name, coords[name])
+            values = values[0] if name in scalars else values
+            hdf5.add_coordinate(file, name, values, coordinate_attributes(name, axes.get(name)))
+        for unknown, samples in unknown_samples(log).items():
+            hdf5.add_samples(
+                file, unknown.name, samples, coordinate_attributes(unknown.name, unknown)
+            )
+        scalar_coordinates = [*scalars, *(unknown.name for unknown in kept.unknowns)]
+        datasets = [
+            hdf5.add_variable(
+                file,
+                v,
+                layout.dims(v),
+                layout.place(block) + kind[v.name].shape,
+                scalar_coordinates,
+            )
+            for v in variables
+        ]
+        for place, start, stop in blocks(shape, block):
+            records = log.read(start, stop)
+            for variable, dataset in zip(variables, datasets, strict=True):
+                values = records[variable.name]
+                values = values.reshape(*(s.stop - s.start for s in place), *values.shape[1:])
+                dataset[layout.place(place)] = layout.to_file(values)
 
 
 def coordinates(log: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:

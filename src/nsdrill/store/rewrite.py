@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.errors import NsdrillError
+from nsdrill.errors import FileError, NsdrillError
 from nsdrill.files import reason, sync_folder
 from nsdrill.store.log import RunLog
 from nsdrill.store.results import points_in_block
@@ -48,8 +48,10 @@ def rewrite_log(
         except BaseException:
             temporary.remove()
             raise
-    except OSError as error:
+    except FileError:
+        raise
+    except (OSError, NsdrillError) as error:  # of the new log, which is gone
         raise NsdrillError(
-            f"{log.path}: could not be rewritten: {reason(error)}. Nothing was changed. Make room "
-            f"first."
+            f"{log.path}: could not be rewritten: {reason(error.__cause__ or error)}. Nothing was "
+            f"changed. Make room first."
         ) from error

@@ -8,7 +8,6 @@ import numpy as np
 
 from nsdrill.data import Trace
 from nsdrill.errors import FileError
-from nsdrill.files import replacing
 from nsdrill.models.registry import model_in
 from nsdrill.store import hdf5
 from nsdrill.store.attributes import LARGEST, get_attributes
@@ -26,17 +25,15 @@ def write_trace(path: str | os.PathLike[str], trace: Trace, *, overwrite: bool =
     for variable in stored:
         if np.shape(trace.variables.get(variable.name, 0.0)) != (samples,):
             raise ValueError(f"the trace needs {variable.name}, an array of {samples} samples")
-    with replacing(path, overwrite=overwrite) as temporary:
-        with hdf5.writing(temporary) as file:
-            hdf5.put_attributes(file, root_attributes("trace", trace.attrs))
-            hdf5.add_coordinate(
-                file, "time", np.asarray(trace.time, "<f8"), coordinate_attributes("time")
-            )
-            for variable in stored:
-                hdf5.add_variable(file, variable, variable.dims, chunk)[...] = trace.variables[
-                    variable.name
-                ]
-        hdf5.seal(temporary)
+    with hdf5.writing(path, overwrite=overwrite) as file:
+        hdf5.put_attributes(file, root_attributes("trace", trace.attrs))
+        hdf5.add_coordinate(
+            file, "time", np.asarray(trace.time, "<f8"), coordinate_attributes("time")
+        )
+        for variable in stored:
+            hdf5.add_variable(file, variable, variable.dims, chunk)[...] = trace.variables[
+                variable.name
+            ]
 
 
 def trace_variables(trace: Trace) -> tuple[Variable, ...]:
