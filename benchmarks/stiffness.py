@@ -86,10 +86,14 @@ def main() -> None:
             rows.append(_measure(*case, smoothing, arguments.quick, arguments.lanes))
             print(title, *_cells(rows[-1]), file=sys.stderr)
         data[title] = rows
-        growth = rows[-1]["implicit"] / rows[0]["implicit"]
+        first, last = rows[0], rows[-1]
         sections.append(
             f"## {title.capitalize()}\n\n{table(HEAD, [_cells(row) for row in rows])}\n\n"
-            f"From {chosen[0]:.0e} to {chosen[-1]:.0e} the implicit time grows {growth:.2f} times."
+            f"From {chosen[0]:.0e} to {chosen[-1]:.0e} the implicit time grows "
+            f"{last['implicit'] / first['implicit']:.2f} times, its steps "
+            f"{last['steps'] / first['steps']:.2f} times, and the time of auto "
+            f"({first['auto']}, then {last['auto']}) "
+            f"{last[last['auto']] / first[first['auto']]:.2f} times."
         )
     text = "\n\n".join(
         [

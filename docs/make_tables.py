@@ -20,11 +20,11 @@ from nsdrill import api
 from nsdrill.cli.main import COMMANDS, group
 from nsdrill.models.christoforou_yigit.checks import MEANINGS as COEFFICIENTS
 from nsdrill.models.christoforou_yigit.coefficients import UNITS
-from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
 from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described
+from nsdrill.models.segments.checks import COEFFICIENTS as OF_SEGMENTS
 from nsdrill.plot.kinds.value import ALIASES
 from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
 from nsdrill.study.continuation import (
@@ -380,17 +380,34 @@ def coordinates() -> str:
 
 
 def coefficients() -> str:
-    return table(
-        ["name", "units", "meaning"],
-        ([code(n), UNITS[n], words] for n, words in COEFFICIENTS.items()),
-    )
+    rows = [[code(n), UNITS[n], words] for n, words in COEFFICIENTS.items()]
+    rows += [
+        [code(n), units, f"{words} (`segments`)"]
+        for n, (units, words) in OF_SEGMENTS.items()
+        if n not in COEFFICIENTS
+    ]
+    return table(["name", "units", "meaning"], rows)
+
+
+# Studies that together have every quantity of ``check``.
+CHECKED = {
+    "": {"model": MODEL},
+    "a drive": {"drive": {"kind": "soft_torque", "torque_limit": "20 kN*m"}},
+    "`dc_motor`": {"drive": {"kind": "dc_motor"}},
+    "`mud.swirl`": {"mud": {"swirl": 0.5}},
+    "`well.inclination`": {"well": {"inclination": "30 deg"}},
+    "`beam`": {"model": "beam"},
+    "`segments`": {"model": "segments"},
+}
 
 
 def check_quantities() -> str:
-    found = derived_quantities(Parameters(), Operation())
-    return table(
-        ["name", "units", "meaning"], ([code(n), f.units, f.meaning] for n, f in found.items())
-    )
+    rows = dict.fromkeys(further_quantities(Parameters(), Operation()))  # of another table
+    for where, study in CHECKED.items():
+        for name, found in nsdrill.check(study).as_json()["figures"].items():
+            if name not in rows:
+                rows[name] = [code(name), found["units"], found["meaning"], where]
+    return table(["name", "units", "meaning", "with"], [row for row in rows.values() if row])
 
 
 def further() -> str:

@@ -58,20 +58,21 @@ def test_a_trace_is_that_of_another_integrator() -> None:
     assert np.abs(trace.bit_speed.values - expected.y[1]).max() < 1e-6
 
 
+FROZEN = {
+    "model": "christoforou_yigit",
+    "modes.axial": "frozen",
+    "modes.lateral": "frozen",
+    "bit.cutting.zeta": 0,
+}
+
+
 def test_it_is_the_main_model_with_two_motions_frozen() -> None:
     """Without cutting torque; the inertia of the collars that the main model computes."""
     inertia = 7850 * math.pi / 32 * (0.2286**4 - 0.0762**4) * 200
     small = nsdrill.run(
         STUDY, set={"drillstring.collar_inertia": f"{inertia!r} kg*m^2", "simulation.rtol": 1e-9}
     )
-    frozen = {
-        "model": "christoforou_yigit",
-        "modes.axial": "frozen",
-        "modes.lateral": "frozen",
-        "bit.cutting.zeta": 0,
-        "simulation.rtol": 1e-9,
-    }
-    large = nsdrill.run(STUDY, set=frozen)
+    large = nsdrill.run(STUDY, set={**FROZEN, "simulation.rtol": 1e-9})
     for name in (
         "bit_speed_min",
         "bit_speed_max",
@@ -84,9 +85,12 @@ def test_it_is_the_main_model_with_two_motions_frozen() -> None:
     assert np.array_equal(small.stuck_fraction > 0, large.stuck_fraction > 0)
 
 
-@pytest.mark.parametrize("speed", [6.0, 12.0])
-def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(speed: float) -> None:
-    """By the difference of the slopes at two states, while the twist swings into that
+@pytest.mark.parametrize(("speed", "frozen"), [(6.0, False), (12.0, False), (6.0, True)])
+def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(
+    speed: float, frozen: bool
+) -> None:
+    """By the difference of the slopes at two states, and by the tangent of the main
+    model, whose frozen states do not deviate, while the twist swings into that
     of steady drilling. (At rest the step of an explicit method grows to the edge of its
     stability, where no deviation decays.)"""
     p = Parameters()
@@ -97,6 +101,7 @@ def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(speed: float
     found = nsdrill.run(
         STUDY,
         set={
+            **(FROZEN if frozen else {}),
             "record.exponent": True,
             "sweep.rotary_speed": f"{speed} rad/s",
             "sweep.procedure": "same",

@@ -4,6 +4,7 @@ by SciPy, with plain NumPy."""
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from reference import Case, contacts, derivative, solve
@@ -64,7 +65,7 @@ class Sampled:
     def peaks(self) -> dict[str, np.ndarray]:
         return {
             "axial_peaks": maxima(self.y[4]),
-            "bit_speed_peaks": maxima(self.y[7]),
+            "bit_speed_peaks": slips(self.y[7], self.stuck_below, self.case.speed),
             "radius_peaks": maxima(self.f["radius"]),
         }
 
@@ -119,6 +120,17 @@ def maxima(v: np.ndarray) -> np.ndarray:
     """Interior local maxima, refined."""
     i = np.flatnonzero((v[1:-1] > v[:-2]) & (v[1:-1] >= v[2:])) + 1
     return vertex(v, i)
+
+
+def slips(v: np.ndarray, stuck: float, slip: float) -> np.ndarray:
+    """The greatest value of each stretch above ``stuck`` that begins and ends there, if
+    it is above ``slip``; all maxima of a bit that does not stick."""
+    at = np.flatnonzero(v <= stuck)
+    if len(at) == 0:
+        return maxima(v)
+    pieces = [v[a : b + 1] for a, b in pairwise(at) if b > a + 1]
+    tops = np.array([-lowest(-piece) for piece in pieces])
+    return tops[tops > slip]
 
 
 def lowest(v: np.ndarray) -> float:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from observe.sampled import maxima, slips
 
 from nsdrill import api
 from nsdrill.errors import StudyError
@@ -173,6 +174,18 @@ def test_steady_drilling_returns_once_a_revolution() -> None:
     )
     assert still["motion"][0] == EQUILIBRIUM
     assert np.all(np.isfinite(done["section_bit_speed"][0]))
+
+
+def test_a_bit_that_sticks_shows_its_slips(results: Path) -> None:
+    """The greatest speed of each slip, as a trace sampled every millisecond has it, and
+    none of the ripples between the slips."""
+    found = api.open_results(results)["bit_speed_peaks"].sel(rotary_speed=13.0).to_numpy().ravel()
+    speed = api.replay(results, rotary_speed="13 rad/s", sample="1 ms")["bit_speed"].to_numpy()
+    seen = speed[20_000:]
+    expected = slips(seen, 5 * np.pi / 30, 13.0)
+    assert len(expected) >= 2
+    assert len(maxima(seen)) > 8 * len(expected)
+    assert found[np.isfinite(found)] == pytest.approx(expected, rel=1e-4)
 
 
 def test_results_get_new_labels(results: Path) -> None:

@@ -180,8 +180,9 @@ class Model(ABC):
 
     def undeviated(self, parameters: Any) -> tuple[str, ...]:
         """The names of the states in which the initial deviation of a Lyapunov exponent
-        is zero."""
-        return ()
+        is zero. A deviation of a state that does not move would never decay, and would
+        hide one that does."""
+        return self.held(parameters)
 
     @abstractmethod
     def state_scales(self, table: Array, variant: Variant) -> Array:

@@ -133,7 +133,11 @@ DECLARATION = Declaration(
     ),
     features=(
         Extremes(
-            "bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks"
+            "bit speed",
+            greatest="bit_speed_max",
+            least="bit_speed_min",
+            peaks="bit_speed_peaks",
+            slip="drive_speed",
         ),
         Extremes("twist", greatest="twist_max", least="twist_min"),
         TimeAbove("bit speed", "slipping"),

@@ -78,12 +78,17 @@ class Outputs:
 class Extremes:
     """The greatest and the least value during the observation, and the last local
     maxima. Only those with a name become features. A maximum counts if its prominence
-    is at least ten tolerances."""
+    is at least ten tolerances.
+
+    ``slip``, a parameter or a number, is for the speed of a bit that may stick: once it
+    has been at or below the channel's level, only the greatest maximum between two such
+    instants counts, and only if it is above ``slip``."""
 
     channel: str
     greatest: str | None = None
     least: str | None = None
     peaks: str | None = None
+    slip: str | float | None = None
 
 
 @dataclass(frozen=True)
@@ -276,12 +281,13 @@ def check(names: Names, declaration: Declaration) -> None:
             _check_known("Winding", [feature.x, feature.y], channels)
         elif not isinstance(feature, Derived):
             _check_known(type(feature).__name__, [feature.channel], channels)
-        if isinstance(feature, TimeAbove | Passages) and channels[feature.channel].level is None:
-            raise ValueError(
-                f"{type(feature).__name__} {feature.name!r}: the channel {feature.channel!r} has "
-                "no level; give it a parameter or a number"
-            )
+        if isinstance(feature, TimeAbove | Passages):
+            _check_level(f"{type(feature).__name__} {feature.name!r}", channels[feature.channel])
         if isinstance(feature, Extremes):
+            if feature.slip is not None:
+                _check_level("Extremes with slip", channels[feature.channel])
+            _check_name_or_number("Extremes: slip", feature.slip)
+            _check_known("Extremes: slip", _reads(feature.slip), names.parameters)
             scale_of(channels[feature.channel], names)
     defined = {
         name for name, feature in declaration.named_features if not isinstance(feature, Derived)
@@ -334,6 +340,13 @@ def _check_name_or_number(where: str, expression: Any) -> None:
         raise ValueError(
             f"{where}: found {expression!r}; allowed: the name of a row or a finite number "
             "(or a function, for a value and its rates)"
+        )
+
+
+def _check_level(where: str, channel: Channel) -> None:
+    if channel.level is None:
+        raise ValueError(
+            f"{where}: the channel {channel.name!r} has no level; give it a parameter or a number"
         )
 
 

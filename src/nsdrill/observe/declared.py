@@ -39,15 +39,18 @@ from nsdrill.observe.inside import (
     LOW,
     MARGIN,
     NONE,
+    TOP,
     has_extremum,
     measure_events,
     record_returns,
+    store_peak,
 )
 
 # The least prominence of a peak, in tolerances; smaller maxima may be ripples of the
 # error.
 PROMINENCE = 10.0
 START, END, MARK = "start", "end", "mark"
+PARTS = LOW, HIGH, MARGIN, TOP  # the rows of a channel with peaks
 CONSTANTS = {
     "PEAKS": PEAKS,
     "RETURNS": RETURNS,
@@ -75,7 +78,7 @@ def own_rows(declaration: Declaration) -> dict[tuple[Any, ...], int]:
         *(("before", name) for name in outputs),
         *(("now", name) for name in outputs),
         *declaration.measured_per_half,
-        *((part, name) for name in declaration.channels_with_peaks for part in (LOW, HIGH, MARGIN)),
+        *((part, name) for name in declaration.channels_with_peaks for part in PARTS),
         ("growth",),
         ("event_bits",),
         ("level",),
@@ -166,6 +169,7 @@ class _ObserverBuilder:
             has_extremum=has_extremum,
             measure_events=measure_events,
             record_returns=record_returns,
+            store_peak=store_peak,
             **CONSTANTS,
             **namespace,
         )
@@ -213,6 +217,13 @@ class _ObserverBuilder:
 
     def _level(self, channel: Channel) -> str:
         return "np.inf" if channel.level is None else self._code(channel.level, self.row_texts[END])
+
+    def _slip(self, channel: Channel) -> tuple[str, str]:
+        """The value at which a bit sticks, and the one above which it slips."""
+        for feature in self.declaration.of_kind(Extremes):
+            if feature.channel == channel.name and feature.slip is not None:
+                return self._level(channel), self._code(feature.slip, self.row_texts[END])
+        return "-np.inf", "np.inf"
 
     def _ends(self, channel: Channel) -> list[str]:
         """The lines that assign the channel's values, slopes and curvatures at the ends
@@ -432,12 +443,13 @@ class _ObserverBuilder:
                 f"        {head}",
                 *_indented(self._polynomial(channel), 3),
                 f"            level = {self._level(channel)}",
+                f"            stuck, slip = {', '.join(self._slip(channel))}",
             ]
         if event_channels:
             lines += [
                 "        measure_events(",
                 "            b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, "
-                "level,",
+                "level, stuck, slip,",
                 f"            least_[k], above_[k], passages_[k], low_[k], "
                 f"{self._offset('growth')},",
                 f"            RINGS + ({len(channels_with_peaks)} * i + ring_[k]) * (peaks + 1), peaks)",
@@ -493,6 +505,7 @@ class _ObserverBuilder:
             lines += [
                 f"    {self._own_row(LOW, name)} = {self._code(channel.value, texts)}",
                 f"    {self._own_row(HIGH, name)} = -np.inf",
+                f"    {self._own_row(TOP, name)} = np.inf",
                 f"    {self._own_row(MARGIN, name)} = tolerances * {self._scale_text(channel)}",
             ]
         if self.declaration.section:
@@ -509,6 +522,7 @@ class _ObserverBuilder:
             f"    for k in range({width}):",
             f"        outcome[first + k] = b[{first_half} + k * W + i]",
             "    if mark == CLOSES:",
+            *_indented(self._closing_lines(), 2),
             "        for k in range(ring_size):",
             f"            outcome[column + {2 * width} + k] = store[rings + k]",
             "        for k in range(section_size):",
@@ -522,6 +536,19 @@ class _ObserverBuilder:
                 f"{self._own_row('least', name)} = now",
                 f"{self._own_row('greatest', name)} = now",
             ]
+        return lines
+
+    def _closing_lines(self) -> list[str]:
+        """The lines that complete the last cycle of a bit that is stuck at the end."""
+        lines = []
+        for number, name in enumerate(self.declaration.channels_with_peaks):
+            stuck, slip = self._slip(self.declaration.channels[self.number_of[name]])
+            top = self._own_row(TOP, name)
+            if slip != "np.inf":
+                lines += [
+                    f"if peaks > 0 and {self._own_row(LOW, name)} <= {stuck} and {slip} < {top} < np.inf:",
+                    f"    store_peak(store, rings + {number} * (peaks + 1), peaks, {top})",
+                ]
         return lines
 
     def _scale_text(self, channel: Channel) -> str:

@@ -19,9 +19,10 @@ from nsdrill.observe.interpolant import (
     value,
 )
 
-# The rows of a channel with peaks: the least value since the last peak; the greatest
-# since then, if it may become a peak; and the prominence of a peak at a value of zero.
-LOW, HIGH, MARGIN = range(3)
+# The rows of a channel with peaks: the least value since the last maximum; the greatest
+# since then, if it may become one; the prominence of a maximum at a value of zero; and
+# the greatest maximum since the bit stuck, infinite as long as it has not.
+LOW, HIGH, MARGIN, TOP = range(4)
 NONE = -1  # no row
 
 
@@ -33,19 +34,63 @@ def has_extremum(before, now):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def update_peaks(b, store, i, W, current, low_, growth_, ring, peaks):  # type: ignore[no-untyped-def]
+def next_peak(low, high, top, stuck, slip):  # type: ignore[no-untyped-def]
+    """What a maximum ``high`` adds to the peaks, where ``low`` is the least value since
+    the maximum before it: whether there is a peak, its height, whether those so far
+    are dropped, and the next ``top``.
+
+    As long as the quantity has not been at or below ``stuck``, every maximum is a peak.
+    From then on only the greatest of each cycle is: between two such instants, and
+    above ``slip``. A bit that is slower than the string's top winds the string up still,
+    so a jump or a ripple below that speed is a part of sticking. The maxima before the
+    first such instant belong to a cycle of which the beginning is not known.
+    """
+    sticks, has_stuck = low <= stuck, top < np.inf
+    ends = sticks and top > slip
+    is_peak = ends if has_stuck else not sticks
+    return (
+        is_peak,
+        top if has_stuck else high,
+        ends and not has_stuck,
+        (high if ends else max(top, high)),
+    )
+
+
+@inlined
+def store_peak(store, ring, peaks, height):  # type: ignore[no-untyped-def]
+    """Append the ``height`` of a peak to the ring buffer of the last ``peaks`` at the
+    offset ``ring`` of the store, which begins with the number of peaks so far."""
+    count = int(store[ring])
+    store[ring + 1 + count % max(peaks, 1)] = height
+    store[ring] = float(count + 1)
+
+
+@inlined
+def record_maximum(store, ring, peaks, low, high, top, stuck, slip):  # type: ignore[no-untyped-def]
+    """Record in the ring what the maximum ``high`` adds to the peaks. Returns the next
+    ``top``; see :func:`next_peak`."""
+    is_peak, height, dropped, next_top = next_peak(low, high, top, stuck, slip)
+    if dropped and peaks > 0:
+        store[ring] = 0.0
+    if is_peak and peaks > 0:
+        store_peak(store, ring, peaks, height)
+    return next_top
+
+
+@inlined
+def update_peaks(b, store, i, W, current, stuck, slip, low_, growth_, ring, peaks):  # type: ignore[no-untyped-def]
     """Process the next value, ``current``, of a channel of lane i with peaks. A
-    greatest value becomes a peak as soon as the quantity has fallen by the prominence
-    below it. ``low_`` is the offset of the channel's rows LOW, HIGH and MARGIN,
+    greatest value becomes a maximum as soon as the quantity has fallen by the
+    prominence below it; :func:`next_peak` decides, with ``stuck`` and ``slip``, what
+    is a peak. ``low_`` is the offset of the channel's rows LOW, HIGH, MARGIN and TOP,
     ``growth_`` that of the relative prominence; the last ``peaks`` are stored in the
-    ring at ``ring``. (The packed loop does the same where no peak results.)"""
+    ring at ``ring``. (The packed loop does the same where no maximum results.)"""
     low, high = b[low_ + i], b[low_ + HIGH * W + i]
     margin = fma(b[growth_ + i], abs(current), b[low_ + MARGIN * W + i])
     if high - current > margin:
-        if peaks > 0:
-            count = int(store[ring])
-            store[ring + 1 + count % peaks] = high
-            store[ring] = float(count + 1)
+        b[low_ + TOP * W + i] = record_maximum(
+            store, ring, peaks, low, high, b[low_ + TOP * W + i], stuck, slip
+        )
         b[low_ + i] = current
         b[low_ + HIGH * W + i] = -np.inf
     else:
@@ -89,6 +134,8 @@ def measure_events(  # type: ignore[no-untyped-def]
     end,
     end_slope,
     level,
+    stuck,
+    slip,
     least_,
     above_,
     passages_,
@@ -101,7 +148,8 @@ def measure_events(  # type: ignore[no-untyped-def]
     length ``h``: extrema, peaks, and crossings of ``level``.
 
     The channel is given by its polynomial p0 to p5, its values ``begin`` and ``end``
-    and ``end_slope``, by theta. Offsets of its rows, or NONE, are ``least_`` (the least
+    and ``end_slope``, by theta; ``stuck`` and ``slip`` are those of
+    :func:`update_peaks`. Offsets of its rows, or NONE, are ``least_`` (the least
     value, followed by the greatest), ``above_`` (the time above the level),
     ``passages_`` and ``low_`` (see :func:`update_peaks`).
     """
@@ -115,8 +163,8 @@ def measure_events(  # type: ignore[no-untyped-def]
         b[least_ + W + i] = max(b[least_ + W + i], at_extremum)
     if low_ != NONE:
         if extremum_inside:
-            update_peaks(b, store, i, W, at_extremum, low_, growth_, ring, peaks)
-        update_peaks(b, store, i, W, end, low_, growth_, ring, peaks)
+            update_peaks(b, store, i, W, at_extremum, stuck, slip, low_, growth_, ring, peaks)
+        update_peaks(b, store, i, W, end, stuck, slip, low_, growth_, ring, peaks)
     if above_ != NONE:
         # The extremum, or else the end, divides the step into two parts with at most
         # one crossing each.

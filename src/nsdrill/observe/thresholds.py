@@ -159,9 +159,9 @@ class Thresholds(Checked):
 @dataclass(frozen=True)
 class Record:
     """``peaks``: how many of the last local maxima are kept for each of bit position,
-    bit speed and radius; ``poincare``: how many of the last returns to the Poincare
-    ``section``, a revolution of the bit or a lobe; ``exponent``: whether the
-    largest Lyapunov exponent is measured."""
+    bit speed (one a slip where the bit sticks) and radius; ``poincare``: how many of the
+    last returns to the Poincare ``section``, a revolution of the bit or a lobe;
+    ``exponent``: whether the largest Lyapunov exponent is measured."""
 
     peaks: int = parameter(32, high=1000)
     poincare: int = parameter(0, high=10_000)

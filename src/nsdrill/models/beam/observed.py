@@ -154,7 +154,13 @@ def _wall_force(hertz: int) -> Any:
 
 
 FEATURES = (
-    Extremes("bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks"),
+    Extremes(
+        "bit speed",
+        greatest="bit_speed_max",
+        least="bit_speed_min",
+        peaks="bit_speed_peaks",
+        slip="drive_speed",
+    ),
     Extremes("twist", greatest="twist_max", least="twist_min"),
     Extremes("bit position", greatest="axial_max", least="axial_min", peaks="axial_peaks"),
     Extremes("interference", greatest="interference_max"),

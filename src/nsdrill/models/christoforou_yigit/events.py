@@ -50,6 +50,7 @@ from nsdrill.models.christoforou_yigit.layout import (
     TORQUE_MAXIMA,
 )
 from nsdrill.models.christoforou_yigit.rhs import PARAMETERS
+from nsdrill.observe.inside import next_peak, store_peak
 from nsdrill.observe.interpolant import (
     above,
     derivative,
@@ -362,15 +363,6 @@ def narrowed_bracket(low, high, interference, rotation, per_h, number, law):  # 
     return low, high
 
 
-@inlined
-def store_peak(store, ring, peaks, height):  # type: ignore[no-untyped-def]
-    """Append the ``height`` of a peak to the ring buffer of the last ``peaks`` at the
-    offset ``ring`` of the store, which begins with the number of peaks so far."""
-    count = int(store[ring])
-    store[ring + 1 + count % max(peaks, 1)] = height
-    store[ring] = float(count + 1)
-
-
 @lru_cache
 def make_events(
     lanes: int,
@@ -498,7 +490,7 @@ def make_events(
     low_ = np.array(
         [offset[f"low_{ring}"] for ring in ("z", "speed", "else", "else", "else", "speed", "else")]
     )
-    to_high, to_margin = (W * PEAK_ROWS.index(name) for name in ("high", "margin"))
+    to_high, to_margin, to_top = (W * PEAK_ROWS.index(name) for name in ("high", "margin", "top"))
 
     @compiled(BUFFER, BUFFER)
     def flush_crossings(b, store):  # type: ignore[no-untyped-def]
@@ -523,24 +515,33 @@ def make_events(
             rising = store[k + (C0 if kind in (SPEED, DRIVE_SPEED) else D0)] > 0.0
             row = (greatest_[kind] if rising else least_[kind]) + i
             b[row] = max(b[row], extremum) if rising else min(b[row], extremum)
-            # A greatest value becomes a peak as soon as the quantity has fallen by the
-            # prominence below it; every maximum of the radius is a peak, as its least
-            # values are not located.
+            # A greatest value becomes a maximum as soon as the quantity has fallen by
+            # the prominence below it; every maximum of the radius is a peak, as its
+            # least values are not located.
             row = low_[kind] + i
             low, high = b[row], b[row + to_high]
             margin = fma(b[growth_ + i], abs(extremum), b[row + to_margin])
             high = max(high, extremum) if rising and extremum - low > margin else high
             fallen = not rising and high - extremum > margin
+            may_stick = kind in (SPEED, SPEED_END)
+            is_peak, height, dropped, top = next_peak(
+                low,
+                high,
+                b[row + to_top],
+                b[stuck_ + i] if may_stick else -np.inf,
+                b[set_speed_ + i] if may_stick else np.inf,
+            )
             b[row] = low if rising else (extremum if fallen else min(low, extremum))
             b[row + to_high] = -np.inf if fallen else high
-            peak = rising if kind == RHO else fallen
+            b[row + to_top] = top if fallen else b[row + to_top]
+            ring = RINGS + (RINGS_OF_PEAKS * i + ring_of[kind]) * (peaks + 1)
+            store[ring if fallen and dropped and peaks > 0 else SPARE] = 0.0
+            peak = rising if kind == RHO else fallen and is_peak
             store_peak(
                 store,
-                RINGS + (RINGS_OF_PEAKS * i + ring_of[kind]) * (peaks + 1)
-                if peak and peaks > 0
-                else SPARE,
+                ring if peak and peaks > 0 else SPARE,
                 peaks,
-                extremum if kind == RHO else high,
+                extremum if kind == RHO else height,
             )
             # A graze, with both ends on one side of the surface and the extremum on the
             # other, is two crossings. It is rare.

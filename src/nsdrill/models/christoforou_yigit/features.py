@@ -23,12 +23,7 @@ from nsdrill.abi import CLOSES, CONTROL, MARKER, OPENS, Rows
 from nsdrill.compiler.functions import BUFFER, compiled, inlined
 from nsdrill.compiler.language import packed
 from nsdrill.elementary import fma, lowest_bit
-from nsdrill.models.christoforou_yigit.events import (
-    lower_estimate,
-    make_events,
-    store_peak,
-    tangential_speed,
-)
+from nsdrill.models.christoforou_yigit.events import lower_estimate, make_events, tangential_speed
 from nsdrill.models.christoforou_yigit.friction import bit_slope
 from nsdrill.models.christoforou_yigit.layout import (
     ANCHORS,
@@ -63,6 +58,7 @@ from nsdrill.models.christoforou_yigit.rhs import (
     rows_of,
 )
 from nsdrill.models.christoforou_yigit.section import ENTRY, bit_angle_crossing
+from nsdrill.observe.inside import record_maximum, store_peak
 from nsdrill.observe.interpolant import position_and_velocity
 
 LEAST_HOLD = 1.0  # least c f', stage length over the time constant of friction, of a held bit
@@ -166,10 +162,11 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
     parts_, parts_count = offset[TIME_PARTS[0]], len(TIME_PARTS) + len(WALL_PATHS)
     low_, growth_, floor_ = offset["low_z"], offset["margin_growth"], offset["torque_floor"]
     per_rtol_ = W * (rows.control + CONTROL.index("per_rtol"))
-    peak_width, to_high, to_margin = (
+    peak_width, to_high, to_margin, to_top = (
         W * len(PEAK_ROWS),
         W * PEAK_ROWS.index("high"),
         W * PEAK_ROWS.index("margin"),
+        W * PEAK_ROWS.index("top"),
     )
     z_scale_, speed_scale_ = (W * (rows.scale + STATES.index(name)) for name in ("z", "bit_speed"))
     time_, phase_ = W * rows.time, W * rows.phase
@@ -563,6 +560,7 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
             for k in range(len(PEAK_QUANTITIES)):
                 b[low_ + k * peak_width + i] = heights[k]
                 b[low_ + k * peak_width + to_high + i] = -np.inf
+                b[low_ + k * peak_width + to_top + i] = np.inf
                 b[low_ + k * peak_width + to_margin + i] = tolerances * scales[k]
         else:
             b[z_min_ + i] = min(b[z_min_ + i], b[z1_ + i])
@@ -589,14 +587,19 @@ def _make(lanes: int, rows: Rows, options: ObserverOptions) -> tuple[Any, Any]:
             outcome[first + half_count + 1] = angle
             outcome[first + half_count + 2] = lag
             if mark == CLOSES:
-                # A candidate is a peak if the quantity has by now fallen by the
-                # prominence below it.
+                # A candidate is a maximum if the quantity has by now fallen by the
+                # prominence below it. The last cycle of a bit that is stuck is
+                # complete.
+                stuck_at, slip_above = (-np.inf, b[stuck_ + i]), (np.inf, b[set_speed_ + i])
                 for k in range(len(PEAK_QUANTITIES) - 1):
-                    row = low_ + k * peak_width + i
-                    if peaks > 0 and b[row + to_high] - heights[k] > fma(
-                        b[growth_ + i], abs(heights[k]), b[row + to_margin]
-                    ):
-                        store_peak(store, rings + k * (peaks + 1), peaks, b[row + to_high])
+                    row, ring = low_ + k * peak_width + i, rings + k * (peaks + 1)
+                    low, high, top = b[row], b[row + to_high], b[row + to_top]
+                    stuck, slip = stuck_at[k], slip_above[k]
+                    if high - heights[k] > fma(b[growth_ + i], abs(heights[k]), b[row + to_margin]):
+                        top = record_maximum(store, ring, peaks, low, high, top, stuck, slip)
+                        low = heights[k]
+                    if min(low, heights[k]) <= stuck and slip < top < np.inf:
+                        store_peak(store, ring, peaks, top)
                 for k in range(width):
                     outcome[column + 2 * half_outcome + k] = store[rings + k]
                 for k in range(width - peaks, width):  # of the radius the ring has squares

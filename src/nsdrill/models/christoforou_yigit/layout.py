@@ -59,10 +59,9 @@ TIME_PARTS = (
 )
 WALL_PATHS = ("rolled_crossings", "rotated_crossings", "rolled_grazes", "rotated_grazes")
 # For each quantity whose peaks must be distinguished from ripples of the error, and
-# once for all others: the least value since the last peak; the greatest since then, if
-# it may become a peak; and the prominence of a peak at a value of zero. The prominence
-# per unit of value is the same for all.
-PEAK_ROWS = ("low", "high", "margin")
+# once for all others, the rows of :mod:`nsdrill.observe.inside`. The prominence per
+# unit of value is the same for all.
+PEAK_ROWS = ("low", "high", "margin", "top")
 PEAK_QUANTITIES = ("z", "speed", "else")
 # The rows of the observer. The last ones: prominence per unit of value; a torque that
 # the bit torque has certainly reached; the bit angle of the next return to the section;

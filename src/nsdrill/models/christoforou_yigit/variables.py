@@ -142,7 +142,11 @@ DISTINGUISHING = (
 )
 PEAKS = (
     last_peaks("axial_peaks", "m", "last local maxima of the bit position"),
-    last_peaks("bit_speed_peaks", "rad s-1", "last local maxima of the bit speed"),
+    last_peaks(
+        "bit_speed_peaks",
+        "rad s-1",
+        "last local maxima of the bit speed, one a slip where the bit sticks",
+    ),
     last_peaks("radius_peaks", "m", "last local maxima of the radial displacement"),
 )
 SECTION = (

@@ -226,13 +226,9 @@ class Segments(ScalarModel):
         return ("drive_speed", "current") if parameters.drive.kind == "ideal" else ("current",)
 
     def undeviated(self, parameters: Parameters) -> tuple[str, ...]:
-        """The states that an ideal drive keeps: a deviation of these would not decay,
-        and would hide one that does."""
-        return (
-            ("lag", *self.held(parameters))
-            if parameters.drive.kind == "ideal"
-            else self.held(parameters)
-        )
+        """Beside the held states the lag that an ideal drive keeps."""
+        held = self.held(parameters)
+        return ("lag", *held) if parameters.drive.kind == "ideal" else held
 
     # What is observed
 

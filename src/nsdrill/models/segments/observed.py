@@ -179,6 +179,7 @@ def _declaration(drive: tuple[Channel, Extremes]) -> Declaration:
                 greatest="bit_speed_max",
                 least="bit_speed_min",
                 peaks="bit_speed_peaks",
+                slip="set_speed",
             ),
             TimeAbove("bit speed", "slipping"),
             Derived("stuck_fraction", lambda slipping: 1.0 - slipping),
