@@ -202,10 +202,12 @@ class Body(Expressions):
         if not isinstance(found, Slot):
             scope.names[name] = value
             return
-        if not (isinstance(value, RUNTIME) or is_number(value)) or isinstance(
-            value, (Array, FunctionArgument)
-        ):
-            raise Refusal(f"{name} is assigned in a branch or loop and is no number")
+        is_single = isinstance(value, RUNTIME) or is_number(value)
+        if not is_single or isinstance(value, (Array, FunctionArgument)):
+            if found.pointer is not None:
+                raise Refusal(f"{name} is a number and becomes something else")
+            scope.names[name] = Fixed(value)  # until the end of the branch
+            return
         if found.pointer is None:
             made = self.value(value, wide=wide)
             found.kind, found.lanes = made.kind, made.lanes
@@ -310,8 +312,13 @@ class Body(Expressions):
         return None
 
     def _branch(self, body: list[ast.stmt], scope: Scope) -> bool:
-        """Write a branch or the turn of a loop; whether it ended by a jump."""
+        """Write a branch or the turn of a loop; whether it ended by a jump. What it
+        assigns and is no number is not known after it."""
+        before = {name for name, found in scope.names.items() if isinstance(found, Fixed)}
         result = self.run(body, scope)
+        for name, found in scope.names.items():
+            if isinstance(found, Fixed) and name not in before:
+                scope.names[name] = Slot()
         if result is not None and not result.jumped:
             raise _placed(
                 Refusal("a return from the midst of an inlined function; allowed: one return, at its end"),
