@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from nsdrill.models.leaves import choices_of, further_axes, words_of
-from nsdrill.models.registry import NAMES, described
+from nsdrill.models.registry import described, of_all
 from nsdrill.units import from_si, plain_units, readable, to_si
 from nsdrill.variables import AXES, COORDINATES, dimension_of
 
@@ -219,7 +219,7 @@ def find(name: str) -> Quantity | None:
     meaning in every model."""
     wanted = dimension_of(name.removeprefix("operation."))
     return next(
-        (quantities[wanted] for quantities in map(_quantities, NAMES) if wanted in quantities), None
+        (quantities[wanted] for _, quantities in of_all(_quantities) if wanted in quantities), None
     )
 
 

@@ -17,7 +17,7 @@ from nsdrill.data import OVERRIDES, json_text
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import OPERATION, with_values
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import NAMES, described
+from nsdrill.models.registry import described, of_all
 from nsdrill.plot.registry import STUDY, kinds_of
 from nsdrill.variables import dimension_of
 
@@ -88,7 +88,7 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Number
         )
     home = described(study.model).charts
     if not home:
-        having = ", ".join(model for model in NAMES if described(model).charts)
+        having = ", ".join(model for model, found in of_all(described) if found.charts)
         raise InputError(
             f"--kind {name}: found a study of the model {study.model}; allowed: {having}."
         )

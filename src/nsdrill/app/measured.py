@@ -24,7 +24,7 @@ import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
 from nsdrill.errors import FileError, InputError
-from nsdrill.models.registry import NAMES, described
+from nsdrill.models.registry import described, of_all
 from nsdrill.study.keys import Keys, keys_of
 from nsdrill.study.study import Study
 from nsdrill.units import QuantityError, kind_of, plain_units, to_si
@@ -296,8 +296,8 @@ def _models_with(name: str) -> list[str]:
     ends = ("", MEAN, "_max", f"{CHANGE}_max")
     return [
         model
-        for model in NAMES
-        if {f"{name}{end}" for end in ends} & {one.name for one in described(model).features}
+        for model, found in of_all(described)
+        if {f"{name}{end}" for end in ends} & {one.name for one in found.features}
     ]
 
 
