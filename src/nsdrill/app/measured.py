@@ -125,7 +125,9 @@ class _Names:
     def of(cls, study: Study) -> _Names:
         keys, model = keys_of(study.model), described(study.model)
         options = (*model.states(study.parameters), *model.options(study.parameters), "drilled")
-        settings = {name: key for key in keys.axes for name in (key, dimension_of(key))}
+        settings = {
+            name: key for key in keys.axes for name in (key, keys.axes[key].key, dimension_of(key))
+        }
         results = {
             v.name: v.units
             for v in (*model.features, *model.derived)

@@ -24,7 +24,7 @@ from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import bound_text, range_text
 from nsdrill.units import USUAL, QuantityError, quoted
-from nsdrill.variables import MODEL, SAMPLE
+from nsdrill.variables import MODEL, SAMPLE, short_key
 
 MANY = 12  # choices that no message lists
 BARE = ("", "percent")  # units of which a bare number is
@@ -438,7 +438,7 @@ def keys_of(model: str = MODEL) -> Keys:
     }
     physical = tuple(name for name in (*found.sections, "operation", "initial") if name in numbers)
     axes = {
-        key.removeprefix("operation."): replace(one, nullable=False, words=())
+        short_key(key): replace(one, nullable=False, words=())
         for key, one in every.items()
         if (
             one.kind in ("quantity", "number")
