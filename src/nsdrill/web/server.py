@@ -28,6 +28,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from typing import Any
 
+from nsdrill import interrupt
 from nsdrill.data import json_text
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.web.packet import packed
@@ -36,6 +37,10 @@ from nsdrill.web.session import Session
 ADDRESS = "127.0.0.1"
 TOKEN_HEADER = "X-Nsdrill-Token"
 MAX_REQUEST = 65536  # bytes
+MAX_CONNECTIONS = 128  # further ones wait until one of these ends
+# s that a connection may be without a whole request: as a rule, and where another one
+# waits for its place
+IDLE_SECONDS, IDLE_IF_FULL = 60.0, 0.5
 # s without a page after which the explorer stops. A page that is reloaded is away for a
 # moment.
 CLOSE_DELAY = 3.0
@@ -158,11 +163,51 @@ class Explorer:
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
     allow_reuse_address = os.name == "posix"  # elsewhere two processes could share a port
-    request_queue_size = 64
+    request_queue_size = 4096  # of connections that wait; the system may allow fewer
 
     def __init__(self, address: tuple[str, int], explorer: Explorer) -> None:
         self.explorer = explorer
+        # Since when each connection is idle, None while it is answered.
+        self._idle_since: dict[socket.socket, float | None] = {}
+        self._room = threading.Condition()
         super().__init__(address, _Handler)
+
+    def set_idle(self, connection: socket.socket, since: float | None) -> None:
+        """Note since when a connection is idle, None while a request is answered."""
+        with self._room:
+            if connection in self._idle_since:
+                self._idle_since[connection] = since
+
+    def _end_idle(self, seconds: float) -> None:
+        """End the connections that are idle for longer: their threads find them closed."""
+        with self._room:
+            for connection, since in self._idle_since.items():
+                late = since is not None and time.monotonic() - since > seconds
+                if late and not _has_input(connection):
+                    with suppress(OSError):
+                        connection.shutdown(socket.SHUT_RDWR)
+
+    def service_actions(self) -> None:
+        """Called several times a second by the thread that accepts connections."""
+        self._end_idle(IDLE_SECONDS)
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answer a new connection in a thread, as soon as there is room for one."""
+        while not self.explorer.stopped.is_set():
+            with self._room:
+                if len(self._idle_since) < MAX_CONNECTIONS or self._room.wait(0.1):
+                    break
+            self._end_idle(IDLE_IF_FULL)
+        with self._room:
+            self._idle_since[request] = time.monotonic()
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        """Close a connection, which makes room for another one."""
+        with self._room:
+            self._idle_since.pop(request, None)
+            self._room.notify()
+        super().shutdown_request(request)
 
     def server_bind(self) -> None:
         # Without looking up the name of the machine, which may take seconds.
@@ -180,12 +225,26 @@ class _Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
     disable_nagle_algorithm = True
     wbufsize = -1
-    timeout = 3600.0
+    timeout = IDLE_SECONDS
     server_version, sys_version = "nsdrill", ""
     server: _Server
+    has_token = False  # so far
+
+    def setup(self) -> None:
+        super().setup()
+        self.connected_at = time.monotonic()
+
+    def handle_one_request(self) -> None:
+        """A connection without the token has its time once, whatever it asks for, or it
+        could keep its place for ever."""
+        super().handle_one_request()
+        self.server.set_idle(
+            self.connection, time.monotonic() if self.has_token else self.connected_at
+        )
 
     def do_GET(self) -> None:
         """The static files, and ``/api/alive``, which lasts as long as the page."""
+        self.server.set_idle(self.connection, None)
         if not self._check_origin():
             return
         path = self.path.partition("?")[0]
@@ -212,6 +271,7 @@ class _Handler(BaseHTTPRequestHandler):
             )
             return
         body = self.rfile.read(size)
+        self.server.set_idle(self.connection, None)
         if not self._check_origin() or not self._check_token():
             return
         first, name = self.path.rpartition("/")[::2]
@@ -226,13 +286,14 @@ class _Handler(BaseHTTPRequestHandler):
             if first != "/api" or name not in REQUESTS:
                 self._refuse(404, "There is no such question.")
                 return
-            kind, reply = self.server.explorer.answer(name, request)
+            with interrupt.while_wanted(self._is_waited_for):
+                kind, reply = self.server.explorer.answer(name, request)
         except NsdrillError as error:
             self._refuse(400, str(error))
         except MemoryError:
             self._refuse(500, "Out of memory. Show fewer seconds, or fewer points.")
         except KeyboardInterrupt:
-            self._refuse(503, "The explorer is being stopped.")
+            self._refuse(503, "Stopped: the explorer ends, or nobody waits for the answer.")
         except Exception as error:
             if os.environ.get("NSDRILL_DEBUG"):
                 raise
@@ -243,6 +304,15 @@ class _Handler(BaseHTTPRequestHandler):
             )
         else:
             self._send(200, kind, reply)
+
+    def _is_waited_for(self) -> bool:
+        """Whether the page has not closed the connection."""
+        try:
+            return (
+                not _has_input(self.connection) or self.connection.recv(1, socket.MSG_PEEK) != b""
+            )
+        except OSError:
+            return False
 
     def _check_origin(self) -> bool:
         """Whether the request names this server and comes from one of its pages; else
@@ -263,6 +333,7 @@ class _Handler(BaseHTTPRequestHandler):
         if hmac.compare_digest(
             token.encode("latin-1", "replace"), self.server.explorer.token.encode()
         ):
+            self.has_token = True
             return True
         self._refuse(
             403,
@@ -317,6 +388,17 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 REQUESTS = ("meta", "diagram", "plane", "replay", "live", "local", "section", "orbit", "saved")
+
+
+def _has_input(connection: socket.socket) -> bool:
+    """Whether something has arrived that is not read yet, or the other side has
+    closed."""
+    try:
+        poll = select.poll()  # unlike select, of files of any number
+        poll.register(connection, select.POLLIN)
+        return bool(poll.poll(0))
+    except (OSError, ValueError):
+        return False
 
 
 def _refuse_constant(name: str) -> None:
