@@ -19,14 +19,18 @@ import os
 import secrets
 import select
 import socket
+import tempfile
 import threading
 import time
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.data import json_text
@@ -79,6 +83,7 @@ class Explorer:
         self.stopped, self._first_reply = threading.Event(), threading.Event()
         self.pages, self.page_opened, self.page_closed_at = 0, False, 0.0
         self._page_lock = threading.Lock()
+        self._private_file: Path | None = None
         try:
             self._server = _Server((ADDRESS, port), self)
         except OSError as error:
@@ -95,6 +100,31 @@ class Explorer:
     def url(self) -> str:
         """The address of the page, with the token in the fragment."""
         return f"http://{ADDRESS}:{self.port}/#{self.token}"
+
+    @contextmanager
+    def private_page(self) -> Iterator[str]:
+        """The address of a file that only this user can read and that leads to the page,
+        for a browser: what a program is started with can be read by every user of the
+        machine. The file is removed at the end, or earlier once a page was opened."""
+        # Not in a hidden folder or that for temporary files, which a confined browser
+        # cannot read.
+        home = os.path.expanduser("~")
+        number, name = tempfile.mkstemp(
+            ".html", "nsdrill-view-", home if os.access(home, os.W_OK) else None
+        )
+        interrupt.unfinished_files.add(name)
+        try:
+            with open(number, "w", encoding="utf-8") as file:
+                file.write(
+                    f'<!doctype html><meta charset="utf-8"><title>nsdrill</title><meta '
+                    f'http-equiv="refresh" content="0; url={self.url}">'
+                    f'<a href="{self.url}">The explorer</a>'
+                )
+            self._private_file = Path(name)
+            yield self._private_file.as_uri()
+        finally:
+            Path(name).unlink(missing_ok=True)
+            interrupt.unfinished_files.discard(name)
 
     def start(self) -> None:
         """Start to serve, and load or compile the machine code once the first page has
@@ -133,6 +163,8 @@ class Explorer:
         """Count a page that was opened."""
         with self._page_lock:
             self.pages, self.page_opened = self.pages + 1, True
+        if self._private_file is not None:
+            self._private_file.unlink(missing_ok=True)
 
     def remove_page(self) -> None:
         """Count a page that was closed."""
@@ -286,7 +318,9 @@ class _Handler(BaseHTTPRequestHandler):
             if first != "/api" or name not in REQUESTS:
                 self._refuse(404, "There is no such question.")
                 return
-            with interrupt.while_wanted(self._is_waited_for):
+            # The numbers of a page may be beyond all sense: what a run ends with is in the
+            # reply, and numpy's warnings would be on the terminal.
+            with interrupt.while_wanted(self._is_waited_for), np.errstate(all="ignore"):
                 kind, reply = self.server.explorer.answer(name, request)
         except NsdrillError as error:
             self._refuse(400, str(error))

@@ -748,12 +748,8 @@ class Session:
                 and not set(value) & set("{}[]&*!|>%@`#:,\"'\n")
             ):
                 texts[key] = value
-            elif (
-                isinstance(value, int | float)
-                and not isinstance(value, bool)
-                and math.isfinite(value)
-            ):
-                texts[key] = leaf.text(value if leaf.kind == "whole" else float(value))
+            elif (number := _finite(value)) is not None and leaf.low <= number <= leaf.high:
+                texts[key] = leaf.text(value if leaf.kind == "whole" else number)
             else:
                 raise InputError(f"{key}: found {str(value)[:60]}; allowed: {leaf.allowed()}.")
         return texts
@@ -861,12 +857,17 @@ def _state(request: Mapping[str, Any]) -> Array | None:
     state = request.get("state")
     if state is None:
         return None
-    if (
-        not isinstance(state, list)
-        or len(state) > 1000
-        or not all(
-            isinstance(value, int | float) and not isinstance(value, bool) for value in state
-        )
-    ):
-        raise InputError("state: found something else; allowed: a list of numbers.")
-    return np.array(state, dtype=float)
+    numbers = [*map(_finite, state)] if isinstance(state, list) and len(state) <= 1000 else [None]
+    if None in numbers:
+        raise InputError("state: found something else; allowed: a list of finite numbers.")
+    return np.array(numbers, dtype=float)
+
+
+def _finite(value: Any) -> float | None:
+    """A number as a float; None for what is none, or has no finite float."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        return float(value) if math.isfinite(value) else None
+    except OverflowError:  # a whole number of hundreds of digits
+        return None
