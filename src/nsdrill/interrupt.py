@@ -22,6 +22,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from typing import NoReturn
 
 SIGNALS = [
@@ -52,8 +53,29 @@ _state = _State()
 _end_lock = threading.Lock()  # held to end the process, or to complete a file
 
 
+_wanted: ContextVar[Callable[[], bool] | None] = ContextVar("wanted", default=None)
+
+
+@contextmanager
+def while_wanted(wanted: Callable[[], bool]) -> Iterator[None]:
+    """For work of this thread alone: it is interrupted, as by a signal, once ``wanted``
+    is false."""
+    token = _wanted.set(wanted)
+    try:
+        yield
+    finally:
+        _wanted.reset(token)
+
+
+def check_wanted() -> None:
+    """KeyboardInterrupt if nobody waits for the work of this thread any more."""
+    if (wanted := _wanted.get()) is not None and not wanted():
+        raise KeyboardInterrupt
+
+
 def check() -> None:
-    """KeyboardInterrupt if the process is to end."""
+    """KeyboardInterrupt if the process is to end, or the work of this thread."""
+    check_wanted()
     if _state.end_requested and not _state.settled:
         raise KeyboardInterrupt
 

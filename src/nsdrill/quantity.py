@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from nsdrill.models.leaves import choices_of, further_axes, words_of
-from nsdrill.models.registry import NAMES, described
+from nsdrill.models.registry import described, of_all
 from nsdrill.units import from_si, plain_units, readable, to_si
-from nsdrill.variables import AXES, COORDINATES, dimension_of
+from nsdrill.variables import AXES, COORDINATES, dimension_of, short_key
 
 SYSTEMS = ("si", "field")
 LONG = 3.0  # m, from which a length is given in feet, not in inches
@@ -217,9 +217,9 @@ def find(name: str) -> Quantity | None:
     """The quantity with this ``name``, that of a variable or coordinate of a file or
     the dotted key of a number of a study; None if there is none. A name has the same
     meaning in every model."""
-    wanted = dimension_of(name.removeprefix("operation."))
+    wanted = dimension_of(short_key(name))
     return next(
-        (quantities[wanted] for quantities in map(_quantities, NAMES) if wanted in quantities), None
+        (quantities[wanted] for _, quantities in of_all(_quantities) if wanted in quantities), None
     )
 
 

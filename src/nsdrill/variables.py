@@ -36,6 +36,13 @@ def dimension_of(key: str) -> str:
     return key.replace(".", "_")
 
 
+def short_key(key: str) -> str:
+    """The key of a number among those of axes and unknowns: ``wob`` for
+    ``operation.wob``, any other as it is."""
+    name = key.removeprefix("operation.")
+    return name if name in AXES else key
+
+
 @dataclass(frozen=True)
 class Axis:
     """A number of the study that a sweep varies: its dotted ``key`` in the study, the
@@ -60,7 +67,7 @@ class Unknown(Axis):
     @property
     def short(self) -> str:
         """Its key among those of axes and unknowns: ``wob``."""
-        return self.key.removeprefix("operation.")
+        return short_key(self.key)
 
 
 @dataclass(frozen=True)

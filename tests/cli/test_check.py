@@ -213,11 +213,12 @@ def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> Non
     call("new", "--example", ROTARY, "-o", "rotary.yaml")
     sweep = ["--set", "sweep.rotary_speed={from: 60 rpm, to: 140 rpm, points: 17}"]
     sets = ["--set", "drillstring.eccentricity=12.7 mm", *sweep]
-    said = call("check", "rotary.yaml", *sets).err
+    said = call("check", "rotary.yaml", *sets, "--units", "field").err
     (line,) = (one for one in said.splitlines() if one.startswith("Warning: Wall: "))
-    offsets = re.search(r"be at 60 rpm up to ([\d.]+) mm, at 140 rpm up to ([\d.]+) mm", line)
+    offsets = re.search(r"be at 60 rpm up to ([\d.]+) in, at 140 rpm up to ([\d.]+) in", line)
     assert offsets is not None
-    for offset, speed in zip(map(float, offsets.groups()), (60, 140), strict=True):
+    for inches, speed in zip(map(float, offsets.groups()), (60, 140), strict=True):
+        offset = 25.4 * inches
 
         def reached(offset: float, speed: int = speed) -> bool:
             sets = [
@@ -251,8 +252,12 @@ def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> Non
         not in call("check", "rotary.yaml", *sets, "--set", "drillstring.collar.span=30 ft").err
     )
     assert "Wall:" not in call("check", "rotary.yaml", *sets, "--set", "modes.lateral=frozen").err
-    field = call("check", "rotary.yaml", *sets, "--units", "field").err
-    assert "The eccentricity is 0.5 in" in field
+    assert "The eccentricity is 0.5 in" in said
+    # Of one system of units each, without and with it: 60 rpm, 140 rpm, 0.5 in.
+    si = call("check", "rotary.yaml", *sets).err
+    assert not re.search(r"\d (rpm|in|klbf|ft)\b", si)
+    assert not re.search(r"\d (rad/s|mm|m|kN)\b", said)
+    assert "be at 6.283 rad/s up to 1.066 mm, at 14.66 rad/s" in si
 
 
 def test_a_sweep_that_begins_above_a_critical_speed_is_told(call: Call) -> None:
@@ -270,6 +275,8 @@ def test_a_sweep_that_begins_above_a_critical_speed_is_told(call: Call) -> None:
             *sets,
             "--set",
             speed,
+            "--units",
+            "field",
             *(word for one in more for word in ("--set", one)),
         )
         return re.search(
@@ -298,7 +305,7 @@ def test_a_sweep_that_begins_above_a_critical_speed_is_told(call: Call) -> None:
 
 def test_numbers_on_which_the_answer_hangs_are_named(call: Call) -> None:
     call("new", "--example", ROTARY, "-o", "rotary.yaml")
-    said = call("check", "rotary.yaml").err
+    said = call("check", "rotary.yaml", "--units", "field").err
     moved = re.search(
         r"half drillstring.eccentricity moves the speed .* wall from ([\d.]+) rpm to no speed", said
     )

@@ -284,3 +284,17 @@ def test_its_runs_have_the_bits_of_studies_of_their_own(tmp_path):
             assert [own[name].item() for name in values] == found[
                 sample, [point, 3 + point]
             ].tolist()
+
+
+def test_the_weight_on_bit_may_be_an_unknown_under_either_key(call: Call):
+    Path("field.csv").write_text(
+        "operation.rotary_speed [rad/s], stick_slip_index [%], surface_torque_max [N m]\n"
+        "4, 150, 2500\n9, 10, 2000\n"
+    )
+    wanted = "  operation.wob: {uniform: [30 kN, 70 kN]}\n  bit.friction.static"
+    Path("study.yaml").write_text(PRIOR.replace("  bit.friction.static", wanted))
+    words = ("fit", "study.yaml", "--data", "field.csv", "--json", "-o", "adjusted.yaml")
+    rows = json.loads(call(*words, "--picture", "fit.png").out)["unknowns"]
+    assert "operation.wob" in [row["key"] for row in rows]
+    adjusted = nsdrill.load_study("adjusted.yaml").drawn["wob"]
+    assert 30e3 < adjusted.min() < adjusted.max() < 70e3

@@ -196,7 +196,7 @@ def test_what_is_wrong_with_a_model_of_another_package_is_said(
     assert "allowed: another name" in found
 
     found = said("empty", "DESCRIPTOR = None\n", "check", "study.yaml")
-    assert "the model in mypackage.spring: AttributeError" in found
+    assert "the model spring, in mypackage.spring: AttributeError" in found
     assert "a DESCRIPTION and a MODEL" in found
     found = said("faulty", text.replace("NAMES = Names(", "NAMES = Namen("), "check", "study.yaml")
     assert re.search(r"name 'Namen' is not defined.*spring\.py, line \d+", found, re.S)
@@ -210,6 +210,52 @@ def test_what_is_wrong_with_a_model_of_another_package_is_said(
     assert "initial.ensemble: found with the model spring" in said(
         "starts", text, "run", "study.yaml", *starts
     )
+
+
+# A model of another package that is at fault, and what is said where it is asked for.
+FAULTY = {
+    "lacks": ("import nothing_of_this_name\n", "ModuleNotFoundError: .*lacks.py, line 1"),
+    "syntax": ("def (\n", r"SyntaxError: invalid syntax \(spoiled_syntax.py, line 1\)"),
+    "leaves": ("import sys\nsys.exit(7)\n", "SystemExit: 7 .*leaves.py, line 2"),
+    "number": ("DESCRIPTION = 3\n", "DESCRIPTION is 3, not the description of a model"),
+    "parts": (
+        "from dataclasses import replace\nfrom nsdrill.models.torsion import DESCRIPTION\n"
+        "DESCRIPTION = replace(DESCRIPTION, name='parts', parameters=None)\n",
+        "The model parts comes from another package",
+    ),
+    "torsion": ("raise ValueError\n", None),  # the name of a model of nsdrill, which remains
+}
+
+
+def test_a_faulty_model_of_another_package_touches_no_other(tmp_path: Path, shared: Path) -> None:
+    about = tmp_path / "spoiled-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: spoiled\nVersion: 1.0\n")
+    entries = "".join(f"{name} = spoiled_{name}\n" for name in FAULTY)
+    (about / "entry_points.txt").write_text(f"[nsdrill.models]\n{entries}")
+    for name, (text, _) in FAULTY.items():
+        (tmp_path / f"spoiled_{name}.py").write_text(text)
+    path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
+    results = str(shared / "small.h5")
+    for words in (
+        ("run", str(shared / "small.yaml"), "-o", "out.h5"),
+        ("show", results),
+        ("plot", results, "-o", "out.png"),
+        ("report", results, "-o", "out.html", "--motions", "0"),
+        ("export", results, "-o", "out.csv"),
+        ("check", str(shared / "small.yaml"), "--set", "model=torsion"),
+    ):
+        made = command(tmp_path, path, *words)
+        assert made.returncode == 0, made.stderr
+        assert "spoiled" not in made.stderr
+    for name, (_, words_said) in FAULTY.items():
+        if words_said is not None:
+            made = command(
+                tmp_path, path, "check", str(shared / "small.yaml"), "--set", f"model={name}"
+            )
+            assert made.returncode in (1, 2)
+            assert f"he model {name}" in made.stderr
+            assert re.search(words_said, made.stderr), made.stderr
 
 
 def extended(blocks: list[Path]) -> str:

@@ -92,7 +92,6 @@ def test_the_wall_stiffness_is_an_axis_of_the_linear_law() -> None:
             ["on which the units of well.stiffness depend", "Run a study for each word"],
         ),
         ("simulation.rtol: [1.0e-6]", ["not of the string or its operation"]),
-        ("operation.wob: [20 kN]", ["Write wob."]),
         ("bit.rock_stiffness: [20]", ["without a unit", "MN/m"]),
         ("bit.rock_stiffness: [1 N/m, 1e30 N/m]", ["sweep.bit.rock_stiffness[1]", "at most"]),
         (

@@ -155,6 +155,54 @@ def test_differences_name_the_unknown() -> None:
     assert len(told) == 2
 
 
+SPELT = """\
+sweep: {%rotary_speed: {from: 1 rad/s, to: 3 rad/s, points: 3}, procedure: up, along: %rotary_speed}
+uncertain:
+  %wob: {uniform: [20 kN, 30 kN]}
+  bit.friction.static: {uniform: [0.3, 0.5]}
+  samples: 4
+  correlations: [[%wob, bit.friction.static, 0.5]]
+"""
+ROWS = "sweep: {rotary_speed: [1 rad/s, 2 rad/s]}\nuncertain: {table: {%wob: [20 kN, 30 kN]}}"
+CURVES = (
+    "continue: {along: %rotary_speed, from: 2 rad/s, to: 4 rad/s, "
+    "curves: {over: %wob, from: 20 kN, to: 30 kN}}"
+)
+SETS = [
+    "%wob=30 kN",
+    "sweep.%rotary_speed={from: 1 rad/s, to: 3 rad/s, points: 3}",
+    "sweep.%rotary_speed.points=2",
+    "uncertain={%depth: {uniform: [4 km, 5 km]}, samples: 4}",
+    "uncertain.%depth.uniform=[3 km, 4 km]",
+]
+
+
+@pytest.mark.parametrize(
+    ("text", "sets"), [(SPELT, []), (ROWS, []), (CURVES, []), ("{}", SETS), (SPELT, SETS[2:3])]
+)
+def test_a_number_of_the_operation_has_one_key_in_two_spellings(text: str, sets: list[str]) -> None:
+    short, full = (
+        parse_study(text.replace("%", head), "s.yaml", [one.replace("%", head) for one in sets])
+        for head in ("", "operation.")
+    )
+    assert short.resolved == full.resolved
+    assert {key: values.tolist() for key, values in short.drawn.items()} == {
+        key: values.tolist() for key, values in full.drawn.items()
+    }
+    mixed = parse_study(
+        text.replace("%", "operation."), "s.yaml", [s.replace("%", "") for s in sets]
+    )
+    assert mixed.resolved == full.resolved
+
+
+def test_a_number_of_the_operation_in_both_spellings_is_refused() -> None:
+    text = "uncertain:\n  wob: {uniform: [1 kN, 2 kN]}\n  operation.wob: {uniform: [1 kN, 2 kN]}"
+    with pytest.raises(StudyError, match=r"s.yaml, line 3: .*wob: found the key a second time"):
+        parse_study(text, "s.yaml")
+    with pytest.raises(StudyError, match=r"line 2: uncertain.wob.uniform\[0\]: found '1 mm'"):
+        parse_study("uncertain:\n  operation.wob: {uniform: [1 mm, 2 kN]}", "s.yaml")
+
+
 def test_overrides_reach_the_section() -> None:
     found = parse_study(
         "{}", "s.yaml", [f"uncertain.{KEY}.uniform=[0.3, 0.4]", "uncertain.samples=16"]
@@ -195,7 +243,7 @@ def test_overrides_reach_the_section() -> None:
             r"bit\.friction\.law, which is a choice; .* Sweep it: sweep",
         ),
         ("{wob: {uniform: [1 kN, 2 kN]}}", r"found wob, which the sweep varies"),
-        ("{operation.wob: {uniform: [1 kN, 2 kN]}}", r"Write wob\."),
+        ("{operation.wob: {uniform: [1 kN, 2 kN]}}", r"found wob, which the sweep varies"),
         ("{bit.friction.static: {uniform: [0.6, 0.3]}}", r"values that do not ascend"),
         (
             "{bit.friction.static: {uniform: [0.3, 0.6], values: [0.3]}}",

@@ -117,6 +117,29 @@ def test_a_click_replays_that_very_point(page: Any, explorer: Explorer, session:
     assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
 
 
+def test_the_private_file_leads_to_the_page(page: Any, explorer: Explorer) -> None:
+    with explorer.private_page() as address:
+        assert address.startswith("file:///")
+        assert explorer.token not in address
+        opened(page, address)
+        assert page.url == explorer.url
+
+
+def test_a_run_that_a_newer_one_replaces_is_given_up(page: Any, explorer: Explorer) -> None:
+    """The first click is never answered; the second one gives it up, and nothing is said
+    of that."""
+    opened(page, explorer.url)
+    page.route("**/api/replay", lambda route: None, times=1)
+    with page.expect_event("requestfailed") as failed:
+        with page.expect_request("**/api/replay"):
+            page.mouse.click(*place(page, 0.2))
+        page.mouse.click(*place(page, 0.8))
+    assert failed.value.url.endswith("/api/replay")
+    page.locator("#bits").wait_for(timeout=WAIT)
+    assert "bit for bit" in page.locator("#bits").inner_text()
+    assert page.locator("#banner").is_hidden()
+
+
 def test_ticks_have_the_decimals_of_their_step(page: Any, explorer: Explorer) -> None:
     """Each number on an axis is the number of its place: 2.5, 5, 7.5 and not 3, 5, 8."""
     opened(page, explorer.url)

@@ -5,16 +5,22 @@ from __future__ import annotations
 
 import http.client
 import json
+import os
+import re
+import signal as signals
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from nsdrill.errors import InputError
+from nsdrill.web import server
 from nsdrill.web.server import ADDRESS, CLOSE_DELAY, MAX_REQUEST, TOKEN_HEADER, Explorer
 from nsdrill.web.session import Session
 
@@ -148,6 +154,142 @@ def test_a_request_has_a_limit(explorer: Explorer) -> None:
     assert ask(explorer, "POST", "/api/meta", "{}")[0] == 200  # and goes on
 
 
+HUGE = 10**400
+
+
+@pytest.mark.parametrize(
+    ("name", "request_", "words"),
+    [
+        ("live", {"changes": {"wob": HUGE}}, "wob: found 1000"),
+        (
+            "live",
+            {"changes": {"wob": 1e308}},
+            r"wob: found 1e\+308; allowed: a number with its unit",
+        ),
+        ("saved", {"changes": {"rotary_speed": -1e308}}, r"rotary_speed: found -1e\+308"),
+        ("local", {"key": "wob", "changes": {"depth": 1e308}}, r"depth: found 1e\+308"),
+        ("live", {"changes": {"bit.lobes": HUGE}}, "bit.lobes: found 1000"),
+        ("live", {"state": [HUGE] * 9}, "state: found something else"),
+        ("saved", {"state": [1e308] * 9}, "state: found 9 numbers; allowed: 9 finite ones"),
+        ("live", {"state": [float("1e309")]}, "no JSON object"),
+        ("live", {"seconds": HUGE}, "seconds: found 1000"),
+        ("replay", {"place": [HUGE, 0, 0, 0]}, r"place: found \[1000"),
+    ],
+)
+def test_extreme_numbers_are_refused_in_words(
+    explorer: Explorer, name: str, request_: dict[str, object], words: str
+) -> None:
+    body = json.dumps({"place": [0, 0, 0, 1]} | request_)
+    status, _, answer = ask(explorer, "POST", f"/api/{name}", body)
+    assert status == 400, answer
+    assert re.search(words, json.loads(answer)["error"]), answer
+
+
+def test_warnings_of_numpy_stay_off_the_terminal(
+    explorer: Explorer, monkeypatch: pytest.MonkeyPatch, recwarn: pytest.WarningsRecorder
+) -> None:
+    def overflowing(request: object) -> tuple[dict[str, object], dict[str, np.ndarray]]:
+        return {}, {"x": np.exp(np.array([1e308])) - np.exp(np.array([1e308]))}
+
+    monkeypatch.setattr(explorer.session, "live", overflowing)
+    assert ask(explorer, "POST", "/api/live", "{}")[0] == 200
+    assert not recwarn.list
+
+
+def test_a_run_that_nobody_waits_for_stops(explorer: Explorer) -> None:
+    """Each would take its limit of 4 million steps, some seconds."""
+    _, _, reply = ask(explorer, "POST", "/api/live", '{"seconds": 1}')
+    head = json.loads(reply[4 : 4 + int.from_bytes(reply[:4], "little")])
+    body = json.dumps({"state": head["state"], "states": head["states"], "seconds": 1e6})
+    used = time.process_time()
+    for _ in range(8):
+        with socket.create_connection((ADDRESS, explorer.port)) as raw:
+            raw.sendall(
+                f"POST /api/live HTTP/1.1\r\nHost: {ADDRESS}:{explorer.port}\r\n{TOKEN_HEADER}: "
+                f"{explorer.token}\r\nContent-Length: {len(body)}\r\n\r\n{body}".encode()
+            )
+            time.sleep(0.3)
+    replay = '{"place": [0, 0, 0, 1], "seconds": 1}'
+    assert ask(explorer, "POST", "/api/replay", replay)[0] == 200
+    with explorer.session._compute_lock:
+        assert time.process_time() - used < 8.0
+
+
+def test_connections_are_bounded_and_idle_ones_end(
+    explorer: Explorer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(server, "MAX_CONNECTIONS", 8)
+    before = threading.active_count()
+    idle = [socket.create_connection((ADDRESS, explorer.port)) for _ in range(40)]
+    for number, raw in enumerate(idle):  # some with a part of a request, or one without a token
+        raw.sendall((b"", b"POST /api/meta HTT", b"GET /nothing HTTP/1.1\r\n\r\n")[number % 3])
+    assert ask(explorer, "POST", "/api/meta", "{}")[0] == 200
+    assert threading.active_count() <= before + 8
+    for raw in idle:
+        raw.close()
+    monkeypatch.setattr(server, "IDLE_SECONDS", 0.3)
+    with socket.create_connection((ADDRESS, explorer.port), timeout=20) as raw:
+        assert raw.recv(1) == b""
+
+
+def test_many_clients_at_once_are_all_answered(explorer: Explorer) -> None:
+    """More than the connections that are open at a time: the others wait."""
+    together, found = threading.Barrier(400), []
+
+    def one() -> None:
+        together.wait()
+        found.append(ask(explorer, "POST", "/api/meta", "{}")[0])
+
+    threads = [threading.Thread(target=one) for _ in range(together.parties)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert found == [200] * together.parties
+
+
+def test_the_browser_is_not_started_with_the_token(shared: Path, tmp_path: Path) -> None:
+    """Programs' arguments can be read by every user of the machine, a file of mode 0600
+    by its owner. It is removed with the first page, or with the explorer."""
+    seen = tmp_path / "seen"
+    browser = tmp_path / "browser"
+    browser.write_text(f'#!/bin/sh\nprintf %s "$*" > {seen}.part; mv {seen}.part {seen}\n')
+    browser.chmod(0o700)
+    for opens in (True, False):
+        command = [sys.executable, "-m", "nsdrill", "view", str(shared / "small.h5")]
+        environment = {**os.environ, "HOME": str(tmp_path), "BROWSER": f"{browser} %s"}
+        with subprocess.Popen(
+            command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as process:
+            assert process.stdout is not None
+            url, _, token = process.stdout.readline().strip().partition("#")
+            until = time.monotonic() + 30
+            while not seen.exists() and time.monotonic() < until:
+                time.sleep(0.02)
+            words = seen.read_text()
+            seen.unlink()
+            page = Path(words.removeprefix("file://"))
+            assert token not in words
+            assert page.stat().st_mode & 0o777 == 0o600
+            assert f"{url}#{token}" in page.read_text()
+            if opens:
+                port = int(url.rstrip("/").rpartition(":")[2])
+                raw = socket.create_connection((ADDRESS, port))
+                raw.sendall(
+                    f"GET /api/alive HTTP/1.1\r\nHost: {ADDRESS}:{port}\r\n{TOKEN_HEADER}: "
+                    f"{token}\r\n\r\n".encode()
+                )
+                assert raw.recv(20).startswith(b"HTTP/1.1 200")
+                while page.exists() and time.monotonic() < until:
+                    time.sleep(0.02)
+                assert not page.exists()
+                raw.close()
+            process.send_signal(signals.SIGINT)
+            process.communicate(timeout=60)
+        assert process.returncode == 0
+        assert not page.exists()
+
+
 def test_it_listens_on_this_machine_only(explorer: Explorer) -> None:
     assert explorer._server.socket.getsockname()[0] == "127.0.0.1"
 
@@ -208,8 +350,6 @@ def test_it_stops_with_its_last_page(explorer: Explorer) -> None:
 
 @pytest.mark.parametrize("signal", ["SIGINT", "SIGTERM"])
 def test_the_command_prints_its_address_and_ends_with_a_signal(shared: Path, signal: str) -> None:
-    import signal as signals
-
     command = [sys.executable, "-m", "nsdrill", "view", str(shared / "small.h5"), "--no-browser"]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

@@ -101,7 +101,7 @@ def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
     (``apart``). The axes are those of the ``study``, else of any model; ``at`` may also
     have the number of a sample."""
     from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean, keys_of
-    from nsdrill.variables import dimension_of
+    from nsdrill.variables import dimension_of, short_key
 
     leaves = axes_of_all()
     if study is not None:
@@ -120,7 +120,7 @@ def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
             f"at: found {at!r}; allowed: a mapping, as {{'bit.rock_stiffness': '25 MN/m'}}."
         )
     for name, value in (at or {}).items():
-        key = keys.get(str(name), str(name).removeprefix("operation."))
+        key = keys.get(str(name), short_key(str(name)))
         if key not in leaves:
             hint = did_you_mean(key, leaves)
             raise InputError(

@@ -17,9 +17,9 @@ from nsdrill.data import OVERRIDES, json_text
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import OPERATION, with_values
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import NAMES, described
+from nsdrill.models.registry import described, of_all
 from nsdrill.plot.registry import STUDY, kinds_of
-from nsdrill.variables import dimension_of
+from nsdrill.variables import dimension_of, short_key
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -88,7 +88,7 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Number
         )
     home = described(study.model).charts
     if not home:
-        having = ", ".join(model for model in NAMES if described(model).charts)
+        having = ", ".join(model for model, found in of_all(described) if found.charts)
         raise InputError(
             f"--kind {name}: found a study of the model {study.model}; allowed: {having}."
         )
@@ -130,7 +130,7 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Number
 def _axis(study: Study, along: str) -> str:
     """The key in the study of the axis ``along``; InputError where it is not swept."""
     keys = {dimension_of(key): key for key in (*study.swept, "depth")}
-    wanted = dimension_of(along.removeprefix("operation."))
+    wanted = dimension_of(short_key(along))
     if wanted not in keys:
         raise InputError(
             f"--along: found {along}, which the study does not sweep; allowed: "

@@ -26,7 +26,7 @@ from nsdrill.store import kind_of, read_results
 from nsdrill.study.keys import Keys, keys_of
 from nsdrill.study.study import Study, axis_values, refined_axes, study_from_resolved
 from nsdrill.study.write import changes, study_text, value_text
-from nsdrill.variables import MODEL, POINT, dimension_of
+from nsdrill.variables import MODEL, POINT, dimension_of, short_key
 
 # Sections that must agree, as points depend on others of the same file, and why.
 _MUST_AGREE = {
@@ -171,7 +171,7 @@ def _differing(named: Sequence[NamedResults]) -> tuple[str, Keys]:
             f"number."
         )
     ((key, words),) = changed.items()
-    axis = key.removeprefix("sweep.").removeprefix("operation.")
+    axis = short_key(key.removeprefix("sweep."))
     if axis not in keys.axes:
         raise InputError(
             f"combine: found {words}; allowed: a difference in a number that a sweep may vary."

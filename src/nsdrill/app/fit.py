@@ -335,11 +335,11 @@ def _fit_summary(
             float(fitted.weights @ side)
             for side in (quantiles[:, i] < AT_THE_END, quantiles[:, i] > 1 - AT_THE_END)
         )
-        width = float(widths[i])
+        width, unknown = float(widths[i]), next(one for one in study.unknowns if one.short == key)
         unknowns.append(
             {
-                "key": key,
-                "units": next(axis.units for axis in study.unknowns if axis.key == key),
+                "key": unknown.key,
+                "units": unknown.units,
                 "prior": quantile(numbers, np.array(QUANTILES)).tolist(),
                 "posterior": quantile(
                     numbers, np.clip(np.array(marginal), 2.0**-54, 1 - 2.0**-54)
@@ -353,7 +353,7 @@ def _fit_summary(
                 else None,
             }
         )
-    names = list(keys)
+    names = [row["key"] for row in unknowns]
     pairs = [
         {"keys": [names[i], names[j]], "correlation": float(correlations[i, j])}
         for i in range(len(names))

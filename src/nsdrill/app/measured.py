@@ -24,7 +24,7 @@ import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
 from nsdrill.errors import FileError, InputError
-from nsdrill.models.registry import NAMES, described
+from nsdrill.models.registry import described, of_all
 from nsdrill.study.keys import Keys, keys_of
 from nsdrill.study.study import Study
 from nsdrill.units import QuantityError, kind_of, plain_units, to_si
@@ -125,7 +125,9 @@ class _Names:
     def of(cls, study: Study) -> _Names:
         keys, model = keys_of(study.model), described(study.model)
         options = (*model.states(study.parameters), *model.options(study.parameters), "drilled")
-        settings = {name: key for key in keys.axes for name in (key, dimension_of(key))}
+        settings = {
+            name: key for key in keys.axes for name in (key, keys.axes[key].key, dimension_of(key))
+        }
         results = {
             v.name: v.units
             for v in (*model.features, *model.derived)
@@ -303,8 +305,8 @@ def _models_with(name: str) -> list[str]:
     ends = ("", MEAN, "_max", f"{CHANGE}_max")
     return [
         model
-        for model in NAMES
-        if {f"{name}{end}" for end in ends} & {one.name for one in described(model).features}
+        for model, found in of_all(described)
+        if {f"{name}{end}" for end in ends} & {one.name for one in found.features}
     ]
 
 

@@ -174,6 +174,7 @@ def point_values(at: tuple[str, ...], **operation: float | None) -> dict[str, fl
     from nsdrill.models.leaves import as_value, words_of
     from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean
     from nsdrill.units import QuantityError, parse_with_unit
+    from nsdrill.variables import short_key
 
     leaves = {**axes_of_all(), SAMPLE_LEAF.key: SAMPLE_LEAF}
     values: dict[str, float] = {
@@ -185,7 +186,7 @@ def point_values(at: tuple[str, ...], **operation: float | None) -> dict[str, fl
             raise InputError(
                 f"--at: found {text!r}; allowed: KEY=VALUE, as --at 'bit.rock_stiffness=25 MN/m'."
             )
-        key = key.removeprefix("operation.")
+        key = short_key(key)
         if key not in leaves:
             hint = did_you_mean(key, leaves)
             raise InputError(

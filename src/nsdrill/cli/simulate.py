@@ -92,9 +92,7 @@ def command(
     study_values = [
         text
         for text in at
-        if text.partition("=")[0].strip() in requested
-        and "." in text.partition("=")[0]
-        and not text.startswith("operation.")
+        if text.partition("=")[0].strip() in requested and "." in text.partition("=")[0]
     ]
     loaded = load(study, [*overrides, *study_values])
     options.check_not_input(study, output)

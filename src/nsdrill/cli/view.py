@@ -46,6 +46,7 @@ def command(
     and ends with its tab or with Ctrl-C.
     """
     import webbrowser
+    from contextlib import ExitStack
 
     from nsdrill import interrupt
     from nsdrill.web.server import Explorer
@@ -53,11 +54,11 @@ def command(
 
     explorer = Explorer(Session(file, units, list(overrides), over), port)
     try:
-        with interrupt.interruptible():
+        with interrupt.interruptible(), ExitStack() as stack:
             explorer.start()
             click.echo(explorer.url)
             click.echo("The explorer stops with its page, or with Ctrl-C.", err=True)
-            if not no_browser and not webbrowser.open(explorer.url):
+            if not no_browser and not webbrowser.open(stack.enter_context(explorer.private_page())):
                 click.echo("No browser could be opened: open the address above in one.", err=True)
             reason = explorer.wait(interrupt.check)
     except KeyboardInterrupt:

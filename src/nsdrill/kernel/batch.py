@@ -18,6 +18,7 @@ from typing import Any
 import llvmlite.binding
 import numpy as np
 
+from nsdrill import interrupt
 from nsdrill.abi import Rows, aligned_zeros
 from nsdrill.compiler.functions import address
 from nsdrill.errors import InputError
@@ -270,8 +271,9 @@ class Batch:
         self._counters[QUEUE_END] = end + len(slots)
 
     def run_alone(self, parts: Compiled) -> FinishedRuns:
-        """Advance until the only run of the batch has ended."""
+        """Advance until the only run of the batch has ended, or nobody waits for it."""
         while True:
+            interrupt.check_wanted()
             done = self.advance(parts, 0.2, True)
             if len(done.job):
                 return done

@@ -19,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 
 from nsdrill.models.operation import describe
-from nsdrill.models.registry import NAMES, described
+from nsdrill.models.registry import described, of_all
 from nsdrill.models.starts import Starts
 from nsdrill.variables import dimension_of
 
@@ -94,13 +94,17 @@ def words_of(key: str) -> tuple[str, ...]:
     for a number. The index of a word among them is its value along an axis."""
     if "." not in key:  # an operating value, known without importing a model
         return ()
-    return tuple(dict.fromkeys(word for model in NAMES for word in choices_of(model).get(key, ())))
+    return tuple(
+        dict.fromkeys(word for _, choices in of_all(choices_of) for word in choices.get(key, ()))
+    )
 
 
 @lru_cache
 def words_along(name: str) -> tuple[str, ...]:
     """As :func:`words_of`, by the name of the dimension."""
-    keys = (key for model in NAMES for key in choices_of(model) if dimension_of(key) == name)
+    keys = (
+        key for _, choices in of_all(choices_of) for key in choices if dimension_of(key) == name
+    )
     return next(map(words_of, keys), ())
 
 
@@ -184,7 +188,7 @@ def in_parts(
 def is_further_axis(key: str) -> bool:
     """Whether a sweep of any model may vary the number at this dotted key."""
     name = dimension_of(key)
-    return any(further_axes(model).get(name, ("",))[0] == key for model in NAMES)
+    return any(axes.get(name, ("",))[0] == key for _, axes in of_all(further_axes))
 
 
 def values_at(parameters: Any, initial: Starts, values: Mapping[str, Any]) -> Values:

@@ -8,15 +8,16 @@ is that of the model, and the module holds a ``DESCRIPTION`` and a ``MODEL``.
 from __future__ import annotations
 
 import hashlib
+import importlib
 import sys
 import traceback
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from nsdrill.data import frozen_modes
 from nsdrill.errors import InputError
@@ -25,6 +26,8 @@ from nsdrill.variables import MODEL
 if TYPE_CHECKING:
     from nsdrill.models.base import Model
     from nsdrill.models.description import Description, Drawn
+
+T = TypeVar("T")
 
 # The description and the class of each model, imported at first use.
 _LOCATIONS = {
@@ -60,32 +63,84 @@ _LOCATIONS |= _installed()
 NAMES = tuple(_LOCATIONS)
 
 
-def _imported(location: str) -> Any:
-    """The object at ``location``, "module:name". InputError where the module is of
-    another package and cannot be imported."""
-    module, _, name = location.partition(":")
-    try:
-        return getattr(import_module(module), name)
-    except Exception as error:
-        if module.startswith("nsdrill."):
+def of_all(function: Callable[[str], T]) -> Iterator[tuple[str, T]]:
+    """The names of the models with the value of ``function`` of each, those of nsdrill
+    first. A model of another package in which it fails is passed over: what is wrong
+    with it is said where a study or a file names that model."""
+    for name in NAMES:
+        try:
+            value = function(name)
+        except KeyboardInterrupt:
             raise
-        origin = [
-            frame
-            for frame in traceback.extract_tb(error.__traceback__)
-            if "importlib" not in frame.filename
-        ][-1]
+        except BaseException:  # also SystemExit, which a module may raise
+            if name in _BUILT_IN:
+                raise
+            continue
+        yield name, value
+
+
+def _loaded(name: str, which: int, expected: type) -> Any:
+    """The description (``which`` 0) or the class (1) of the model of this name, an
+    instance of ``expected`` or a class whose instances are. InputError where another
+    package fails to give it."""
+    module, _, attribute = _LOCATIONS[name][which].partition(":")
+    try:
+        found = getattr(import_module(module), attribute)
+        made: Any = found() if which else found
+        if not isinstance(made, expected) or getattr(made, "name", "") != name:
+            raise TypeError(
+                f"{attribute} is {found!r:.80}, not {'the class' if which else 'the description'} "
+                f"of a model with the name {name}"
+            )
+        return made
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        if name in _BUILT_IN:
+            raise
         raise InputError(
-            f"the model in {module}: {type(error).__name__}: {error} ({origin.filename}, line "
-            f"{origin.lineno}); allowed: "
-            "a module that holds a DESCRIPTION and a MODEL."
+            f"the model {name}, in {module}: {type(error).__name__}: {error}{_origin(error)}; "
+            "allowed: a module that holds a DESCRIPTION and a MODEL. Mend the package of this "
+            "model, or remove it."
         ) from error
 
 
-@lru_cache
+def _origin(error: BaseException) -> str:
+    """The line of another package in which an error was found, for a message."""
+    own = ("<frozen importlib", __file__, importlib.__file__)
+    frames = [
+        frame
+        for frame in traceback.extract_tb(error.__traceback__)
+        if not frame.filename.startswith(own)
+    ]
+    return f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
+
+
 def described(name: str) -> Description:
     """The description of the model of this name. KeyError where there is none,
-    InputError where it names variables that the model does not have."""
-    description: Description = _imported(_LOCATIONS[name][0])
+    InputError where another package fails to give it, or where it names variables that
+    the model does not have."""
+    if name not in _described:
+        # A faulty module is imported once. One that asks for the variables of all models
+        # while it is imported comes here again, so that this is no cached function.
+        try:
+            _described[name] = _checked(name)
+        except InputError as error:
+            _described[name] = error
+    found = _described[name]
+    if isinstance(found, InputError):
+        raise found
+    return found
+
+
+_described: dict[str, Description | InputError] = {}
+
+
+def _checked(name: str) -> Description:
+    """The description of the model of this name, of which nothing is wrong."""
+    from nsdrill.models.description import Description
+
+    description: Description = _loaded(name, 0, Description)
     if unknown := description.unknown():
         raise InputError(
             f"the model {name}: found {'; '.join(unknown)} in its description; allowed: what "
@@ -161,8 +216,11 @@ def sources_of(name: str) -> str:
 
 @lru_cache
 def model_named(name: str) -> Model:
-    """The model of this name. KeyError where there is none."""
-    model: Model = _imported(_LOCATIONS[name][1])()
+    """The model of this name. KeyError where there is none, InputError where another
+    package fails to give it."""
+    from nsdrill.models.base import Model
+
+    model: Model = _loaded(name, 1, Model)
     return model
 
 

@@ -326,6 +326,7 @@ DESCRIPTION = Description(
     compared={**dict.fromkeys(FEATURES[:3], "drive_speed"), "stuck_fraction": None},
     distinguishing=FEATURES,
     orders=(
+        Order("drillstring.inner_diameter", "drillstring.outer_diameter", blamed="lower"),
         Order("drillstring.collar_length", "operation.depth", words="the length of the collars"),
         Order("bit.friction.dynamic", "bit.friction.static", True, "lower"),
     ),

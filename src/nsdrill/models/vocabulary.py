@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from nsdrill.models.registry import NAMES, described
+from nsdrill.models.registry import described, of_all
 from nsdrill.variables import Variable
 
 
@@ -25,13 +25,13 @@ class _ByName(Mapping[str, Variable]):
         return self._by_model[model]
 
     def __getitem__(self, name: str) -> Variable:
-        for model in NAMES:
-            if name in self._of(model):
-                return self._of(model)[name]
+        for _, variables in of_all(self._of):
+            if name in variables:
+                return variables[name]
         raise KeyError(name)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(dict.fromkeys(name for model in NAMES for name in self._of(model)))
+        return iter(dict.fromkeys(name for _, variables in of_all(self._of) for name in variables))
 
     def __len__(self) -> int:
         return len(list(iter(self)))

@@ -20,7 +20,7 @@ from nsdrill.study.keys import SLICE, Leaf, shown
 from nsdrill.study.read import Document, KeyPath, dotted
 from nsdrill.study.study import axis_values, refined_axes
 from nsdrill.units import USUAL
-from nsdrill.variables import AXES
+from nsdrill.variables import AXES, short_key
 
 Array = np.ndarray[Any, np.dtype[Any]]
 MAX_POINTS = 10**8
@@ -170,7 +170,7 @@ class Checker:
     def axis(self, key: str) -> str | None:
         """The axis of the sweep that varies ``key``, or the unknown that it is, if it
         is one of them."""
-        name = key.removeprefix("operation.")
+        name = short_key(key)
         if name in self.drawn:
             return name
         return (

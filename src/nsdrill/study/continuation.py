@@ -13,6 +13,7 @@ from nsdrill.models.leaves import is_compiled_in, words_of
 from nsdrill.study.keys import Keys, Leaf, did_you_mean, shown
 from nsdrill.study.read import Document, KeyPath
 from nsdrill.units import QuantityError
+from nsdrill.variables import short_key
 
 SECTION = "continue"
 KEYS = ("along", "from", "to", "seeds", "motions", "lobes", "switch", "points", "curves")
@@ -137,7 +138,7 @@ class _Reader:
         axes = {
             name: leaf for name, leaf in self.keys.axes.items() if not name.startswith("initial.")
         }
-        name = raw.removeprefix("operation.") if isinstance(raw, str) else raw
+        name = short_key(raw) if isinstance(raw, str) else raw
         if not isinstance(name, str) or name not in axes:
             hint = did_you_mean(raw, axes) if isinstance(raw, str) else None
             example = self.keys.model.example_axis[0]
@@ -250,7 +251,7 @@ class _Reader:
         leaf = self.axis((*path, "along"), data["along"])
         if leaf is None:
             return None, self.faults
-        along = leaf.key.removeprefix("operation.")
+        along = short_key(leaf.key)
         ends = self.ends(path, data, leaf)
         if ends is None:
             return None, self.faults
@@ -282,7 +283,7 @@ class _Reader:
         leaf = self.axis((*path, "over"), data["over"])
         if leaf is None:
             return None
-        over = leaf.key.removeprefix("operation.")
+        over = short_key(leaf.key)
         if over == along:
             self.fault(
                 (*path, "over"), f"{over}, which is continued already", "another number than along"

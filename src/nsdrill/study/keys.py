@@ -19,12 +19,12 @@ from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import choices_of, words_of
 from nsdrill.models.meanings import MEANINGS as OF_MODELS
-from nsdrill.models.registry import NAMES, described
+from nsdrill.models.registry import NAMES, described, of_all
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import bound_text, range_text
 from nsdrill.units import USUAL, QuantityError, quoted
-from nsdrill.variables import MODEL, SAMPLE
+from nsdrill.variables import MODEL, SAMPLE, short_key
 
 MANY = 12  # choices that no message lists
 BARE = ("", "percent")  # units of which a bare number is
@@ -439,7 +439,7 @@ def keys_of(model: str = MODEL) -> Keys:
     }
     physical = tuple(name for name in (*found.sections, "operation", "initial") if name in numbers)
     axes = {
-        key.removeprefix("operation."): replace(one, nullable=False, words=())
+        short_key(key): replace(one, nullable=False, words=())
         for key, one in every.items()
         if (
             one.kind in ("quantity", "number")
@@ -474,7 +474,9 @@ SAMPLE_LEAF = Leaf(
 def axes_of_all() -> dict[str, Leaf]:
     """The axes of the studies of all models; a key means the same in every model that
     has it."""
-    found = {name: leaf for model in reversed(NAMES) for name, leaf in keys_of(model).axes.items()}
+    found: dict[str, Leaf] = {}
+    for _, keys in of_all(keys_of):
+        found = {**keys.axes, **found}
     return {
         name: replace(leaf, choices=words_of(name)) if leaf.kind == "choice" else leaf
         for name, leaf in found.items()

@@ -280,8 +280,6 @@ def _no_axis(
         f"{', '.join(AXES)} or another number of {', '.join(keys.physical)} by its key, as "
         f"{keys.model.example_axis[0]}; {', '.join(others)}"
     )
-    if name.startswith("operation.") and name.removeprefix("operation.") in AXES:
-        return f"{name} in full", allowed, f"Write {name.removeprefix('operation.')}."
     if others == HOW and is_compiled_in(keys.model.name, name):
         found = "which is a choice" if words_of(name) else "which is compiled in"
         return f"{name}, {found}", allowed, f"Sweep it: sweep.{name} with procedure: same."

@@ -23,6 +23,7 @@ from typing import Any
 from nsdrill.errors import Fault, FileError, StudyError, printable
 from nsdrill.study.keys import AROUND, axes_of_all, shown
 from nsdrill.units import quoted
+from nsdrill.variables import AXES, short_key
 
 LARGEST_FILE = 1_000_000  # bytes
 _DEEPEST = 20  # levels; a study has five
@@ -366,6 +367,7 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> None:
     becomes a fault."""
     if document.data is None:
         document.data = {}
+    _use_short_keys(document)
     for text in overrides:
         key, equals, value = text.partition("=")
         path = path_of(key.strip())
@@ -383,18 +385,43 @@ def apply_overrides(document: Document, overrides: Sequence[str]) -> None:
             continue
         document.faults.extend(parsed.faults)
         _put(document, path, parsed.data if value.strip() else None, Place(override=label))
+        _use_short_keys(document)
+
+
+def _use_short_keys(document: Document) -> None:
+    """Among the axes and the unknowns ``operation.wob`` and ``wob`` are one key: the
+    short one from here on."""
+    for around in (("sweep",), ("uncertain",), ("uncertain", "table")):
+        holder = document.data if len(around) == 1 else document.data.get("uncertain")
+        found = holder.get(around[-1]) if isinstance(holder, dict) else None
+        if not isinstance(found, dict):
+            continue
+        for key in [key for key in found if short_key(key) != key]:
+            if short_key(key) in found:
+                words = f"the key a second time, as {short_key(key)}"
+                fault = document.fault((*around, key), words, "each key once", of_key=True)
+                document.faults.append(fault)
+            for places in (document.values, document.keys):
+                for path in [path for path in places if path[: len(around) + 1] == (*around, key)]:
+                    places[(*around, short_key(key), *path[len(around) + 1 :])] = places.pop(path)
+        holder[around[-1]] = {short_key(key): value for key, value in found.items()}
+        if isinstance(along := found.get("along"), str) and around == ("sweep",):
+            holder["sweep"]["along"] = short_key(along)
 
 
 def path_of(key: str) -> KeyPath:
     """The place of a dotted key; an axis of the sweep, or an unknown, is one part,
     however many dots it has."""
     first, *rest = key.split(".")
+    if first in AXES:  # of the operating point, in short
+        first, rest = "operation", [first, *rest]
     before: KeyPath = (first,)
     if first == "uncertain" and rest[:1] == ["table"]:
         before, rest = (first, "table"), rest[1:]
     for length in range(len(rest), 1, -1):
-        if first in AROUND and ".".join(rest[:length]) in axes_of_all():
-            return (*before, ".".join(rest[:length]), *rest[length:])
+        name = short_key(".".join(rest[:length]))
+        if first in AROUND and name in axes_of_all():
+            return (*before, name, *rest[length:])
     if before == ("uncertain",) and len(rest) > 1 and rest[0] not in axes_of_all():
         return (*before, ".".join(rest))  # no such key, which is said of the whole of it
     return (*before, *rest)

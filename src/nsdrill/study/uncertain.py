@@ -28,6 +28,7 @@ from nsdrill.sampling import (
 from nsdrill.study.keys import MEANINGS, Keys, Leaf, shown
 from nsdrill.study.read import Document, KeyPath
 from nsdrill.units import QuantityError
+from nsdrill.variables import short_key
 
 SAMPLES = Leaf(
     "uncertain.samples",
@@ -67,7 +68,7 @@ def correlation(raw: Any) -> tuple[str, str, float]:
         raise QuantityError(
             shown(raw), "two keys of unknowns and their rank correlation: [KEY, KEY, 0.5]"
         )
-    return raw[0], raw[1], float(RANK.read(raw[2]))
+    return short_key(raw[0]), short_key(raw[1]), float(RANK.read(raw[2]))
 
 
 def take_uncertain(

@@ -19,15 +19,20 @@ import os
 import secrets
 import select
 import socket
+import tempfile
 import threading
 import time
-from collections.abc import Callable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from nsdrill import interrupt
 from nsdrill.data import json_text
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.web.packet import packed
@@ -36,6 +41,10 @@ from nsdrill.web.session import Session
 ADDRESS = "127.0.0.1"
 TOKEN_HEADER = "X-Nsdrill-Token"
 MAX_REQUEST = 65536  # bytes
+MAX_CONNECTIONS = 128  # further ones wait until one of these ends
+# s that a connection may be without a whole request: as a rule, and where another one
+# waits for its place
+IDLE_SECONDS, IDLE_IF_FULL = 60.0, 0.5
 # s without a page after which the explorer stops. A page that is reloaded is away for a
 # moment.
 CLOSE_DELAY = 3.0
@@ -74,6 +83,7 @@ class Explorer:
         self.stopped, self._first_reply = threading.Event(), threading.Event()
         self.pages, self.page_opened, self.page_closed_at = 0, False, 0.0
         self._page_lock = threading.Lock()
+        self._private_file: Path | None = None
         try:
             self._server = _Server((ADDRESS, port), self)
         except OSError as error:
@@ -90,6 +100,31 @@ class Explorer:
     def url(self) -> str:
         """The address of the page, with the token in the fragment."""
         return f"http://{ADDRESS}:{self.port}/#{self.token}"
+
+    @contextmanager
+    def private_page(self) -> Iterator[str]:
+        """The address of a file that only this user can read and that leads to the page,
+        for a browser: what a program is started with can be read by every user of the
+        machine. The file is removed at the end, or earlier once a page was opened."""
+        # Not in a hidden folder or that for temporary files, which a confined browser
+        # cannot read.
+        home = os.path.expanduser("~")
+        number, name = tempfile.mkstemp(
+            ".html", "nsdrill-view-", home if os.access(home, os.W_OK) else None
+        )
+        interrupt.unfinished_files.add(name)
+        try:
+            with open(number, "w", encoding="utf-8") as file:
+                file.write(
+                    f'<!doctype html><meta charset="utf-8"><title>nsdrill</title><meta '
+                    f'http-equiv="refresh" content="0; url={self.url}">'
+                    f'<a href="{self.url}">The explorer</a>'
+                )
+            self._private_file = Path(name)
+            yield self._private_file.as_uri()
+        finally:
+            Path(name).unlink(missing_ok=True)
+            interrupt.unfinished_files.discard(name)
 
     def start(self) -> None:
         """Start to serve, and load or compile the machine code once the first page has
@@ -128,6 +163,8 @@ class Explorer:
         """Count a page that was opened."""
         with self._page_lock:
             self.pages, self.page_opened = self.pages + 1, True
+        if self._private_file is not None:
+            self._private_file.unlink(missing_ok=True)
 
     def remove_page(self) -> None:
         """Count a page that was closed."""
@@ -158,11 +195,51 @@ class Explorer:
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
     allow_reuse_address = os.name == "posix"  # elsewhere two processes could share a port
-    request_queue_size = 64
+    request_queue_size = 4096  # of connections that wait; the system may allow fewer
 
     def __init__(self, address: tuple[str, int], explorer: Explorer) -> None:
         self.explorer = explorer
+        # Since when each connection is idle, None while it is answered.
+        self._idle_since: dict[socket.socket, float | None] = {}
+        self._room = threading.Condition()
         super().__init__(address, _Handler)
+
+    def set_idle(self, connection: socket.socket, since: float | None) -> None:
+        """Note since when a connection is idle, None while a request is answered."""
+        with self._room:
+            if connection in self._idle_since:
+                self._idle_since[connection] = since
+
+    def _end_idle(self, seconds: float) -> None:
+        """End the connections that are idle for longer: their threads find them closed."""
+        with self._room:
+            for connection, since in self._idle_since.items():
+                late = since is not None and time.monotonic() - since > seconds
+                if late and not _has_input(connection):
+                    with suppress(OSError):
+                        connection.shutdown(socket.SHUT_RDWR)
+
+    def service_actions(self) -> None:
+        """Called several times a second by the thread that accepts connections."""
+        self._end_idle(IDLE_SECONDS)
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Answer a new connection in a thread, as soon as there is room for one."""
+        while not self.explorer.stopped.is_set():
+            with self._room:
+                if len(self._idle_since) < MAX_CONNECTIONS or self._room.wait(0.1):
+                    break
+            self._end_idle(IDLE_IF_FULL)
+        with self._room:
+            self._idle_since[request] = time.monotonic()
+        super().process_request(request, client_address)
+
+    def shutdown_request(self, request: Any) -> None:
+        """Close a connection, which makes room for another one."""
+        with self._room:
+            self._idle_since.pop(request, None)
+            self._room.notify()
+        super().shutdown_request(request)
 
     def server_bind(self) -> None:
         # Without looking up the name of the machine, which may take seconds.
@@ -180,12 +257,26 @@ class _Handler(BaseHTTPRequestHandler):
     protocol_version = "HTTP/1.1"
     disable_nagle_algorithm = True
     wbufsize = -1
-    timeout = 3600.0
+    timeout = IDLE_SECONDS
     server_version, sys_version = "nsdrill", ""
     server: _Server
+    has_token = False  # so far
+
+    def setup(self) -> None:
+        super().setup()
+        self.connected_at = time.monotonic()
+
+    def handle_one_request(self) -> None:
+        """A connection without the token has its time once, whatever it asks for, or it
+        could keep its place for ever."""
+        super().handle_one_request()
+        self.server.set_idle(
+            self.connection, time.monotonic() if self.has_token else self.connected_at
+        )
 
     def do_GET(self) -> None:
         """The static files, and ``/api/alive``, which lasts as long as the page."""
+        self.server.set_idle(self.connection, None)
         if not self._check_origin():
             return
         path = self.path.partition("?")[0]
@@ -212,6 +303,7 @@ class _Handler(BaseHTTPRequestHandler):
             )
             return
         body = self.rfile.read(size)
+        self.server.set_idle(self.connection, None)
         if not self._check_origin() or not self._check_token():
             return
         first, name = self.path.rpartition("/")[::2]
@@ -226,13 +318,16 @@ class _Handler(BaseHTTPRequestHandler):
             if first != "/api" or name not in REQUESTS:
                 self._refuse(404, "There is no such question.")
                 return
-            kind, reply = self.server.explorer.answer(name, request)
+            # The numbers of a page may be beyond all sense: what a run ends with is in the
+            # reply, and numpy's warnings would be on the terminal.
+            with interrupt.while_wanted(self._is_waited_for), np.errstate(all="ignore"):
+                kind, reply = self.server.explorer.answer(name, request)
         except NsdrillError as error:
             self._refuse(400, str(error))
         except MemoryError:
             self._refuse(500, "Out of memory. Show fewer seconds, or fewer points.")
         except KeyboardInterrupt:
-            self._refuse(503, "The explorer is being stopped.")
+            self._refuse(503, "Stopped: the explorer ends, or nobody waits for the answer.")
         except Exception as error:
             if os.environ.get("NSDRILL_DEBUG"):
                 raise
@@ -243,6 +338,15 @@ class _Handler(BaseHTTPRequestHandler):
             )
         else:
             self._send(200, kind, reply)
+
+    def _is_waited_for(self) -> bool:
+        """Whether the page has not closed the connection."""
+        try:
+            return (
+                not _has_input(self.connection) or self.connection.recv(1, socket.MSG_PEEK) != b""
+            )
+        except OSError:
+            return False
 
     def _check_origin(self) -> bool:
         """Whether the request names this server and comes from one of its pages; else
@@ -263,6 +367,7 @@ class _Handler(BaseHTTPRequestHandler):
         if hmac.compare_digest(
             token.encode("latin-1", "replace"), self.server.explorer.token.encode()
         ):
+            self.has_token = True
             return True
         self._refuse(
             403,
@@ -317,6 +422,17 @@ class _Handler(BaseHTTPRequestHandler):
 
 
 REQUESTS = ("meta", "diagram", "plane", "replay", "live", "local", "section", "orbit", "saved")
+
+
+def _has_input(connection: socket.socket) -> bool:
+    """Whether something has arrived that is not read yet, or the other side has
+    closed."""
+    try:
+        poll = select.poll()  # unlike select, of files of any number
+        poll.register(connection, select.POLLIN)
+        return bool(poll.poll(0))
+    except (OSError, ValueError):
+        return False
 
 
 def _refuse_constant(name: str) -> None:

@@ -15,7 +15,8 @@ import os
 import shlex
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -23,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from nsdrill import interrupt
 from nsdrill.data import Array, Results, Trace, frozen_modes, overrides
 from nsdrill.errors import FileError, InputError
 from nsdrill.models.leaves import word_or_number, words_of
@@ -133,23 +135,34 @@ class Session:
             self._motions = Motions(self.study, self.results)
         return self._motions
 
+    @contextmanager
+    def _computing(self) -> Iterator[None]:
+        """One run at a time; KeyboardInterrupt where nobody waits for it any more."""
+        while not self._compute_lock.acquire(timeout=0.1):
+            interrupt.check()
+        try:
+            interrupt.check()
+            yield
+        finally:
+            self._compute_lock.release()
+
     def warm(self) -> None:
         """Load or compile the machine code that a first click, slider and local diagram
         need. The lock is released in between, so that a page is served meanwhile."""
         values = self.motions.own
         study = self.motions.at(values)
         state = self.motions.start(study)
-        with self._compute_lock:
+        with self._computing():
             self.motions.short_motion(study, state)
         self.motions.compile(study, state)
         time.sleep(0.01)  # a waiting request takes the lock first
-        with self._compute_lock:
+        with self._computing():
             motion = self.motions.run_from(study, state, 0.1, SAMPLE)
         if motion.status == OK:
             near = np.linspace(0.99, 1.01, MAX_POINTS) * values["rotary_speed"]
             self.motions.compile(study, motion.final, "rotary_speed", near)
             time.sleep(0.01)
-            with self._compute_lock:
+            with self._computing():
                 self.motions.run_along(
                     study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01
                 )
@@ -387,7 +400,7 @@ class Session:
         seconds = period * (
             1 if branches.unstable[point] else max(1, math.ceil(DEFAULT_SECONDS / period))
         )
-        with self._compute_lock:
+        with self._computing():
             study = self.motions.at(self.motions.own | values)
             simulation = replace(
                 study.simulation, rtol=float(branches.attrs.get("rtol", study.simulation.rtol))
@@ -429,7 +442,7 @@ class Session:
         """The last ``seconds`` of the stored point at ``place``, run again."""
         place, results = self._place(request), self._sweep_results()
         seconds = _seconds(request)
-        with self._compute_lock:
+        with self._computing():
             motion = self.motions.replay(place, seconds, _sample(seconds))
             values = self.motions.values(place)
             study = self.motions.at(values)
@@ -460,7 +473,7 @@ class Session:
         settle, observe = (
             _number(request, name, 0.0, MAX_SECONDS, 0.0) for name in ("settle", "observe")
         )
-        with self._compute_lock:
+        with self._computing():
             study = self.motions.at(values, self._changes(request))
             state = self._start_state(request, study)
             if state is None:
@@ -508,7 +521,7 @@ class Session:
         leaf = self._adjustable.get(key)
         if leaf is None or leaf.kind not in CONTINUOUS:
             raise InputError(f"key: found {key}; allowed: a number of the study that has a slider.")
-        with self._compute_lock:
+        with self._computing():
             study = self.motions.at(values, self._changes(request))
             state = self._start_state(request, study)
             state = self.motions.start(study) if state is None else state
@@ -577,7 +590,7 @@ class Session:
             from nsdrill.plot.kinds.section import section_of
 
             simulation = self.study.simulation
-            with self._compute_lock:
+            with self._computing():
                 motion = self.motions.replay(
                     place, simulation.observe, max(0.01, simulation.observe / MAX_SAMPLES)
                 )
@@ -735,12 +748,8 @@ class Session:
                 and not set(value) & set("{}[]&*!|>%@`#:,\"'\n")
             ):
                 texts[key] = value
-            elif (
-                isinstance(value, int | float)
-                and not isinstance(value, bool)
-                and math.isfinite(value)
-            ):
-                texts[key] = leaf.text(value if leaf.kind == "whole" else float(value))
+            elif (number := _finite(value)) is not None and leaf.low <= number <= leaf.high:
+                texts[key] = leaf.text(value if leaf.kind == "whole" else number)
             else:
                 raise InputError(f"{key}: found {str(value)[:60]}; allowed: {leaf.allowed()}.")
         return texts
@@ -848,12 +857,17 @@ def _state(request: Mapping[str, Any]) -> Array | None:
     state = request.get("state")
     if state is None:
         return None
-    if (
-        not isinstance(state, list)
-        or len(state) > 1000
-        or not all(
-            isinstance(value, int | float) and not isinstance(value, bool) for value in state
-        )
-    ):
-        raise InputError("state: found something else; allowed: a list of numbers.")
-    return np.array(state, dtype=float)
+    numbers = [*map(_finite, state)] if isinstance(state, list) and len(state) <= 1000 else [None]
+    if None in numbers:
+        raise InputError("state: found something else; allowed: a list of finite numbers.")
+    return np.array(numbers, dtype=float)
+
+
+def _finite(value: Any) -> float | None:
+    """A number as a float; None for what is none, or has no finite float."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    try:
+        return float(value) if math.isfinite(value) else None
+    except OverflowError:  # a whole number of hundreds of digits
+        return None

@@ -12,6 +12,7 @@ import numpy as np
 from nsdrill.errors import Fault
 from nsdrill.models.christoforou_yigit.constraints import ORDERS as LUMPED
 from nsdrill.units import format_quantity
+from nsdrill.variables import short_key
 
 ORDERS = tuple(order for order in LUMPED if not order.lower.startswith("stabilizer."))
 _START = ("initial.x", "initial.y", "initial.vx", "initial.vy")
@@ -120,7 +121,7 @@ def _buckling(check: Any) -> Iterator[Fault]:
             "more of them, or fewer "
             f"modes; the buckling load of the span is {format_quantity(euler, 'kN')}"
         )
-        path = ("sweep", key.removeprefix("operation.")) if check.axis(key) else None
+        path = ("sweep", short_key(key)) if check.axis(key) else None
         yield check.fault(
             key,
             f"{check.text(key, 1)}, under which the collar bends between the stations without end",

@@ -260,13 +260,13 @@ def _brought_to_wall(study: Any, corners: list[Values], format_value: FormatValu
         for speed in sorted({slowest, fastest})
     ]
     without_contact = ", ".join(
-        f"at {format_value(speed, 'rad/s', 'rpm')} "
+        f"at {format_value(speed, 'rad/s', 'rad/s')} "
         + (f"up to {format_value(limit, 'm', 'mm')}" if limit > LEAST_OFFSET else "none")
         for speed, limit in ends
     )
     return (
-        f"Wall: from {format_value(highest, 'rad/s', 'rpm')} on the imbalance can bring the collar "
-        f"to the wall, and the whole sweep, from {format_value(slowest, 'rad/s', 'rpm')} on, lies "
+        f"Wall: from {format_value(highest, 'rad/s', 'rad/s')} on the imbalance can bring the collar "
+        f"to the wall, and the whole sweep, from {format_value(slowest, 'rad/s', 'rad/s')} on, lies "
         "above that. A collar that passes through that speed reaches the wall and may stay there; "
         "one that starts centred above it need not. The eccentricity is "
         f"{format_value(eccentricity, 'm', 'mm')}; too small to bring it there would be "
@@ -331,13 +331,13 @@ def _passed_over(study: Any, corners: list[Values], format_value: FormatValue) -
         return None
     descriptions = []
     for critical in passed:
-        low, high = (format_value(critical[end], "rad/s", "rpm") for end in ("min", "max"))
+        low, high = (format_value(critical[end], "rad/s", "rad/s") for end in ("min", "max"))
         descriptions.append(f"{critical['words']} ({low if low == high else f'{low} to {high}'})")
-    least = format_value(min(critical["min"] for critical in passed), "rad/s", "rpm")
+    least = format_value(min(critical["min"] for critical in passed), "rad/s", "rad/s")
     part = "" if all(critical["everywhere"] for critical in passed) else ", in a part of the study,"
     consequences = " or ".join(LASTING_MOTIONS[critical["name"]] for critical in passed)
     return (
-        f"Start: the sweep begins at {format_value(passed[0]['from'], 'rad/s', 'rpm')}, which "
+        f"Start: the sweep begins at {format_value(passed[0]['from'], 'rad/s', 'rad/s')}, which "
         f"lies{part} above {' and '.join(descriptions)}. A string that is brought up to speed "
         f"passes through that, and may {consequences} from there on; this sweep does not, so a "
         f"point may look safe that is not. Begin the sweep below {least}."
@@ -392,7 +392,7 @@ def _sensitive(study: Any, corners: list[Values], format_value: FormatValue) -> 
         if largest is not None:
             _, factor, name, speed = largest
             speed_before, speed_after = (
-                format_value(value, "rad/s", "rpm") if value is not None else "no speed"
+                format_value(value, "rad/s", "rad/s") if value is not None else "no speed"
                 for value in (before[name], speed)
             )
             effects.append(
@@ -401,8 +401,8 @@ def _sensitive(study: Any, corners: list[Values], format_value: FormatValue) -> 
             )
     if not effects:
         return None
-    speeds = format_value(slowest, "rad/s", "rpm") + (
-        f" to {format_value(fastest, 'rad/s', 'rpm')}" if fastest > slowest else ""
+    speeds = format_value(slowest, "rad/s", "rad/s") + (
+        f" to {format_value(fastest, 'rad/s', 'rad/s')}" if fastest > slowest else ""
     )
     return (
         f"Hangs: at {speeds} the answer hangs on numbers that are rarely known well: "

@@ -14,6 +14,8 @@
     $("banner").hidden = !words;
   }
 
+  let givingUp = null; // the signal for the requests that are made now
+
   // A banner tells of a request that takes longer than a moment. Where a string is run, its code may have to be compiled.
   let pending = 0, progressBanner = "";
   const PROGRESS = {
@@ -46,8 +48,10 @@
     try {
       response = await fetch(`/api/${name}`, {
         method: "POST", headers: { "X-Nsdrill-Token": token, "Content-Type": "application/json" }, body: JSON.stringify(request),
+        signal: givingUp,
       });
-    } catch {
+    } catch (error) {
+      if (error.name === "AbortError") throw error;
       throw new Error(`The explorer does not answer any more. Start it again: ${meta ? meta.command : "nsdrill view FILE"}`);
     }
     if (!response.ok) throw new Error((await response.json()).error);
@@ -66,17 +70,29 @@
     banner(`The explorer has stopped; what is drawn stays. Start it again: ${meta ? meta.command : "nsdrill view FILE"}`);
   }
 
-  // Runs `work` once at a time; of the calls that come meanwhile only the newest runs next.
+  // Runs `work` once at a time; of the calls that come meanwhile only the newest runs next. The requests of a work that takes
+  // longer than PATIENCE are then given up, which stops their runs; a shorter one is drawn, or nothing would be while a slider moves.
+  const PATIENCE = 1000; // ms
   function latestOnly(work) {
-    let busy = false, next = null;
+    let busy = false, next = null, stop = null, begun = 0;
     return async function call(...values) {
-      if (busy) { next = values; return; }
+      if (busy) {
+        next = values;
+        const late = stop;
+        setTimeout(() => late.abort(), Math.max(0, begun + PATIENCE - performance.now()));
+        return;
+      }
       busy = true;
+      stop = new AbortController();
+      begun = performance.now();
       try {
         banner("");
-        await work(...values);
+        givingUp = stop.signal;
+        const done = work(...values); // which makes its requests before it first waits
+        givingUp = null;
+        await done;
       } catch (error) {
-        banner(error.message);
+        if (error.name !== "AbortError") banner(error.message);
       }
       busy = false;
       if (next) { const latest = next; next = null; call(...latest); }
@@ -369,6 +385,7 @@
         place: now.place, changes, state: now.state, states: now.states, seconds: Math.min(seconds(), 200), ...request,
       });
     } catch (error) {
+      if (error.name === "AbortError") throw error; // the newest change runs next, with these
       for (const [key, value] of Object.entries(changes))
         if (now.changes[key] === value && now.accepted[key] !== value) {
           if (key in now.accepted) now.changes[key] = now.accepted[key];
