@@ -171,12 +171,12 @@ def places_side_by_side(W):
     def f(b):
         for j in packed(5 * W, 8 * W - 1):
             b[j] = b[j - 5 * W] + 1.0
-        for j in packed(2, 3):
-            b[13 * W] = b[1]
+        for j in packed(13 * W, 13 * W + 1):
+            b[j] = b[1]
         for j in packed(3):
             b[9 * W + j] = b[j]
-        for _ in packed(0):
-            b[10 * W] = 1.0
+        for j in packed(0):
+            b[10 * W + j] = 1.0
 
     return f
 
@@ -460,7 +460,7 @@ def halved(x, times=1):
 
 @construct
 def helpers(W):
-    twice, thrice = lambda x: 2.0 * x, lambda x: 3.0 * x  # noqa: E731  (two in a line)
+    twice, thrice = lambda x: 2.0 * x, lambda x: 3.0 * x
 
     def clipped(x, least=0.0):
         return max(x, least)

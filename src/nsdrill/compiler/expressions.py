@@ -20,6 +20,7 @@ from nsdrill.compiler.language import (
     Array,
     Bits,
     Fixed,
+    FunctionArgument,
     Lane,
     Refusal,
     Scope,
@@ -136,6 +137,8 @@ class Expressions:
         v = plain(v)
         if not is_number(v):
             raise Refusal(f"{_described(v)} stands where a number is needed")
+        if kind != "d" and isinstance(v, int) and not -(1 << 63) <= v < 1 << 63:
+            raise Refusal(f"{v} has more than 64 bits")
         own = "b" if isinstance(v, bool) else "i" if isinstance(v, int) else "d"
         if kind and own != kind and not (own == "i" and kind == "d" and float(v) == v):
             raise Refusal(f"{KINDS[own]}, {v!r}, stands where {KINDS[kind]} is needed")
@@ -165,6 +168,9 @@ class Expressions:
         holder = scope.holder(name)
         if holder is None:
             return plain(constant_of(scope.function, name))
+        if holder is not scope:
+            scope.read.add(name)
+            check_not_carried(name, scope)
         found = holder.names[name]
         if isinstance(found, Slot):
             if found.reason:
@@ -429,6 +435,14 @@ class Expressions:
     def place(self, array: Array, index: Any) -> tuple[Any, int]:
         """The address of an element or, with the index of the lane, of a row: (pointer,
         lanes)."""
+        if (
+            isinstance(index, int)
+            and index < 0
+            or isinstance(index, Lane)
+            and index.base is None
+            and index.offset < 0
+        ):
+            raise Refusal("a place before the beginning of a buffer; allowed: b[len(b) - 1]")
         if isinstance(index, Lane):
             where = self.text.constant(index.offset, "i")
             if index.base is not None:
@@ -560,5 +574,15 @@ def _hashable(f: Any) -> bool:
     return getattr(type(f), "__hash__", None) is not None
 
 
+def check_not_carried(name: str, scope: Scope) -> None:
+    if name in scope.summed or (name in scope.read and name in scope.names):
+        raise Refusal(
+            f"{name} carries a value from lane to lane; allowed: a row of the buffer, or a set of lanes, "
+            "s |= (1 << i) if c else 0, that is read after the loop"
+        )
+
+
 def _described(v: Any) -> str:
+    if isinstance(v, RUNTIME):
+        return {Array: "a buffer", FunctionArgument: "a function"}.get(type(v), "a value")
     return getattr(v, "__name__", None) or repr(v)
