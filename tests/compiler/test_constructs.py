@@ -508,6 +508,22 @@ def compiled_functions(W):
 
 
 @construct
+def one_side_of_a_condition(W):
+    """Of scalars the other side is not evaluated: it may lie outside the buffer, or
+    change it."""
+
+    def f(b):
+        k = 5 * int(b[3 * W])
+        b[5 * W] = b[k] if k >= 0 and k < len(b) else 0.5
+        place = stored(b, 6 * W, 1.0) if b[0] > 0.0 else stored(b, 7 * W, 2.0)
+        x, n = (b[W], 2) if place > 6 * W + 1 else (1, place if b[W] > 0.0 else 3)
+        b[8 * W], b[9 * W] = x, float(n)
+        b[10 * W] = (b[1] if b[1] > 1.0 else halved(b[2])) if b[0] < 0.0 else max(b[0], 3.0)
+
+    return f
+
+
+@construct
 def annotated_and_documented(W):
     def f(b):
         """The text has no code."""

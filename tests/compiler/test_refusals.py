@@ -46,7 +46,13 @@ def itself(x):
 NAMES = {
     name: globals()[name]
     for name in ("TABLE", "GRID", "known", "taking", "helper", "early", "itself", "np")
-} | {"math": math, "fma": fma, "lowest_bit": lowest_bit, "float_bits": float_bits, "bits_float": bits_float}
+} | {
+    "math": math,
+    "fma": fma,
+    "lowest_bit": lowest_bit,
+    "float_bits": float_bits,
+    "bits_float": bits_float,
+}
 
 
 def compile_text(body: str) -> str:
@@ -143,7 +149,7 @@ def test_no_kind_becomes_another_silently() -> None:
             LanguageError, match=r"^<.*>, line \d: f: .*: .*(is needed|meet in)"
         ) as caught:
             compile_text(body)
-        line = 2 + next(k for k, text in enumerate(body.splitlines()) if given in text)
+        line = 2 + hole.partition("{")[0].count("\n")
         assert f"line {line}: " in str(caught.value), body
 
 

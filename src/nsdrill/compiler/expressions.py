@@ -356,13 +356,35 @@ class Expressions:
         test = self.truth(self.eval(node.test, scope))
         if isinstance(test, bool):
             return self.eval(node.body if test else node.orelse, scope)
+        if not self.lane_count and (_acts(node.body) or _acts(node.orelse)):
+            return self._one_of(test, node, scope)
         return self.select(test, self.eval(node.body, scope), self.eval(node.orelse, scope))
 
+    def _one_of(self, test: Value, node: ast.IfExp, scope: Scope) -> Any:
+        """The side of a condition that holds; the other is not evaluated."""
+        text = self.text
+        then, other, done = (text.block(label) for label in ("then", "else", "done"))
+        text.branch_if(test, then, other)
+        sides, ends = [], []
+        for label, side in ((then, node.body), (other, node.orelse)):
+            text.begin(label)
+            sides.append(self.eval(side, scope))
+            ends.append(text.at)
+            text.branch(done)
+        text.begin(done)
+        return self._joined(*sides, lambda a, b: text.merged(a, ends[0], b, ends[1]))
+
+    def _joined(self, a: Any, b: Any, join: Callable[[Value, Value], Value]) -> Any:
+        """The two sides of a condition, or the parts of two tuples."""
+        if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b):
+            return tuple(self._joined(x, y, join) for x, y in zip(a, b, strict=True))
+        if isinstance(a, tuple) and isinstance(b, tuple):
+            raise Refusal("the two sides of a condition have different numbers of values")
+        if not isinstance(a, RUNTIME) and not isinstance(b, RUNTIME) and type(a) is not type(b):
+            a, b = (float(v) if _is_integer(v) else v for v in (a, b))
+        return join(*self.pair(a, b))
+
     def select(self, mask: Value, a: Any, b: Any) -> Any:
-        if isinstance(a, tuple):
-            if not isinstance(b, tuple) or len(a) != len(b):
-                raise Refusal("the two sides of a condition have different numbers of values")
-            return tuple(self.select(mask, x, y) for x, y in zip(a, b, strict=True))
         if isinstance(a, Bits) and not mask.lanes:
             mask = self.text.widened(mask, a.mask.lanes)
         if mask.lanes:
@@ -372,9 +394,9 @@ class Expressions:
                 return Bits(mask, a)
             if _is_integer(b) and _is_zero(a):
                 return Bits(self.negation(mask), b)
-        if not isinstance(a, RUNTIME) and not isinstance(b, RUNTIME) and type(a) is not type(b):
-            a, b = (float(v) if _is_integer(v) else v for v in (a, b))
-        one, two = self.pair(a, b)
+        return self._joined(a, b, lambda one, two: self._selected(mask, one, two))
+
+    def _selected(self, mask: Value, one: Value, two: Value) -> Value:
         if mask.lanes and not one.lanes:
             one, two = (self.text.widened(v, mask.lanes) for v in (one, two))
         elif one.lanes and not mask.lanes:
@@ -585,4 +607,6 @@ def check_not_carried(name: str, scope: Scope) -> None:
 def _described(v: Any) -> str:
     if isinstance(v, RUNTIME):
         return {Array: "a buffer", FunctionArgument: "a function"}.get(type(v), "a value")
+    if isinstance(v, tuple):
+        return "a tuple"
     return getattr(v, "__name__", None) or repr(v)
