@@ -171,12 +171,12 @@ def places_side_by_side(W):
     def f(b):
         for j in packed(5 * W, 8 * W - 1):
             b[j] = b[j - 5 * W] + 1.0
-        for _j in packed(2, 3):
-            b[13 * W] = b[1]
+        for j in packed(13 * W, 13 * W + 1):
+            b[j] = b[1]
         for j in packed(3):
             b[9 * W + j] = b[j]
-        for _ in packed(0):
-            b[10 * W] = 1.0
+        for j in packed(0):
+            b[10 * W + j] = 1.0
 
     return f
 
@@ -503,6 +503,22 @@ def compiled_functions(W):
         if b[0] > 0.0 and stored(b, 7 * W, 1.0) > 0:
             b[8 * W] = float(place)
         stored(b[9 * W :], stored(b, 10 * W, 3.0) - 10 * W - 1, -b[1])
+
+    return f
+
+
+@construct
+def one_side_of_a_condition(W):
+    """Of scalars the other side is not evaluated: it may lie outside the buffer, or
+    change it."""
+
+    def f(b):
+        k = 5 * int(b[3 * W])
+        b[5 * W] = b[k] if k >= 0 and k < len(b) else 0.5
+        place = stored(b, 6 * W, 1.0) if b[0] > 0.0 else stored(b, 7 * W, 2.0)
+        x, n = (b[W], 2) if place > 6 * W + 1 else (1, place if b[W] > 0.0 else 3)
+        b[8 * W], b[9 * W] = x, float(n)
+        b[10 * W] = (b[1] if b[1] > 1.0 else halved(b[2])) if b[0] < 0.0 else max(b[0], 3.0)
 
     return f
 

@@ -20,6 +20,7 @@ from nsdrill.compiler.language import (
     Array,
     Bits,
     Fixed,
+    FunctionArgument,
     Lane,
     Refusal,
     Scope,
@@ -136,6 +137,8 @@ class Expressions:
         v = plain(v)
         if not is_number(v):
             raise Refusal(f"{_described(v)} stands where a number is needed")
+        if kind != "d" and isinstance(v, int) and not -(1 << 63) <= v < 1 << 63:
+            raise Refusal(f"{v} has more than 64 bits")
         own = "b" if isinstance(v, bool) else "i" if isinstance(v, int) else "d"
         if kind and own != kind and not (own == "i" and kind == "d" and float(v) == v):
             raise Refusal(f"{KINDS[own]}, {v!r}, stands where {KINDS[kind]} is needed")
@@ -165,6 +168,9 @@ class Expressions:
         holder = scope.holder(name)
         if holder is None:
             return plain(constant_of(scope.function, name))
+        if holder is not scope:
+            scope.read.add(name)
+            check_not_carried(name, scope)
         found = holder.names[name]
         if isinstance(found, Slot):
             if found.reason:
@@ -350,13 +356,36 @@ class Expressions:
         test = self.truth(self.eval(node.test, scope))
         if isinstance(test, bool):
             return self.eval(node.body if test else node.orelse, scope)
+        if not self.lane_count and (_acts(node.body) or _acts(node.orelse)):
+            return self._one_of(test, node, scope)
         return self.select(test, self.eval(node.body, scope), self.eval(node.orelse, scope))
 
+    def _one_of(self, test: Value, node: ast.IfExp, scope: Scope) -> Any:
+        """The side of a condition that holds; the other is not evaluated."""
+        text = self.text
+        then, other, done = (text.block(label) for label in ("then", "else", "done"))
+        text.branch_if(test, then, other)
+        sides, ends = [], []
+        for label, side in ((then, node.body), (other, node.orelse)):
+            text.begin(label)
+            sides.append(self.eval(side, scope))
+            ends.append(text.at)
+            text.branch(done)
+        text.begin(done)
+        first, second = sides
+        return self._joined(first, second, lambda a, b: text.merged(a, ends[0], b, ends[1]))
+
+    def _joined(self, a: Any, b: Any, join: Callable[[Value, Value], Value]) -> Any:
+        """The two sides of a condition, or the parts of two tuples."""
+        if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b):
+            return tuple(self._joined(x, y, join) for x, y in zip(a, b, strict=True))
+        if isinstance(a, tuple) and isinstance(b, tuple):
+            raise Refusal("the two sides of a condition have different numbers of values")
+        if not isinstance(a, RUNTIME) and not isinstance(b, RUNTIME) and type(a) is not type(b):
+            a, b = (float(v) if _is_integer(v) else v for v in (a, b))
+        return join(*self.pair(a, b))
+
     def select(self, mask: Value, a: Any, b: Any) -> Any:
-        if isinstance(a, tuple):
-            if not isinstance(b, tuple) or len(a) != len(b):
-                raise Refusal("the two sides of a condition have different numbers of values")
-            return tuple(self.select(mask, x, y) for x, y in zip(a, b, strict=True))
         if isinstance(a, Bits) and not mask.lanes:
             mask = self.text.widened(mask, a.mask.lanes)
         if mask.lanes:
@@ -366,9 +395,9 @@ class Expressions:
                 return Bits(mask, a)
             if _is_integer(b) and _is_zero(a):
                 return Bits(self.negation(mask), b)
-        if not isinstance(a, RUNTIME) and not isinstance(b, RUNTIME) and type(a) is not type(b):
-            a, b = (float(v) if _is_integer(v) else v for v in (a, b))
-        one, two = self.pair(a, b)
+        return self._joined(a, b, lambda one, two: self._selected(mask, one, two))
+
+    def _selected(self, mask: Value, one: Value, two: Value) -> Value:
         if mask.lanes and not one.lanes:
             one, two = (self.text.widened(v, mask.lanes) for v in (one, two))
         elif one.lanes and not mask.lanes:
@@ -429,6 +458,10 @@ class Expressions:
     def place(self, array: Array, index: Any) -> tuple[Any, int]:
         """The address of an element or, with the index of the lane, of a row: (pointer,
         lanes)."""
+        if (isinstance(index, int) and index < 0) or (
+            isinstance(index, Lane) and index.base is None and index.offset < 0
+        ):
+            raise Refusal("a place before the beginning of a buffer; allowed: b[len(b) - 1]")
         if isinstance(index, Lane):
             where = self.text.constant(index.offset, "i")
             if index.base is not None:
@@ -560,5 +593,17 @@ def _hashable(f: Any) -> bool:
     return getattr(type(f), "__hash__", None) is not None
 
 
+def check_not_carried(name: str, scope: Scope) -> None:
+    if name in scope.summed or (name in scope.read and name in scope.names):
+        raise Refusal(
+            f"{name} carries a value from lane to lane; allowed: a row of the buffer, or a set of lanes, "
+            "s |= (1 << i) if c else 0, that is read after the loop"
+        )
+
+
 def _described(v: Any) -> str:
+    if isinstance(v, RUNTIME):
+        return {Array: "a buffer", FunctionArgument: "a function"}.get(type(v), "a value")
+    if isinstance(v, tuple):
+        return "a tuple"
     return getattr(v, "__name__", None) or repr(v)

@@ -58,6 +58,7 @@ class Text:
         self._slots: list[str] = []
         self._lines: list[str] = []
         self._count = 0
+        self.at = "entry"  # the block that is being written
 
     def body(self) -> str:
         return "\n".join(["entry:", *self._slots, *self._lines])
@@ -149,6 +150,12 @@ class Text:
         bits = self.emit(f"bitcast {type_of('b', mask.lanes)} {mask.ref} to {narrow}", "i")
         return bits if mask.lanes == 64 else self.emit(f"zext {narrow} {bits.ref} to i64", "i")
 
+    def merged(self, a: Value, first: str, b: Value, second: str) -> Value:
+        """``a`` if the block before was ``first``, ``b`` if it was ``second``."""
+        t = type_of(a.kind, a.lanes)
+        ways = f"[ {a.ref}, %{first} ], [ {b.ref}, %{second} ]"
+        return self.emit(f"phi {t} {ways}", a.kind, a.lanes)
+
     # Memory.
     def slot(self, kind: str, lanes: int = 0) -> Pointer:
         """A place for a value on the stack, for the whole function."""
@@ -193,6 +200,7 @@ class Text:
         return self._name(name)
 
     def begin(self, label: str) -> None:
+        self.at = label
         self._lines.append(f"{label}:")
 
     def branch(self, label: str) -> None:

@@ -132,6 +132,8 @@ class Scope:
     def __init__(self, function: FunctionType, parent: Scope | None = None) -> None:
         self.function, self.parent = function, parent
         self.names: dict[str, Any] = {}
+        self.read: set[str] = set()  # names of the scope around it
+        self.summed: set[str] = set()  # sets of lanes
 
     def holder(self, name: str) -> Scope | None:
         """This scope or the one around it that has ``name``."""

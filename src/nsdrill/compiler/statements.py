@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ast
+import inspect
+from functools import lru_cache
 from types import FunctionType
 from typing import Any, NamedTuple
 
-from nsdrill.compiler.expressions import UNROLLED, Expressions
+from nsdrill.compiler.expressions import UNROLLED, Expressions, check_not_carried
 from nsdrill.compiler.ir import Text, Value
 from nsdrill.compiler.language import (
     RUNTIME,
@@ -25,6 +27,7 @@ from nsdrill.compiler.language import (
     constant_of,
     definition,
     is_number,
+    is_over_lanes,
     leaves_loop,
     packed,
     plain,
@@ -52,6 +55,7 @@ class Body(Expressions):
         self.lane_count = 0
         self.loops: list[tuple[str, str] | None] = []  # labels of the next turn and of the end
         self.outermost: FunctionType | None = None
+        self.inlining: list[FunctionType] = []
 
     # Functions.
     def write(self, function: FunctionType, arguments: list[Any]) -> None:
@@ -61,33 +65,33 @@ class Body(Expressions):
             self.text.line("ret i64 0")
 
     def inline(self, function: FunctionType, arguments: list[Any], named: dict[str, Any]) -> Any:
+        if function in self.inlining:
+            raise Refusal(f"{function.__name__} calls itself; allowed: a loop")
         outermost, loops = self.outermost, self.loops
         self.outermost, self.loops = None, []
+        self.inlining.append(function)
         result = self._entered(function, arguments, named)
+        self.inlining.pop()
         self.outermost, self.loops = outermost, loops
         return result.value if result is not None else None
 
     def _entered(
         self, function: FunctionType, arguments: list[Any], named: dict[str, Any]
     ) -> Returned | None:
-        node, scope = definition(function), Scope(function)
-        names = [argument.arg for argument in node.args.args]
-        defaults = dict(zip(reversed(names), reversed(function.__defaults__ or ()), strict=False))
-        scope.names.update(defaults)
-        if node.args.vararg is not None:
-            scope.names[node.args.vararg.arg] = tuple(arguments[len(names) :])
-            arguments = arguments[: len(names)]
-        scope.names.update(zip(names, arguments, strict=False))
-        scope.names.update(named)
-        if len(arguments) > len(names) or any(name not in scope.names for name in names):
-            raise Refusal(
-                f"{function.__name__} takes {len(names)} arguments and is given {len(arguments) + len(named)}"
-            )
-        return self.run(node.body, scope)
+        scope = Scope(function)
+        try:
+            bound = _signature(function).bind(*arguments, **named)
+        except TypeError as error:
+            raise Refusal(f"{function.__name__} is called with other arguments: {error}") from None
+        bound.apply_defaults()
+        scope.names.update(bound.arguments)
+        return self.run(definition(function).body, scope)
 
     def call_argument(self, function: Any, arguments: list[Any]) -> Value:
         if not isinstance(function, FunctionArgument):
             raise Refusal("the first argument of call is a function that is an argument")
+        if self.lane_count:
+            raise Refusal("a function is called in a loop over lanes, where helpers are inlined")
         kinds, given = self._passed(arguments, None)
         return self.module.call_address(self.text, function.address, kinds, given)
 
@@ -117,6 +121,8 @@ class Body(Expressions):
                 found, texts = "f", [f"i64 {argument.address.ref}"]
             else:
                 value = self.value(argument, "" if kind in "?af" else kind, wide=False)
+                if value.kind == "b":
+                    raise Refusal("a truth is no argument of a function; allowed: int(x)")
                 found, texts = (
                     value.kind,
                     [f"{'double' if value.kind == 'd' else 'i64'} {value.ref}"],
@@ -201,6 +207,7 @@ class Body(Expressions):
             )
         if not isinstance(found, Slot):
             scope.names[name] = value
+            check_not_carried(name, scope)
             return
         is_single = isinstance(value, RUNTIME) or is_number(value)
         if not is_single or isinstance(value, (Array, FunctionArgument)):
@@ -223,9 +230,11 @@ class Body(Expressions):
         if not isinstance(array, Array):
             raise Refusal("only elements of buffers can be assigned to")
         pointer, count = self.place(array, index)
+        if self.lane_count and not count:
+            raise Refusal("one element is assigned in every lane; allowed: b[row + i]")
         made = self.value(value, "d", wide=bool(count))
         if made.lanes != count:
-            raise Refusal("a value for each lane is assigned to one element")
+            raise Refusal("a value for each lane is assigned to one element; allowed: b[row + i]")
         self.text.store(made, pointer)
 
     def do_AugAssign(self, node: ast.AugAssign, scope: Scope) -> None:
@@ -247,8 +256,11 @@ class Body(Expressions):
                 raise Refusal(
                     "lanes accumulate only sets: s |= (1 << i) if c else 0, or a row of the buffer"
                 )
+            scope.summed.add(target.id)
+            if target.id in scope.read:
+                check_not_carried(target.id, scope)
             value = self._reduced(value)
-        result = self.binary(op, self.lookup(target.id, scope), value)
+        result = self.binary(op, self.lookup(target.id, holder), value)
         self._assign(target.id, result, holder, bool(self.lane_count) and holder is scope)
 
     def _reduced(self, value: Any) -> Any:
@@ -371,13 +383,15 @@ class Body(Expressions):
                 limits = [self.eval(argument, scope) for argument in head.args]
                 known = not any(isinstance(limit, RUNTIME) for limit in limits)
                 if function is packed:
-                    if not known or self.lane_count:
+                    if not known or self.lane_count or not is_over_lanes(node):
                         raise Refusal(
                             "packed(W) has a number that is known, in no other loop over lanes"
                         )
                     self._over_lanes(node, packed(*limits), scope)
                     return None
                 return self._over_range(node, limits, known, scope)
+        if is_over_lanes(node):
+            raise Refusal("the arguments of packed have no names")
         items = self.eval(head, scope)
         if isinstance(items, RUNTIME) or not hasattr(items, "__iter__"):
             raise Refusal("a loop is over packed(W), range(...) or a tuple")
@@ -436,8 +450,10 @@ class Body(Expressions):
         start, stop, step = [0, limits[0], 1] if len(limits) == 1 else [*limits, 1][:3]
         if not isinstance(step, int) or step == 0:
             raise Refusal("the step of a range is known")
-        changed = carried(node.body) if self.lane_count else set(assigned(node.body))
-        changed -= {name}
+        every = set(assigned(node.body)) - {name}
+        # In a loop over lanes what is new in each turn, such as a place in the buffer, needs
+        # no place in memory.
+        changed = every & (carried(node.body) | _numbers(scope)) if self.lane_count else every
         before = set(scope.names)
         self.open(sorted(changed), scope)
         held = scope.names.get(name)
@@ -456,10 +472,18 @@ class Body(Expressions):
         text.store(text.operation("add", now, text.constant(step, "i")), counter)
         text.branch(head)
         text.begin(after)
-        new = [
-            n for n, found in scope.names.items() if n not in before and not isinstance(found, Slot)
-        ]
+        new = (every | set(scope.names)) - before - changed | (every - changed)
+        new = {n for n in new if n in scope.names and not isinstance(scope.names[n], Slot)}
         _release({**dict.fromkeys(new), name: held}, scope, "assigned in the turns of a loop")
+
+
+def _numbers(scope: Scope) -> set[str]:
+    """The names of the scope that are numbers with a value."""
+    return {
+        name
+        for name, found in scope.names.items()
+        if isinstance(found, (Value, Slot)) or is_number(found)
+    }
 
 
 def _hold(target: ast.expr, item: Any, scope: Scope) -> None:
@@ -485,6 +509,9 @@ def _release(before: dict[str, Any], scope: Scope, what: str) -> None:
             scope.names[name] = found
         else:
             scope.names[name] = Unassigned(reason)
+
+
+_signature = lru_cache(maxsize=4096)(inspect.signature)
 
 
 def _placed(error: Exception, statement: ast.stmt, scope: Scope) -> LanguageError:
