@@ -12,11 +12,10 @@ differently for one lane and for eight, and the bits would differ.
 
 from __future__ import annotations
 
-import struct
-
 import numpy as np
 
 from nsdrill.compiler.functions import inlined
+from nsdrill.compiler.words import bits_float, float_bits, fma
 
 # Adding and subtracting this rounds to the nearest whole number in the default rounding
 # mode.
@@ -28,26 +27,6 @@ ROUNDER = 6755399441055744.0  # 1.5 * 2^52
 PIO2_HIGH = 1.57079632679489655800e00
 PIO2_LOW = 6.12323399573676603587e-17
 TWO_OVER_PI = 0.63661977236758134308
-
-
-def float_bits(value: float) -> int:
-    """The 64 bits of a float, as an integer."""
-    return int(struct.unpack("<q", struct.pack("<d", value))[0])
-
-
-def bits_float(bits: int) -> float:
-    """The float that has these 64 bits."""
-    return float(struct.unpack("<d", struct.pack("<Q", int(bits) & 0xFFFFFFFFFFFFFFFF))[0])
-
-
-def fma(a: float, b: float, c: float) -> float:
-    """a * b + c; in one rounding when compiled."""
-    return a * b + c
-
-
-def lowest_bit(bits: int) -> int:
-    """The position of the lowest bit that is set; there must be one."""
-    return (bits & -bits).bit_length() - 1
 
 
 @inlined

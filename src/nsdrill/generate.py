@@ -6,7 +6,7 @@ import hashlib
 import linecache
 from typing import Any
 
-from nsdrill.compiler.language import call, packed
+from nsdrill.compiler.words import call, packed
 
 
 def define(name: str, text: str, **namespace: Any) -> Any:

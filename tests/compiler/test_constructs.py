@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER, compiled, inlined
-from nsdrill.compiler.language import call, packed
-from nsdrill.elementary import bits_float, float_bits, fma, lowest_bit
+from nsdrill.compiler.words import bits_float, call, float_bits, fma, lowest_bit, packed
 
 from .running import LANES, WIDTHS, bits, floats, machine_code, same, whole
 

@@ -9,7 +9,7 @@ import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from nsdrill.elementary import lowest_bit
+from nsdrill.compiler.words import lowest_bit
 from nsdrill.generate import define
 
 from .running import WIDTHS, floats, same, whole

@@ -13,7 +13,7 @@ import pytest
 from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER, compiled
 from nsdrill.compiler.language import LanguageError
 from nsdrill.compiler.module import Module
-from nsdrill.elementary import bits_float, float_bits, fma, lowest_bit
+from nsdrill.compiler.words import bits_float, float_bits, fma, lowest_bit
 from nsdrill.generate import define
 
 TABLE, GRID = np.arange(4.0), np.ones((2, 2))

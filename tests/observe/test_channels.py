@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 
 from nsdrill.abi import Rows
 from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.compiler.language import packed
+from nsdrill.compiler.words import packed
 from nsdrill.elementary import direction, sincos
 from nsdrill.kernel.batch import Batch, Compiled, Runs
 from nsdrill.kernel.settings import Simulation

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 import nsdrill
 from nsdrill.abi import RATES, Rows
 from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.compiler.language import packed
+from nsdrill.compiler.words import packed
 from nsdrill.elementary import sincos
 from nsdrill.kernel.batch import Compiled, Runs
 from nsdrill.kernel.steppers import STEPPERS

@@ -14,7 +14,7 @@ from numba.extending import lower_builtin, register_jitable
 
 from nsdrill.cache import numba_cache
 from nsdrill.compiler.functions import identity
-from nsdrill.compiler.language import call
+from nsdrill.compiler.words import call
 
 helper = register_jitable  # a function that a driver calls
 

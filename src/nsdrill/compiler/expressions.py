@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill import elementary
+from nsdrill.compiler import words
 from nsdrill.compiler.ir import Text, Value
 from nsdrill.compiler.language import (
     KINDS,
@@ -26,7 +26,6 @@ from nsdrill.compiler.language import (
     Scope,
     Slot,
     Unassigned,
-    call,
     constant_of,
     is_number,
     plain,
@@ -479,7 +478,7 @@ class Expressions:
         function = self.eval(node.func, scope)
         arguments = list(self.eval_Tuple(ast.Tuple(node.args, ast.Load()), scope))
         named = {str(k.arg): self.eval(k.value, scope) for k in node.keywords}
-        if function is call:
+        if function is words.call:
             return self.call_argument(arguments[0], arguments[1:])
         found = self._builtin(function, arguments)
         if found is not NotImplemented:
@@ -507,7 +506,7 @@ class Expressions:
     def _builtin(self, f: Any, arguments: list[Any]) -> Any:
         """The result of a function of the language, or NotImplemented."""
         known = not any(_has_runtime(a) for a in arguments)
-        if f is elementary.fma:
+        if f is words.fma:
             return self._fma(arguments)
         if f in (min, max) and len(arguments) > 1 and not known:
             return self._extreme(ast.Gt if f is max else ast.Lt, arguments)
@@ -518,11 +517,11 @@ class Expressions:
             return first.length
         if f is len and isinstance(first, tuple):
             return len(first)
-        if f is elementary.float_bits:
+        if f is words.float_bits:
             return self.text.conversion("bitcast", self.value(first, "d", wide=False), "i")
-        if f is elementary.bits_float:
+        if f is words.bits_float:
             return self.text.conversion("bitcast", self.value(first, "i", wide=False), "d")
-        if f is elementary.lowest_bit:
+        if f is words.lowest_bit:
             return self.text.intrinsic("cttz", self.value(first, "i", wide=False))
         if f is abs:
             return self.text.intrinsic("fabs", self.value(first, "d", wide=False))

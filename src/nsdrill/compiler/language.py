@@ -53,17 +53,6 @@ class Refusal(Exception):
     """What is refused, before the place is known."""
 
 
-def packed(first: int, stop: int | None = None) -> range:
-    """The lanes of a buffer, ``packed(W)``, or places side by side from ``first`` to
-    ``stop``: a loop over them is compiled to vector instructions."""
-    return range(first) if stop is None else range(first, stop)
-
-
-def call(function: Any, *arguments: Any) -> Any:
-    """Call a compiled function that is an argument."""
-    return function(*arguments)
-
-
 # What an expression can be besides a constant and a Value.
 @dataclass(slots=True)
 class Array:

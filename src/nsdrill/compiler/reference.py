@@ -12,8 +12,7 @@ from numba import types
 from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic, overload
 
-from nsdrill import elementary
-from nsdrill.compiler import driver, language
+from nsdrill.compiler import driver, words
 
 _TYPES = {
     "a": (types.float64[::1],),
@@ -64,7 +63,7 @@ def inlined(function: Any) -> Any:
     return numba.njit(forceinline=True, error_model="numpy", _nrt=False)(function)
 
 
-@overload(language.packed)
+@overload(words.packed)
 def _packed(first, stop=None):  # type: ignore[no-untyped-def]
     if stop is None or isinstance(stop, (types.NoneType, types.Omitted)):
         return lambda first, stop=None: range(first)
@@ -86,9 +85,7 @@ def _instruction(function: Any, signature: Any, build: Any) -> None:
 
 
 _float, _int = types.float64, types.int64
-_instruction(elementary.fma, _float(_float, _float, _float), lambda b, x, y, z: b.fma(x, y, z))
-_instruction(elementary.float_bits, _int(_float), lambda b, x: b.bitcast(x, ir.IntType(64)))
-_instruction(elementary.bits_float, _float(_int), lambda b, x: b.bitcast(x, ir.DoubleType()))
-_instruction(
-    elementary.lowest_bit, _int(_int), lambda b, x: b.cttz(x, ir.Constant(ir.IntType(1), 1))
-)
+_instruction(words.fma, _float(_float, _float, _float), lambda b, x, y, z: b.fma(x, y, z))
+_instruction(words.float_bits, _int(_float), lambda b, x: b.bitcast(x, ir.IntType(64)))
+_instruction(words.bits_float, _float(_int), lambda b, x: b.bitcast(x, ir.DoubleType()))
+_instruction(words.lowest_bit, _int(_int), lambda b, x: b.cttz(x, ir.Constant(ir.IntType(1), 1)))

@@ -8,6 +8,7 @@ from functools import lru_cache
 from types import FunctionType
 from typing import Any, NamedTuple
 
+from nsdrill.compiler import words
 from nsdrill.compiler.expressions import UNROLLED, Expressions, check_not_carried
 from nsdrill.compiler.ir import Text, Value
 from nsdrill.compiler.language import (
@@ -29,7 +30,6 @@ from nsdrill.compiler.language import (
     is_number,
     is_over_lanes,
     leaves_loop,
-    packed,
     plain,
     targets,
 )
@@ -379,15 +379,15 @@ class Body(Expressions):
         head = node.iter
         if isinstance(head, ast.Call) and not head.keywords:
             function = self.eval(head.func, scope)
-            if function is packed or function is range:
+            if function is words.packed or function is range:
                 limits = [self.eval(argument, scope) for argument in head.args]
                 known = not any(isinstance(limit, RUNTIME) for limit in limits)
-                if function is packed:
+                if function is words.packed:
                     if not known or self.lane_count or not is_over_lanes(node):
                         raise Refusal(
                             "packed(W) has a number that is known, in no other loop over lanes"
                         )
-                    self._over_lanes(node, packed(*limits), scope)
+                    self._over_lanes(node, words.packed(*limits), scope)
                     return None
                 return self._over_range(node, limits, known, scope)
         if is_over_lanes(node):

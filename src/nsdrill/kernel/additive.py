@@ -37,7 +37,7 @@ import numpy as np
 
 from nsdrill.abi import Rows
 from nsdrill.compiler.functions import BUFFER, FUNCTION, compiled
-from nsdrill.elementary import fma
+from nsdrill.compiler.words import fma
 from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import decide
 from nsdrill.kernel.kennedy_carpenter import Additive

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from nsdrill.abi import LIMIT, NONFINITE, NOTHING, UNDERFLOW
 from nsdrill.compiler.functions import inlined
-from nsdrill.elementary import exp2, fma, log2
+from nsdrill.compiler.words import fma
+from nsdrill.elementary import exp2, log2
 
 INTEGRAL = 0.04  # b above; a = 1/order - 3/4 b (Hairer's choice for pairs of order 5)
 # log2 of 0.9, written out: math.log2 may give another last bit elsewhere

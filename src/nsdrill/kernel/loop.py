@@ -18,7 +18,7 @@ from numba import types
 
 from nsdrill.abi import CLOSES, CONTROL, LIMIT, MARK, NONFINITE, OPENS, Rows
 from nsdrill.compiler.driver import driver, helper
-from nsdrill.compiler.language import call
+from nsdrill.compiler.words import call
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 
 # Columns of the slot table after the model's parameters, the natural scales of the

@@ -13,7 +13,8 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.compiler.functions import inlined
-from nsdrill.elementary import TWO_OVER_PI, direction_joined, direction_reduced, fma
+from nsdrill.compiler.words import fma
+from nsdrill.elementary import TWO_OVER_PI, direction_joined, direction_reduced
 
 SATURATION = 0.8  # from 0.64, right for large slips, to 1.57, right for small ones
 

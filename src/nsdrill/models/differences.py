@@ -15,7 +15,7 @@ from typing import Any
 
 from nsdrill.abi import RATES, Rows
 from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.compiler.language import packed
+from nsdrill.compiler.words import packed
 from nsdrill.scalar import STEP
 
 Touch = tuple[int, int]

@@ -14,7 +14,7 @@ from typing import Any
 
 from nsdrill.abi import Rows
 from nsdrill.compiler.functions import BUFFER, compiled, inlined
-from nsdrill.elementary import fma
+from nsdrill.compiler.words import fma
 from nsdrill.generate import constants, define
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.observe.channels import Names

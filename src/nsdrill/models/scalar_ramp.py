@@ -51,8 +51,7 @@ class ScalarRamps(Ramps):
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         from nsdrill.compiler.functions import BUFFER, compiled
-        from nsdrill.compiler.language import packed
-        from nsdrill.elementary import fma
+        from nsdrill.compiler.words import fma, packed
 
         names, columns = self.model.names(variant), self.columns(variant)
         rows, W = self.model.rows(variant, columns=len(columns)), lanes

@@ -18,7 +18,8 @@ import numpy as np
 
 from nsdrill.abi import CLOSES, CONTROL, MARKER, OBSERVER, OPENS, Rows
 from nsdrill.compiler.functions import BUFFER, INTEGER, compiled, inlined
-from nsdrill.elementary import angle_between, bits_float, float_bits, fma, lowest_bit
+from nsdrill.compiler.words import bits_float, float_bits, fma, lowest_bit
+from nsdrill.elementary import angle_between
 from nsdrill.generate import constants, define
 from nsdrill.observe import interpolant
 from nsdrill.observe.channels import (

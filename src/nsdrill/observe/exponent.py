@@ -31,8 +31,8 @@ import numpy as np
 
 from nsdrill.abi import CLOSES, MARKER, OPENS, Rows
 from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, compiled
-from nsdrill.compiler.language import packed
-from nsdrill.elementary import lowest_bit, sincos
+from nsdrill.compiler.words import lowest_bit, packed
+from nsdrill.elementary import sincos
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 LEAST_RENORMALISATIONS = 20

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.compiler.functions import inlined
-from nsdrill.elementary import fma
+from nsdrill.compiler.words import fma
 
 
 @inlined

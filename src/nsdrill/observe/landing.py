@@ -23,8 +23,7 @@ import numpy as np
 
 from nsdrill.abi import RATES, Rows
 from nsdrill.compiler.functions import BUFFER, INTEGER, compiled
-from nsdrill.compiler.language import packed
-from nsdrill.elementary import lowest_bit
+from nsdrill.compiler.words import lowest_bit, packed
 from nsdrill.kernel.scheme import Scheme
 from nsdrill.observe.interpolant import crossing, extreme, quintic, value
 

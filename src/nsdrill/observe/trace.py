@@ -10,7 +10,7 @@ import numpy as np
 
 from nsdrill.abi import MARKER, Rows
 from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.elementary import fma
+from nsdrill.compiler.words import fma
 from nsdrill.observe.interpolant import quintic, slope, value
 
 # The store: number of the next sample, interval [s], capacity, time at which the run

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.elementary import fma
+from nsdrill.compiler.words import fma
 from nsdrill.generate import define
 from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
 from nsdrill.models.beam.rhs import aux_of, columns_of, total

@@ -32,7 +32,8 @@ import numpy as np
 
 from nsdrill.abi import Rows
 from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.elementary import fma, sincos
+from nsdrill.compiler.words import fma
+from nsdrill.elementary import sincos
 from nsdrill.generate import define
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.models.beam import implicit

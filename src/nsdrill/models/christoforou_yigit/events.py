@@ -31,8 +31,7 @@ import numpy as np
 
 from nsdrill.abi import Rows
 from nsdrill.compiler.functions import BUFFER, INTEGER, compiled, inlined
-from nsdrill.compiler.language import packed
-from nsdrill.elementary import fma, lowest_bit
+from nsdrill.compiler.words import fma, lowest_bit, packed
 from nsdrill.models.christoforou_yigit.friction import bit_law
 from nsdrill.models.christoforou_yigit.layout import (
     CAPACITY,

@@ -21,8 +21,7 @@ import numpy as np
 
 from nsdrill.abi import CLOSES, CONTROL, MARKER, OPENS, Rows
 from nsdrill.compiler.functions import BUFFER, compiled, inlined
-from nsdrill.compiler.language import packed
-from nsdrill.elementary import fma, lowest_bit
+from nsdrill.compiler.words import fma, lowest_bit, packed
 from nsdrill.models.christoforou_yigit.events import lower_estimate, make_events, tangential_speed
 from nsdrill.models.christoforou_yigit.friction import bit_slope
 from nsdrill.models.christoforou_yigit.layout import (

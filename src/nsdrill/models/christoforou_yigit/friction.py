@@ -10,16 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.compiler.functions import inlined
-from nsdrill.elementary import (
-    TWO_OVER_PI,
-    bits_float,
-    direction,
-    direction_joined,
-    direction_reduced,
-    expm1,
-    float_bits,
-    fma,
-)
+from nsdrill.compiler.words import bits_float, float_bits, fma
+from nsdrill.elementary import TWO_OVER_PI, direction, direction_joined, direction_reduced, expm1
 from nsdrill.models.christoforou_yigit.laws import HYPERBOLIC, LINEAR, RATIONAL
 
 

@@ -24,8 +24,7 @@ import numpy as np
 
 from nsdrill.abi import RATES, Rows
 from nsdrill.compiler.functions import BUFFER, INTEGER, compiled, inlined
-from nsdrill.compiler.language import packed
-from nsdrill.elementary import fma
+from nsdrill.compiler.words import fma, packed
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.models.christoforou_yigit.implicit_along import make_axial_solve
 from nsdrill.models.christoforou_yigit.implicit_held import make_stabilizer_solve

@@ -26,8 +26,7 @@ import numpy as np
 
 from nsdrill.abi import Rows
 from nsdrill.compiler.functions import BUFFER, compiled, inlined
-from nsdrill.compiler.language import packed
-from nsdrill.elementary import fma
+from nsdrill.compiler.words import fma, packed
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.unit_loads import (

@@ -9,7 +9,7 @@ is a compile-time constant, so that the compiler unrolls the loop.
 from __future__ import annotations
 
 from nsdrill.compiler.functions import inlined
-from nsdrill.elementary import fma
+from nsdrill.compiler.words import fma
 
 
 @inlined

@@ -27,8 +27,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.compiler.language import packed
-from nsdrill.elementary import fma
+from nsdrill.compiler.words import fma, packed
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.rhs import (

@@ -15,8 +15,8 @@ import numpy as np
 
 from nsdrill.abi import Rows
 from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.compiler.language import packed
-from nsdrill.elementary import fma, sincos
+from nsdrill.compiler.words import fma, packed
+from nsdrill.elementary import sincos
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
 from nsdrill.models.christoforou_yigit.friction import (

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.compiler.functions import inlined
-from nsdrill.elementary import fma
+from nsdrill.compiler.words import fma
 from nsdrill.observe.interpolant import crossing, quintic
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

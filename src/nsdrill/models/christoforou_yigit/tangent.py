@@ -20,8 +20,7 @@ import numpy as np
 
 from nsdrill.abi import RATES
 from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.compiler.language import packed
-from nsdrill.elementary import fma
+from nsdrill.compiler.words import fma, packed
 from nsdrill.models.christoforou_yigit.friction import bit_slope, coefficient, slip_factors
 from nsdrill.models.christoforou_yigit.implicit import make_deviation
 from nsdrill.models.christoforou_yigit.lateral import SWIRL_PARAMETERS, WEIGHT_PARAMETERS

@@ -7,7 +7,8 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.compiler.functions import inlined
-from nsdrill.elementary import TWO_OVER_PI, fma
+from nsdrill.compiler.words import fma
+from nsdrill.elementary import TWO_OVER_PI
 from nsdrill.kernel.slip import first_slip
 from nsdrill.models.christoforou_yigit.friction import bit_parts, bit_slope
 from nsdrill.models.christoforou_yigit.laws import HYPERBOLIC, LINEAR, RATIONAL

@@ -57,8 +57,7 @@ class SegmentsRamps(Ramps):
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         from nsdrill.compiler.functions import BUFFER, compiled
-        from nsdrill.compiler.language import packed
-        from nsdrill.elementary import fma
+        from nsdrill.compiler.words import fma, packed
 
         columns, names = self.columns(variant), self._names(variant)
         count = len(names)

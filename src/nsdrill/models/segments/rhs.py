@@ -51,14 +51,13 @@ import numpy as np
 
 from nsdrill.abi import RATES, Rows
 from nsdrill.compiler.functions import BUFFER, compiled, inlined
-from nsdrill.compiler.language import packed
+from nsdrill.compiler.words import fma, packed
 from nsdrill.elementary import (
     TWO_OVER_PI,
     direction,
     direction_joined,
     direction_reduced,
     exp2,
-    fma,
     sincos,
 )
 from nsdrill.generate import constants, define
