@@ -40,7 +40,7 @@ from nsdrill.orbit.branch import Branch, assembled, passes_near
 from nsdrill.orbit.cycle import Cycle, corotating_rates, sampled_cycle
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import rotated
-from nsdrill.orbit.labels import Graze, kink_predicate, multiplier_margins, orbit_test_functions
+from nsdrill.orbit.labels import Graze, kink_predicate, orbit_test_functions, stability_of
 from nsdrill.orbit.lockstep import advance
 from nsdrill.orbit.periodic import Orbit, Periodic, lobe_starts, segment_starts
 from nsdrill.orbit.switch import (
@@ -552,8 +552,8 @@ class Explorer:
         has_kink = kink_predicate(
             0 if candidate.motion == CIRCLE else len(self.flow.equations.contacts)
         )
-        # The multipliers of a circle are too inaccurate.
-        margins = None if candidate.motion == CIRCLE else multiplier_margins
+        # A circle has no monodromy.
+        stability = None if candidate.motion == CIRCLE else stability_of(start.found.trivial)
         half = yield from follow(
             problem,
             start,
@@ -563,7 +563,7 @@ class Explorer:
             test_functions,
             stop,
             has_kink=has_kink,
-            margins=margins,
+            stability=stability,
         )
         while (
             half.ended.startswith("no convergence")
@@ -598,7 +598,7 @@ class Explorer:
                 test_functions,
                 stop,
                 has_kink=has_kink,
-                margins=margins,
+                stability=stability,
             )
             if not continuation.points:
                 continue

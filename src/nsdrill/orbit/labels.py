@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.analysis.bifurcations import BRANCH, DOUBLING, FOLD, HOPF, TORUS
-from nsdrill.orbit.arclength import Point, TestFunction
+from nsdrill.orbit.arclength import Point, Stability, TestFunction
 from nsdrill.orbit.periodic import Orbit
 
 REAL_TOLERANCE = 1e-7  # of the imaginary part of a real multiplier, over its modulus
@@ -154,11 +154,17 @@ def kink_predicate(contacts: int) -> Callable[[Orbit, Orbit], bool]:
     return has_kink
 
 
-def multiplier_margins(orbit: Orbit) -> np.ndarray:
-    """The logarithms of the moduli of the nontrivial multipliers, the largest first:
-    positive outside the unit circle."""
-    moduli = np.sort(np.abs(orbit.nontrivial))[::-1]
-    return np.asarray(np.log(np.maximum(moduli, 1e-300)))
+def stability_of(trivial: int) -> Stability:
+    """The stability of motions with this number of ``trivial`` multipliers: the margins
+    are the logarithms of the moduli of the others."""
+
+    def margins(monodromies: np.ndarray) -> np.ndarray:
+        multipliers = np.linalg.eigvals(monodromies)
+        order = np.argsort(np.abs(multipliers - 1.0), axis=-1)[:, trivial:]
+        moduli = np.abs(np.take_along_axis(multipliers, order, axis=-1))
+        return np.asarray(np.log(np.maximum(-np.sort(-moduli, axis=-1), 1e-300)))
+
+    return Stability(lambda orbit: orbit.monodromy, margins)
 
 
 def critical_vector(orbit: Orbit, multiplier: float) -> np.ndarray:
