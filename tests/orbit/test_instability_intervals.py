@@ -17,12 +17,10 @@ from nsdrill.orbit.periodic import Periodic
 DAMPING, COUPLING, RATE = 0.0024, 0.0047, 0.5
 STABILITY = stability_of(0)
 # of the bounce at 5000 m, 22.24 kN and 3.01025 rad/s, in SI
-BOUNCE = [0.0034724199, -0.0030646578, 0.0037838035, 0.0062373366] + [
-    0.0011217699,
-    0.052827834,
-    -5.427871,
-    2.6335734,
-]
+BOUNCE = (
+    *(0.0034724199, -0.0030646578, 0.0037838035, 0.0062373366),
+    *(0.0011217699, 0.052827834, -5.427871, 2.6335734),
+)
 
 
 @dataclass(frozen=True)
