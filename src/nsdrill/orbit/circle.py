@@ -33,7 +33,7 @@ from nsdrill.orbit.labels import Graze
 from nsdrill.orbit.periodic import Orbit
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-POINT_COUNTS = (11, 21)  # of a circle; the second where the first is too coarse
+POINT_COUNTS = (11, 21)  # of a circle; the second where the first fits too badly
 FINEST = 41  # points of the circles on which touches are located
 REFINEMENT = 8  # angles per point, where a contact may begin or end between points
 MAX_RETURNS = 240  # of the lobe map, to which a circle is fitted
@@ -412,11 +412,10 @@ def with_located_touches(
             sides.sort(key=lambda point: float(point.x[-1]))
             finer, fine = problem, list[Point]()
             for side in sides:
-                coarse = replace(problem, points=len(side.found.mesh_states))
-                finer, x = coarse.with_points(side.x, FINEST)
+                finer, x = problem.with_points(side.x, FINEST)
                 point = yield from corrected_at_parameter(finer, x)
                 fine += [] if point is None else [point]
-            if len(fine) == 2:
+            if len(fine) == 2 and fine[0].x[-1] < fine[1].x[-1]:
                 found = yield from special_points(finer, fine[0], fine[1], sought)
             if found:
                 break

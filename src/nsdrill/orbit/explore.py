@@ -229,14 +229,6 @@ class Explorer:
         """The motion near a guess, by Newton's method; None, with a reason, where there
         is none."""
         point = yield from corrected_at_parameter(guess.problem, guess.x)
-        while guess.motion == CIRCLE and (
-            point is None or circle.harmonic_tail(point.found) > circle.MAX_TAIL
-        ):
-            if guess.problem.points >= circle.POINT_COUNTS[-1]:
-                break
-            problem, x = guess.problem.with_points(guess.x, circle.POINT_COUNTS[-1])
-            guess = replace(guess, problem=problem, x=x)
-            point = yield from corrected_at_parameter(guess.problem, guess.x)
         if point is None or np.linalg.norm(point.x - guess.x) > guess.max_correction:
             kind = (
                 f"motion of {guess.lobes} lobes"
@@ -549,7 +541,7 @@ class Explorer:
 
     def _follow_side(self, candidate: _Candidate, direction: int, start: Point) -> Task[HalfBranch]:
         """One side of a branch. Where Newton's method fails, it continues with twice
-        the segments, and where a circle is too rough, with more points."""
+        the segments. Touches of circles are located on finer ones."""
         orders, test_functions = self.orders, self._test_functions(candidate)
         stop = self._side_stop(
             candidate, direction if candidate.other is None or start is candidate.point else -1
@@ -573,17 +565,24 @@ class Explorer:
             has_kink=has_kink,
             stability=stability,
         )
-        while len(half.points) - half.inserted < max_points:
+        while (
+            half.ended.startswith("no convergence")
+            and isinstance(problem, Periodic)
+            and problem.segments < MAX_SEGMENTS_PER_LOBE * candidate.lobes
+            and len(half.points) - half.inserted < max_points
+        ):
             last = (
                 half.points[-1].point
                 if half.points
                 else replace(start, tangent=direction * start.tangent)
             )
-            finer = yield from self._finer(candidate, problem, last, half.ended)
-            if finer is None:
+            problem = replace(problem, segments=2 * problem.segments)
+            states = yield from segment_starts(problem, last.found.state, last.found.values)
+            if states is None:
                 break
-            problem, x = finer
-            restarted = yield from corrected_at_parameter(problem, x)
+            restarted = yield from corrected_at_parameter(
+                problem, problem.unknowns(states, last.found.values[-1])
+            )
             if restarted is None or np.max(
                 np.abs(restarted.found.state - last.found.state)
             ) > 1e-3 * np.max(np.abs(last.found.state) + 1e-9):
@@ -617,25 +616,6 @@ class Explorer:
             points = yield from circle.with_located_touches(problem, half.points, test_functions)
             half = replace(half, points=points)
         return half
-
-    def _finer(
-        self, candidate: _Candidate, problem: Any, last: Point, ended: str
-    ) -> Task[tuple[Any, Array] | None]:
-        """The finer problem with which a side that has ended goes on from its ``last``
-        point, and the unknowns there; None where there is none."""
-        if ended == "kinks" and problem.points < circle.POINT_COUNTS[-1]:
-            return problem.with_points(last.x, circle.POINT_COUNTS[-1])
-        if (
-            not ended.startswith("no convergence")
-            or not isinstance(problem, Periodic)
-            or problem.segments >= MAX_SEGMENTS_PER_LOBE * candidate.lobes
-        ):
-            return None
-        problem = replace(problem, segments=2 * problem.segments)
-        states = yield from segment_starts(problem, last.found.state, last.found.values)
-        return (
-            None if states is None else (problem, problem.unknowns(states, last.found.values[-1]))
-        )
 
     def _side_stop(self, candidate: _Candidate, direction: int) -> Callable[[Point, Point], str]:
         """The stop function of one side of a branch. It ends as by
