@@ -90,7 +90,9 @@ def main() -> None:
         for k in np.flatnonzero(np.diff((moduli > 1.0).astype(int))):
             near = borders[np.argmin(np.abs(borders - numbers[k]))]
             low, high = sorted(numbers[k : k + 2])
-            missed = "" if low - 1e-9 <= near <= high + 1e-9 else " MISSED"
+            # the branch turns at a fold, between two motions at one number
+            slack = arguments.distance if low == high else 1e-9
+            missed = "" if low - slack <= near <= high + slack else " MISSED"
             print(
                 f"| {branch['words']} | {numbers[k]:.3f} and {numbers[k + 1]:.3f} | "
                 f"{moduli[k]:.5f}, {moduli[k + 1]:.5f} | {near:.5f}{missed} |"

@@ -473,12 +473,17 @@ def _point_at_bound(
 
 
 def special_points(
-    problem: Problem, previous: Point, current: Point, test_functions: TestFunctions
+    problem: Problem,
+    previous: Point,
+    current: Point,
+    test_functions: TestFunctions,
+    tolerance: float = LOCATION_TOLERANCE,
 ) -> Task[list[LabelledPoint]]:
-    """The special points between two points, in order."""
+    """The special points between two points, in order, to a ``tolerance`` of the
+    arclength."""
     points = []
     for test in test_functions(previous, current):
-        point = yield from _located_zero(problem, previous, current, test)
+        point = yield from _located_zero(problem, previous, current, test, tolerance)
         if point is not None:
             points.append(LabelledPoint(point, test.code, test.words))
     return sorted(points, key=lambda entry: entry.point.s)
@@ -585,7 +590,7 @@ def _greatest_excess(
 
 
 def _located_zero(
-    problem: Problem, previous: Point, current: Point, test: TestFunction
+    problem: Problem, previous: Point, current: Point, test: TestFunction, tolerance: float
 ) -> Task[Point | None]:
     """The zero of ``test``, by the method of Chandrupatla (1997), bisection and
     inverse quadratic interpolation. None where both ends have the same sign, a value
@@ -614,7 +619,7 @@ def _located_zero(
         best = a if abs(fa) < abs(fb) else b
         width = abs(sb - sa)
         is_resolved = test.jumps and abs(a.x[-1] - b.x[-1]) < 10.0 * LOCATION_TOLERANCE
-        if width < LOCATION_TOLERANCE or fa == 0.0 or is_resolved:
+        if width < tolerance or fa == 0.0 or is_resolved:
             return best
         xi, phi = (sa - sb) / (sc - sb), (fa - fb) / (fc - fb) if fc != fb else 2.0
         fraction = 0.5
@@ -622,6 +627,6 @@ def _located_zero(
             fraction = fa / (fb - fa) * fc / (fb - fc) + (sc - sa) / (sb - sa) * fa / (
                 fc - fa
             ) * fb / (fc - fb)
-        least = 0.5 * LOCATION_TOLERANCE / width
+        least = 0.5 * tolerance / width
         fraction = min(max(fraction, least), 1.0 - least)
     return best

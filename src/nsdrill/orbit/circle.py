@@ -35,6 +35,7 @@ from nsdrill.orbit.periodic import Orbit
 Array = np.ndarray[Any, np.dtype[np.float64]]
 POINT_COUNTS = (11, 21)  # of a circle; the second where the first fits too badly
 FINEST = 41  # points of the circles on which touches are located
+TOUCH_TOLERANCE = 1e-3  # of their arclength there
 REFINEMENT = 8  # angles per point, where a contact may begin or end between points
 MAX_RETURNS = 240  # of the lobe map, to which a circle is fitted
 MIN_RETURNS = 40  # of the map that a circle is fitted to
@@ -407,7 +408,7 @@ def with_located_touches(
             return [test for test in test_functions(a, b) if test.code == code]
 
         found: list[LabelledPoint] = []
-        for reach in (1, 2, 3):
+        for reach in (1, 2):
             sides = [marked[max(k - reach, 0)].point, marked[min(k + reach, len(marked) - 1)].point]
             sides.sort(key=lambda point: float(point.x[-1]))
             finer, fine = problem, list[Point]()
@@ -416,7 +417,7 @@ def with_located_touches(
                 point = yield from corrected_at_parameter(finer, x)
                 fine += [] if point is None else [point]
             if len(fine) == 2 and fine[0].x[-1] < fine[1].x[-1]:
-                found = yield from special_points(finer, fine[0], fine[1], sought)
+                found = yield from special_points(finer, *fine, sought, TOUCH_TOLERANCE)
             if found:
                 break
         if found:
