@@ -417,7 +417,7 @@ def with_located_touches(
                 point = yield from corrected_at_parameter(finer, x)
                 fine += [] if point is None else [point]
             if len(fine) == 2 and fine[0].x[-1] < fine[1].x[-1]:
-                found = yield from special_points(finer, *fine, sought, TOUCH_TOLERANCE)
+                found = yield from special_points(finer, fine[0], fine[1], sought, TOUCH_TOLERANCE)
             if found:
                 break
         if found:
