@@ -13,7 +13,9 @@ import pytest
 import xarray
 
 import nsdrill
+from nsdrill.app.branch_summary import stable_parts
 from nsdrill.app.unfinished import Part
+from nsdrill.cli.branches import lines
 
 from .helpers import Call, finish, start
 from .test_fit_resume import has_state
@@ -86,8 +88,49 @@ def test_show_says_what_special_points_mean(made: Path, call: Call) -> None:
     assert all(branch["end_reason"] for branch in found["branches"])
     (hopf,) = [one for one in found["branches"][0]["special"] if one["label"] == "hopf"]
     assert {hopf["unstable_before"], hopf["unstable_after"]} == {0, 2}
+    # Steady drilling is stable from the Hopf point on, stick-slip up to the fold.
+    steady, cycle = found["branches"]
+    (part,), (ends,) = steady["stable"], steady["stable_ends"]
+    assert (min(part), {*ends}) == (hopf["value"], {"bifurcation", "branch"})
+    (fold,) = [one for one in cycle["special"] if one["label"] == "fold"]
+    assert max(max(part) for part in cycle["stable"]) == fold["value"]
+    assert f"{hopf['value']:.6g} rad/s to {max(part):.6g} rad/s (end of the branch)" in text
     assert "rpm" in call("show", made / "b.h5", "--units", "field").out
     assert "continue:" in call("show", made / "b.h5", "--study").out
+
+
+def test_stable_parts_end_at_bifurcations() -> None:
+    for labels, unstable, expected in (
+        ([9, 0, 8, 0, 9], [0, 0, 0, 2, 2], [(0, 2)]),
+        # Two multipliers leave between a touch of the wall and the doubling beside it.
+        ([9, 0, 102, 7, 0], [0, 0, 0, 1, 1], [(0, 3)]),
+        ([0, 7, 102, 0, 9], [1, 1, 0, 0, 0], [(1, 4)]),
+        # Bifurcations of circles are not located.
+        ([9, 0, 0, 0, 9], [0, 0, 2, 0, 0], [(0, 1), (3, 4)]),
+        ([0, 8, 0, 8, 0], [0, 0, 2, 0, 0], [(0, 1), (3, 4)]),
+        ([0, 5, 0], [1, 0, 2], []),
+    ):
+        assert stable_parts(np.array(unstable), np.array(labels)) == expected
+
+
+def test_show_says_where_a_stable_part_is_only_one_of_points() -> None:
+    part = {
+        "branch": 0,
+        "words": "whirl on an invariant circle",
+        "min": 4.0,
+        "max": 5.0,
+        "parent": -1,
+        "stable": [[4.5, 4.0]],
+        "stable_ends": [["point", "branch"]],
+        "looked_between": False,
+        "end_reason": "the circle has lost its smoothness",
+        "special": [],
+    }
+    head = {"title": "", "created": "", "nsdrill_version": "", "overrides": {}, "operation": {}}
+    summary = head | {"along": "rotary_speed", "from": 4.0, "to": 5.0, "points": 9, "seeds": {}}
+    text = "\n".join(lines("b.h5", summary | {"branches": [part], "curves": []}, "si"))
+    assert "4 rad/s (end of the branch) to 4.5 rad/s (its last point)" in text
+    assert "bifurcations between them are not looked for" in text
 
 
 def test_plot_export_and_orbit(made: Path, call: Call) -> None:

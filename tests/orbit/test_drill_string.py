@@ -10,8 +10,9 @@ from scipy.optimize import brentq, minimize_scalar
 
 import nsdrill
 from nsdrill.analysis.bifurcations import DOUBLING, FOLD, HOPF
-from nsdrill.app.continuing import continuation_setup
+from nsdrill.app.continuing import _grazes, continuation_setup
 from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.orbit.explore import Explorer, Orders, Seed
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import rotated
 
@@ -573,3 +574,34 @@ def test_a_regulated_motor_against_shooting_by_scipy():
     for multiplier in wanted:
         assert np.min(np.abs(stored[np.isfinite(stored)] - multiplier)) < 1e-5
     assert np.sum(np.abs(wanted) > 1.001) == int(one["unstable"])
+
+
+def test_touches_of_circles_are_located():
+    """The circle near 4.3 rad/s reaches the wall where the motion on it does, as long
+    runs from points of the circle tell."""
+    speed = 4.326224415773544
+    study = {**AT, "continue": {"along": "rotary_speed", "from": "2.5 rad/s", "to": "8 rad/s"}}
+    setup = continuation_setup(nsdrill.load_study(study))
+    flow = setup.flow(("rotary_speed",), (0.55,), 1)
+    orders = Orders((1,), (speed - 1e-4, speed + 3e-4), 9, grazes=_grazes(setup.study, flow))
+    state = (
+        *(0.07363280195621423, -0.0020926217974525, 0.006426533364160703, 0.03447728526398614),
+        *(-0.0011745910398276295, 0.03054500254797737, -5.486643488093639, 4.08058883863123),
+    )
+    seed = Seed(np.array(state), 0.0, np.array([speed]))
+    (branch,) = Explorer(flow, orders).run([seed]).branches
+    (reached,) = [one.point.found for one in branch.marked if one.label == 102]
+    for shift, touches in ((-5e-5, False), (5e-5, True)):
+        (side,) = reached.values + shift
+        depths = []
+        state = reached.mesh_states
+        angles = 2 * math.pi * np.arange(len(state)) / len(state)
+        state = rotated(setup.symmetry, state, angles)
+        n, fold = len(state), 2 * math.pi / 3
+        for _ in range(250):
+            values = np.full((n, 1), side)
+            run = Legs(state, np.zeros(n), np.full(n, fold), values, np.zeros(n, bool), 1.0, True)
+            ends = flow.run(run)
+            state = rotated(setup.symmetry, ends.state, -fold)
+            depths.append(ends.touches[:, 1, 1].max())
+        assert (max(depths[-20:]) > 0.0) == touches

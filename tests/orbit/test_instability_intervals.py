@@ -4,30 +4,45 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
+import nsdrill
+from nsdrill.app.continuing import continuation_setup
 from nsdrill.orbit import arclength
-from nsdrill.orbit.arclength import Evaluation, Point, follow
+from nsdrill.orbit.arclength import Evaluation, Point, corrected_at_parameter, follow
+from nsdrill.orbit.labels import orbit_test_functions, stability_of
 from nsdrill.orbit.lockstep import advance
+from nsdrill.orbit.periodic import Periodic
 
-WIDE, DEEP = 0.02, 0.002
+DAMPING, COUPLING, RATE = 0.0024, 0.0047, 0.5
+STABILITY = stability_of(0)
+# of the bounce at 5000 m, 22.24 kN and 3.01025 rad/s, in SI
+BOUNCE = (
+    *(0.0034724199, -0.0030646578, 0.0037838035, 0.0062373366),
+    *(0.0011217699, 0.052827834, -5.427871, 2.6335734),
+)
 
 
 @dataclass(frozen=True)
-class Tongue:
-    """The straight branch u = number with a margin that is lowest far from ``at`` and
-    rises to ``top`` there, as that of a resonance does."""
+class Meeting:
+    """The straight branch u = number, on which two pairs of multipliers meet at ``at``
+    and keep together, one within and one outside their circle, as far as their
+    ``coupling`` reaches."""
 
     at: float
-    top: float
+    coupling: float = COUPLING
     tolerance_factor = 1.0
 
-    def margin(self, number):
-        return (self.top + DEEP) / (1.0 + ((number - self.at) / WIDE) ** 2) - DEEP
+    def monodromy(self, number):
+        detuning = RATE * (number - self.at)
+        matrix = 1j * np.array([[1.0 + detuning, self.coupling], [-self.coupling, 1.0 - detuning]])
+        real, imag = matrix.real - DAMPING * np.eye(2), matrix.imag
+        return expm(np.block([[real, -imag], [imag, real]]))
 
     @property
     def borders(self):
-        """Where the margin vanishes."""
-        half = WIDE * (self.top / DEEP) ** 0.5
+        """Where the larger pair crosses the unit circle."""
+        half = (self.coupling**2 - DAMPING**2) ** 0.5 / RATE
         return self.at - half, self.at + half
 
     def evaluate(self, x):
@@ -40,48 +55,69 @@ class Tongue:
 
 
 def followed(problem, *, search):
+    stability = arclength.Stability(problem.monodromy, STABILITY.margins)
+
     def test_functions(previous, current):
         def value(point):
-            return problem.margin(point.found)
+            return float(stability.of([point])[0, 0])
 
         return [arclength.TestFunction(8, value)] if value(previous) * value(current) < 0.0 else []
 
     start = Point(np.array([0.0, 0.0]), np.array([1.0, 1.0]) / 2**0.5, 0.0, 1, 0.0)
-    margins = (lambda found: np.array([-1.0, problem.margin(found)])) if search else None
-    return advance(
-        None, {0: follow(problem, start, 1, (-1.0, 3.0), 400, test_functions, margins=margins)}
-    )[0]
+    arguments = (problem, start, 1, (-1.0, 3.0), 400, test_functions)
+    return advance(None, {0: follow(*arguments, stability=stability if search else None)})[0]
 
 
 @pytest.mark.parametrize("at", [1.4, 1.45, 1.5, 1.55, 1.6])
 def test_an_interval_between_points_is_found(at):
-    problem = Tongue(at, 0.1 * DEEP)  # 0.013 wide, where steps advance the number by 0.2
+    problem = Meeting(at)  # 0.016 wide, where steps advance the number by 0.2
     plain, half = followed(problem, search=False), followed(problem, search=True)
+    assert not any(one.label for one in plain.points)
     found = [one.point.x[1] for one in half.points if one.label]
-    own = [one.point for one in plain.points if not one.label]
-    near = min(abs(point.x[1] - at) for point in own)
-    if near < 1.9 * WIDE:  # a point on the flank tells of it
-        assert found == pytest.approx(problem.borders, abs=1e-7)
+    assert found == pytest.approx(problem.borders, abs=1e-7)
     # The steps are those without the search, in the same order.
     numbers = [one.point.x[1] for one in half.points]
     assert numbers == sorted(numbers)
-    assert {tuple(point.x) for point in own} <= {tuple(one.point.x) for one in half.points}
-    assert half.inserted == len(half.points) - len(plain.points)
+    own = {tuple(one.point.x) for one in plain.points}
+    assert own <= {tuple(one.point.x) for one in half.points}
+    assert half.inserted == len(half.points) - len(plain.points) == 3
     assert half.ended == plain.ended == "to"
 
 
-def test_some_intervals_are_missed_without_the_search():
-    """What the test above holds would be nothing where steps find every interval."""
-    without, looked = 0, 0
-    for at in np.linspace(1.4, 1.6, 9):
-        problem = Tongue(float(at), 0.1 * DEEP)
-        without += any(one.label for one in followed(problem, search=False).points)
-        looked += any(one.label for one in followed(problem, search=True).points)
-    assert looked > without
-
-
-@pytest.mark.parametrize("top", [-0.001 * DEEP, -0.1 * DEEP, -0.5 * DEEP])
-def test_a_margin_with_an_extremum_before_zero_is_no_interval(top):
-    half = followed(Tongue(1.5, top), search=True)
+@pytest.mark.parametrize("share", [0.5, 0.9, 0.999])
+def test_multipliers_that_meet_inside_the_circle_make_no_interval(share):
+    half = followed(Meeting(1.5, share * DAMPING), search=True)
     assert not any(one.label for one in half.points)
     assert half.inserted == 0
+
+
+def test_the_bounce_is_unstable_near_2_97():
+    """The bounce over one lobe at 5000 m and 22.24 kN, followed as in the study of
+    branches, against motions computed at equal distances. Its multipliers at the points
+    around do not come nearer to the unit circle than 5e-4."""
+    study = {
+        "operation": {"depth": "5000 m", "wob": "22.24 kN"},
+        "continue": {"along": "rotary_speed", "from": "2.5 rad/s", "to": "8 rad/s"},
+    }
+    setup = continuation_setup(nsdrill.load_study(study))
+    flow = setup.flow(("rotary_speed",), (0.55,), 1)
+    state = np.array(BOUNCE)
+    problem = Periodic.at(flow, 1, np.array([3.01]), state)
+
+    def motion(number):
+        guess = problem.unknowns(state[None], number)
+        return (yield from corrected_at_parameter(problem, guess))
+
+    numbers = np.concatenate([middle + 1e-4 * np.arange(-3, 4) for middle in (2.9687, 2.98)])
+    scan = advance(flow, {number: motion(number) for number in [3.01, *numbers]})
+    functions = orbit_test_functions({}, equilibrium=False)
+    arguments = (problem, scan[3.01], -1, (2.945 / 0.55, 4.0 / 0.55), 9, functions)
+    half = advance(flow, {0: follow(*arguments, stability=stability_of(0), first_step=0.3)})[0]
+    assert len(half.points) - half.inserted == 2
+    ends = [scan[3.01], half.points[-1].point]
+    assert all(np.abs(one.found.multipliers).max() < 0.9995 for one in ends)
+    found = [one.point.found.values[-1] for one in half.points if one.label == 8]
+    is_unstable = np.array([np.abs(scan[number].found.multipliers).max() > 1 for number in numbers])
+    edges = np.flatnonzero(np.diff(is_unstable.astype(int)))
+    assert sorted(found) == pytest.approx(0.5 * (numbers[edges] + numbers[edges + 1]), abs=6e-5)
+    assert len(found) == 2

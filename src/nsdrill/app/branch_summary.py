@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import END, meanings_of, motion_text
+from nsdrill.analysis.bifurcations import BIFURCATIONS, CIRCLE, END, meanings_of, motion_text
 from nsdrill.data import Array, overrides
 from nsdrill.models.registry import model_in
 
@@ -62,6 +62,7 @@ def _branch(data: Any, number: int, part: slice, numbers: Array, meanings: Any) 
     values, unstable = numbers[part], data["unstable"].values[part]
     labels, notes = data["label"].values[part], data["label_note"].values[part]
     motion, lobes = str(data["motion"].values[number]), int(data["lobes"].values[number])
+    parts = stable_parts(unstable, labels)
     special = []
     for place in np.flatnonzero((labels != 0) & (labels != END)).tolist():
         meaning = meanings.get(int(labels[place]))
@@ -90,7 +91,9 @@ def _branch(data: Any, number: int, part: slice, numbers: Array, meanings: Any) 
         "parent_point": int(data["parent_point"].values[number]),
         "closed": bool(data["closed"].values[number]),
         "end_reason": str(data["end_reason"].values[number]),
-        "stable": [[float(values[a]), float(values[b])] for a, b in stable_parts(unstable)],
+        "stable": [[float(values[a]), float(values[b])] for a, b in parts],
+        "stable_ends": [[_end(labels, end) for end in ends] for ends in parts],
+        "looked_between": motion != CIRCLE,
         "special": special,
     }
 
@@ -106,10 +109,23 @@ def _beside(unstable: Array, labels: Array, place: int, step: int) -> int | None
     return None
 
 
-def stable_parts(unstable: Array) -> list[tuple[int, int]]:
-    """The first and last points of the stable parts of a branch."""
+def _end(labels: Array, place: int) -> str:
+    """What the end of a stable part is: a located ``bifurcation``, the end of the
+    ``branch``, or only the last ``point`` that is stable."""
+    if labels[place] in BIFURCATIONS:
+        return "bifurcation"
+    return "branch" if place in (0, len(labels) - 1) else "point"
+
+
+def stable_parts(unstable: Array, labels: Array) -> list[tuple[int, int]]:
+    """The first and last points of the stable parts of a branch, which end at located
+    bifurcations where such points are next to them."""
     stable = np.concatenate([[False], unstable == 0, [False]]).astype(int)
     begins, ends = np.flatnonzero(np.diff(stable) == 1), np.flatnonzero(np.diff(stable) == -1) - 1
+    # touches of the wall may move several multipliers at once
+    is_located = np.isin(np.pad(labels, 1), BIFURCATIONS)
+    begins = begins - (~is_located[begins + 1] & is_located[begins])
+    ends = ends + (~is_located[ends + 1] & is_located[ends + 2])
     return [(int(a), int(b)) for a, b in zip(begins, ends, strict=True) if b > a]
 
 

@@ -35,7 +35,7 @@ from nsdrill.orbit.curve import Condition
 from nsdrill.orbit.explore import Explorer, Found, Orders, Seed
 from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.kept import from_arrays, to_arrays
-from nsdrill.orbit.labels import Graze
+from nsdrill.orbit.labels import Graze, unstable_beside
 from nsdrill.orbit.multipliers import finer_multipliers
 from nsdrill.store import open_branches, part_path, read_results, write_branches
 from nsdrill.study.continuation import SECTION, Continuation
@@ -602,8 +602,11 @@ def dataset_of(setup: ContinuationSetup, flow: Flow, found: Found) -> Any:
         ),
         "unstable": (
             "point",
-            np.array([point.found.unstable for point in points], np.int16),
-            _dimensionless("number of multipliers outside the unit circle; 0: stable"),
+            np.array([unstable_beside(one) for b in branches for one in b.marked], np.int16),
+            _dimensionless(
+                "number of multipliers outside the unit circle; 0: stable; at a bifurcation that "
+                "of its more stable side"
+            ),
         ),
         "arclength": (
             "point",

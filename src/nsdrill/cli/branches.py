@@ -10,6 +10,8 @@ from typing import Any
 from nsdrill.errors import printable
 
 MAX_SPECIAL = 40
+# after the end of a stable part, by what it is
+END_WORDS = {"bifurcation": "", "branch": " (end of the branch)", "point": " (its last point)"}
 
 
 def lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
@@ -38,8 +40,15 @@ def lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
             f"\nBranch {branch['branch']}: {branch['words']}, {text(branch['min'])} to "
             f"{text(branch['max'])}{origin}"
         )
-        stable = ", ".join(f"{text(min(ends))} to {text(max(ends))}" for ends in branch["stable"])
+        stable = ", ".join(
+            " to ".join(
+                text(end) + END_WORDS[what] for end, what in sorted(zip(*part, strict=True))
+            )
+            for part in zip(branch["stable"], branch["stable_ends"], strict=True)
+        )
         yield f"  stable         {stable or 'nowhere'}"
+        if stable and not branch["looked_between"]:
+            yield "                 at its points; bifurcations between them are not looked for"
         yield f"  ends           {branch['end_reason']}"
         for special in branch["special"][:MAX_SPECIAL]:
             note = f" ({special['note']})" if special["note"] else ""

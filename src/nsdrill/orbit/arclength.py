@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -25,7 +26,6 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 T = TypeVar("T")
 Task = Generator[Legs, Ends, T]
 HasKink = Callable[[Any, Any], bool]
-Margins = Callable[[Any], Array]
 
 # lengths of continuation steps, in natural scales
 FIRST_STEP, MAX_STEP, MIN_STEP = 0.02, 0.3, 1e-6
@@ -44,9 +44,11 @@ STEPS_BEYOND_CORNER = (3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)
 # between the tangent at the end of that step and its chord, or the tangent after the
 # next shorter step
 STRAIGHT_COSINE = 0.95
-MAX_HALVINGS = 6  # in the search for an interval of instability
-MAX_MARGIN_RATIO = 4.0  # of a margin to its change between points
-MAX_MARGIN_CHANGE = 0.5  # of a margin between points
+# of the search between two points for an interval of instability:
+MAX_LOOKS = 6  # points that are computed
+SAMPLES = 32  # of the interpolated monodromy
+STENCIL = 4  # points that it is interpolated from
+MIN_MARGIN = 1e-6  # of a multiplier that is not on the unit circle
 
 
 @dataclass(frozen=True)
@@ -222,7 +224,18 @@ class HalfBranch:
     inserted: int = 0
 
 
-IntervalCandidate = tuple[tuple[Problem, Point], tuple[Problem, Point], Point]
+@dataclass(frozen=True)
+class Stability:
+    """How the stability of solutions is computed: the ``monodromy`` [n, n] of a solution,
+    and the ``margins`` [k, m] of monodromies [k, n, n], of which each is positive for an
+    unstable direction, the largest first."""
+
+    monodromy: Callable[[Any], Array]
+    margins: Callable[[Array], Array]
+
+    def of(self, points: list[Point]) -> Array:
+        """The margins of points [points, m]."""
+        return self.margins(np.stack([self.monodromy(point.found) for point in points]))
 
 
 def follow(
@@ -237,7 +250,7 @@ def follow(
     first_step: float = FIRST_STEP,
     max_step: float = MAX_STEP,
     has_kink: HasKink = lambda previous, current: False,
-    margins: Margins | None = None,
+    stability: Stability | None = None,
 ) -> Task[HalfBranch]:
     """Follow the branch through ``start`` in one ``direction`` (1 or -1 along its
     tangent) until the parameter leaves ``bounds``, ``stop`` of two neighbouring points
@@ -245,35 +258,32 @@ def follow(
     reached.
 
     ``has_kink`` of the solutions of two points says whether a kink of the equations
-    lies between them, at which the branch may have a corner. ``margins`` of a solution
-    change their sign at special points: where one comes close to zero, an interval
-    of instability narrower than a step is searched for."""
-    candidates: list[IntervalCandidate] = []
-
-    def may_cross(a: Point, b: Point, c: Point) -> bool:
-        return (
-            margins is not None
-            and _closest_margin(*(margins(entry.found) for entry in (a, b, c))) is not None
-        )
-
+    lies between them, at which the branch may have a corner. With ``stability``
+    intervals of instability that are narrower than a step are searched for."""
+    steps: list[tuple[Problem, Point]] = []
     arguments = (max_points, test_functions, stop, first_step, max_step, has_kink)
-    half = yield from _follow_steps(
-        problem, start, direction, bounds, *arguments, may_cross, candidates
-    )
-    if margins is None or not candidates:
+    half = yield from _follow_steps(problem, start, direction, bounds, *arguments, steps)
+    if stability is None or not half.points:
         return half
     # After all steps, as those of other branches may depend on the points of this one.
-    intervals = yield from gather(
-        [_instability_interval(*entry, test_functions, margins) for entry in candidates]
-    )
+    nodes = [LabelledPoint(steps[0][1]), *half.points]
+    searches, step = [], 0
+    for place in range(len(nodes) - 1):
+        while step + 1 < len(steps) and steps[step + 1][1].s <= nodes[place].point.s:
+            step += 1
+        if nodes[place + 1].point.s - nodes[place].point.s > MIN_STEP:
+            stencil = _stencil(nodes, place)
+            searches.append(
+                _instability_interval(*steps[step], *stencil, test_functions, stability)
+            )
     points = list(half.points)
-    for entry in (entry for interval in intervals for entry in interval):
+    for found in (entry for interval in (yield from gather(searches)) for entry in interval):
         if not any(
-            entry.label == other.label
-            and np.max(np.abs(entry.point.x - other.point.x)) < DUPLICATE_DISTANCE
+            found.label == other.label
+            and np.max(np.abs(found.point.x - other.point.x)) < DUPLICATE_DISTANCE
             for other in points
         ):
-            points.append(entry)
+            points.append(found)
     return HalfBranch(
         sorted(points, key=lambda entry: entry.point.s), half.ended, len(points) - len(half.points)
     )
@@ -290,16 +300,15 @@ def _follow_steps(
     first_step: float,
     max_step: float,
     has_kink: HasKink,
-    may_cross: Callable[[Point, Point, Point], bool],
-    candidates: list[IntervalCandidate],
+    steps: list[tuple[Problem, Point]],
 ) -> Task[HalfBranch]:
-    """The steps of :func:`follow`. Appends to ``candidates`` where an interval of
-    instability may lie."""
+    """The steps of :func:`follow`. Appends the problem and the point from which each
+    sets out to ``steps``."""
     previous = replace(
         start, tangent=direction * start.tangent, s=0.0, orientation=direction * start.orientation
     )
     origin, points = previous, list[LabelledPoint]()
-    last_two: tuple[tuple[Problem, Point], ...] = ((problem, previous),)  # no corner between
+    steps.append((problem, previous))
     step, has_left = first_step, False
     failure = ""
     while len(points) < max_points:
@@ -316,7 +325,8 @@ def _follow_steps(
                         LabelledPoint(edge, test.code, test.words)
                         for test in test_functions(previous, current)
                     ]
-                    previous, last_two = edge, ()
+                    previous = edge
+                    steps.append((problem, previous))
             if current is None:
                 step /= 2.0
         outside = (
@@ -337,8 +347,6 @@ def _follow_steps(
         if not (points and points[-1].point is previous and points[-1].label):
             points += yield from special_points(problem, previous, current, test_functions)
         points.append(LabelledPoint(current))
-        if len(last_two) == 2 and may_cross(last_two[0][1], last_two[1][1], current):
-            candidates.append((*last_two, current))
         if outside:
             return HalfBranch(points, "from" if outside < 0 else "to")
         distance = float(np.linalg.norm(current.x - origin.x))
@@ -346,7 +354,7 @@ def _follow_steps(
         if has_left and distance < 1.5 * step and _passes_through(previous, current, origin):
             return HalfBranch(points, "closed")
         problem, previous = problem.updated(current.x), current
-        last_two = (*last_two[-1:], (problem, previous))
+        steps.append((problem, previous))
         if current.iterations <= FEW_ITERATIONS:
             step = min(step * (GROWTH if step > first_step else RECOVERY_GROWTH), max_step)
     return HalfBranch(points, "points")
@@ -465,12 +473,17 @@ def _point_at_bound(
 
 
 def special_points(
-    problem: Problem, previous: Point, current: Point, test_functions: TestFunctions
+    problem: Problem,
+    previous: Point,
+    current: Point,
+    test_functions: TestFunctions,
+    tolerance: float = LOCATION_TOLERANCE,
 ) -> Task[list[LabelledPoint]]:
-    """The special points between two points, in order."""
+    """The special points between two points, in order, to a ``tolerance`` of the
+    arclength."""
     points = []
     for test in test_functions(previous, current):
-        point = yield from _located_zero(problem, previous, current, test)
+        point = yield from _located_zero(problem, previous, current, test, tolerance)
         if point is not None:
             points.append(LabelledPoint(point, test.code, test.words))
     return sorted(points, key=lambda entry: entry.point.s)
@@ -486,73 +499,98 @@ def corrected_between(
     return (yield from corrected(problem, guess, previous.tangent, previous.tangent, previous))
 
 
-def _instability_interval(
-    first: tuple[Problem, Point],
-    second: tuple[Problem, Point],
-    last: Point,
-    test_functions: TestFunctions,
-    margins: Margins,
-) -> Task[list[LabelledPoint]]:
-    """An interval between three neighbouring points in which a margin has the opposite
-    sign: a point inside and the special points on both sides; empty where no margin
-    changes its sign. ``first`` and ``second`` come with the problems of the steps that
-    lead on from them.
+def _stencil(nodes: list[LabelledPoint], place: int) -> tuple[list[Point], int]:
+    """The nodes from which a monodromy between the node ``place`` and the next is
+    interpolated, and the number of the former among them. A special point may be a
+    kink: none lies beyond one."""
 
-    The margin to search is closest to zero at the middle point, and its distance from
-    zero is comparable to its change between points. Halving both sides about the
-    closest point either finds the interval, or shows that the margin has an extremum
-    before zero.
+    def gap(low: int) -> float:
+        """The distance of the node ``low`` from the next."""
+        gap = nodes[low + 1].point.s - nodes[low].point.s
+        return gap if gap > MIN_STEP else np.inf
+
+    low, high = place, place + 1
+    while high - low < STENCIL - 1:
+        left = np.inf if low == 0 or nodes[low].label else gap(low - 1)
+        right = np.inf if high + 1 == len(nodes) or nodes[high].label else gap(high)
+        if np.isinf(min(left, right)):
+            break
+        low, high = (low - 1, high) if left <= right else (low, high + 1)
+    return [entry.point for entry in nodes[low : high + 1]], place - low
+
+
+def _instability_interval(
+    problem: Problem,
+    base: Point,
+    nodes: list[Point],
+    place: int,
+    test_functions: TestFunctions,
+    stability: Stability,
+) -> Task[list[LabelledPoint]]:
+    """An interval between the node ``place`` and the next in which another number of
+    directions is unstable: a point inside and the special points on both sides; empty
+    where none is found. The step there sets out from ``base`` with ``problem``.
+
+    Multipliers that meet leave the unit circle for as long as they keep together, and
+    none of the points around need show it. The monodromy, though, is smooth: where one
+    that is interpolated has another number of margins above zero, a point is computed,
+    and serves to interpolate anew.
     """
-    (first_problem, a), (second_problem, b), c = first, second, last
-    sides: list[tuple[Problem, Point]] = [(first_problem, a), (second_problem, b)]
-    bracket: list[Point] = [a, b, c]
-    values = [margins(point.found) for point in bracket]
-    index = _closest_margin(*values)
-    if index is None:
+    ends = nodes[place], nodes[place + 1]
+    # a special point has a margin of about zero
+    counts = {
+        int(np.sum(margins > 0.0))
+        for margins in stability.of([*ends])
+        if np.min(np.abs(margins)) > MIN_MARGIN
+    }
+    if len(counts) != 1:
         return []
-    for _ in range(MAX_HALVINGS):
-        middle: list[Point] = []
-        for (problem, base), p, q in zip(sides, bracket[:2], bracket[1:], strict=True):
-            distances = [float(base.tangent @ (end.x - base.x)) for end in (p, q)]
-            point = yield from corrected_between(
-                problem, base, p, q, 0.5 * (distances[0] + distances[1])
-            )
-            if point is None:
-                return []
-            middle.append(point)
-            margin = margins(point.found)
-            if margin[index] * values[1][index] < 0.0:
-                points = yield from special_points(problem, p, point, test_functions)
-                points.append(LabelledPoint(point))
-                points += yield from special_points(problem, point, q, test_functions)
-                return points
-        bracket = [bracket[0], middle[0], bracket[1], middle[1], bracket[2]]
-        values = [margins(point.found) for point in bracket]
-        nearest = min(range(1, 4), key=lambda k: abs(values[k][index]))
-        refined_sides = [sides[0], sides[0], sides[1], sides[1]]
-        bracket, values = bracket[nearest - 1 : nearest + 2], values[nearest - 1 : nearest + 2]
-        sides = refined_sides[nearest - 1 : nearest + 1]
-        if _closest_margin(*(margin[[index]] for margin in values)) is None:
-            return []
+    count = counts.pop()
+    for _ in range(MAX_LOOKS):
+        inner = [node for node in nodes if ends[0].s <= node.s <= ends[1].s]
+        found = [_greatest_excess(nodes, *pair, count, stability) for pair in pairwise(inner)]
+        k = max(range(len(found)), key=lambda k: found[k][0])
+        excess, s = found[k]
+        if not excess > 0.0:
+            break
+        first, last = inner[k : k + 2]
+        share = (s - first.s) / (last.s - first.s)
+        chord = share * (base.tangent @ (last.x - base.x))
+        chord += (1.0 - share) * (base.tangent @ (first.x - base.x))
+        point = yield from corrected_between(problem, base, first, last, float(chord))
+        if point is None or not first.s < point.s < last.s:
+            break
+        if np.sum(stability.of([point]) > 0.0) != count:
+            points = yield from special_points(problem, first, point, test_functions)
+            points.append(LabelledPoint(point))
+            points += yield from special_points(problem, point, last, test_functions)
+            return points
+        nodes = sorted([*nodes, point], key=lambda node: node.s)
     return []
 
 
-def _closest_margin(a: Array, b: Array, c: Array) -> int | None:
-    """The number of the margin that may cross zero between three points, by how close
-    it comes to zero at the middle one; None where none may."""
-    same_sign = (a * b > 0.0) & (b * c > 0.0)
-    is_closest = (np.abs(b) < np.abs(a)) & (np.abs(b) < np.abs(c))
-    change = np.maximum(np.abs(b - a), np.abs(b - c))
-    with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = np.where(
-            same_sign & is_closest & (change < MAX_MARGIN_CHANGE), np.abs(b) / change, np.inf
-        )
-    nearest = int(np.argmin(ratio)) if len(ratio) else 0
-    return nearest if len(ratio) and ratio[nearest] < MAX_MARGIN_RATIO else None
+def _greatest_excess(
+    nodes: list[Point], first: Point, last: Point, count: int, stability: Stability
+) -> tuple[float, float]:
+    """The greatest value, between two neighbouring nodes, of the margin that lies
+    inside with ``count`` margins outside, or of the outer one's distance inside, and the
+    arclength there, from monodromies interpolated between the nearest nodes."""
+    near = sorted(nodes, key=lambda node: max(first.s - node.s, node.s - last.s))[:STENCIL]
+    s = first.s + (last.s - first.s) * (np.arange(SAMPLES) + 0.5) / SAMPLES
+    at = np.array([node.s for node in near])
+    weights = np.ones((SAMPLES, len(near)))  # of Lagrange
+    for k, other in np.ndindex(len(near), len(near)):
+        if k != other:
+            weights[:, k] *= (s - at[other]) / (at[k] - at[other])
+    monodromies = np.stack([stability.monodromy(node.found) for node in near])
+    margins = stability.margins(np.tensordot(weights, monodromies, 1))
+    bounded = np.pad(margins, ((0, 0), (1, 1)), constant_values=((0, 0), (np.inf, -np.inf)))
+    excess = np.maximum(bounded[:, count + 1], -bounded[:, count])
+    return float(excess.max()), float(s[np.argmax(excess)])
 
 
 def _located_zero(
-    problem: Problem, previous: Point, current: Point, test: TestFunction
+    problem: Problem, previous: Point, current: Point, test: TestFunction, tolerance: float
 ) -> Task[Point | None]:
     """The zero of ``test``, by the method of Chandrupatla (1997), bisection and
     inverse quadratic interpolation. None where both ends have the same sign, a value
@@ -581,7 +619,7 @@ def _located_zero(
         best = a if abs(fa) < abs(fb) else b
         width = abs(sb - sa)
         is_resolved = test.jumps and abs(a.x[-1] - b.x[-1]) < 10.0 * LOCATION_TOLERANCE
-        if width < LOCATION_TOLERANCE or fa == 0.0 or is_resolved:
+        if width < tolerance or fa == 0.0 or is_resolved:
             return best
         xi, phi = (sa - sb) / (sc - sb), (fa - fb) / (fc - fb) if fc != fb else 2.0
         fraction = 0.5
@@ -589,6 +627,6 @@ def _located_zero(
             fraction = fa / (fb - fa) * fc / (fb - fc) + (sc - sa) / (sb - sa) * fa / (
                 fc - fa
             ) * fb / (fc - fb)
-        least = 0.5 * LOCATION_TOLERANCE / width
+        least = 0.5 * tolerance / width
         fraction = min(max(fraction, least), 1.0 - least)
     return best

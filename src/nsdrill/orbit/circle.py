@@ -10,14 +10,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import FOLD
+from nsdrill.analysis.bifurcations import FOLD, OWN
 from nsdrill.models.base import Symmetry
-from nsdrill.orbit.arclength import Evaluation, Point, Task, TestFunction
+from nsdrill.orbit.arclength import (
+    Evaluation,
+    LabelledPoint,
+    Point,
+    Task,
+    TestFunction,
+    TestFunctions,
+    corrected_at_parameter,
+    special_points,
+)
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import rotated, rotation_derivative
 from nsdrill.orbit.labels import Graze
@@ -25,6 +34,9 @@ from nsdrill.orbit.periodic import Orbit
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 POINT_COUNTS = (11, 21)  # of a circle; the second where the first fits too badly
+FINEST = 41  # points of the circles on which touches are located
+TOUCH_TOLERANCE = 1e-3  # of their arclength there
+REFINEMENT = 8  # angles per point, where a contact may begin or end between points
 MAX_RETURNS = 240  # of the lobe map, to which a circle is fitted
 MIN_RETURNS = 40  # of the map that a circle is fitted to
 TOLERANCE_FACTOR = 30.0  # the error of interpolation along a circle is far larger still
@@ -139,10 +151,13 @@ class Circle:
         jacobian[-1, phase_state : N * n : n] = weight / N
         if not np.isfinite(jacobian).all():
             return None
+        sampled = ends.touches[:N]
+        if _may_cross(sampled[..., 0]) or _may_cross(-sampled[..., 1]):
+            sampled = np.concatenate([sampled, (yield self._between_angles(w, values)).touches])
         touches = np.stack(
             [
-                ends.touches[:N, :, 0].min(axis=0),
-                ends.touches[:N, :, 1].max(axis=0),
+                sampled[..., 0].min(axis=0),
+                sampled[..., 1].max(axis=0),
                 ends.touches[:N, :, 2].mean(axis=0),
             ],
             axis=-1,
@@ -175,6 +190,36 @@ class Circle:
 
     def updated(self, x: Array) -> Circle:
         return self
+
+    def _between_angles(self, w: Array, values: Array) -> Legs:
+        """The map from angles between those of the points."""
+        steps = np.arange(1, REFINEMENT) * (2.0 * math.pi / (REFINEMENT * self.points))
+        states = np.concatenate([shift_matrix(self.points, step)[0] @ w for step in steps])
+        angles = (self.angles + steps[:, None]).ravel()
+        n = len(angles)
+        return Legs(
+            rotated(self.flow.symmetry, states, angles),
+            np.zeros(n),
+            np.full(n, self.map_angle),
+            np.tile(values, (n, 1)),
+            np.zeros(n, dtype=bool),
+            TOLERANCE_FACTOR,
+            True,
+        )
+
+    def with_points(self, x: Array, points: int) -> tuple[Circle, Array]:
+        """The problem with another number of points, and the same circle as its
+        unknowns."""
+        finer = replace(self, points=points)
+        w = np.stack([shift_matrix(self.points, angle)[0][0] @ self.w(x) for angle in finer.angles])
+        return finer, finer.unknowns(w, float(x[-2]), float(x[-1] * self.flow.scales[-1]))
+
+
+def _may_cross(extremes: Array) -> bool:
+    """Whether an extreme [points, contacts] that is positive at all angles may reach zero
+    between them."""
+    low = extremes.min(axis=0)
+    return bool(np.any((low > 0.0) & (low < extremes.max(axis=0) - low)))
 
 
 def harmonic_tail(orbit: Orbit) -> float:
@@ -345,3 +390,41 @@ def circle_test_functions(
         return functions
 
     return test_functions
+
+
+def with_located_touches(
+    problem: Circle, marked: list[LabelledPoint], test_functions: TestFunctions
+) -> Task[list[LabelledPoint]]:
+    """The points of one side of a branch, with its touches located on circles of
+    ``FINEST`` points: a coarse circle passes by the wall at another speed than the
+    motion on it. A touch that is not found there keeps its place, and says so."""
+    result = list[LabelledPoint]()
+    for k, entry in enumerate(marked):
+        if entry.label < OWN:
+            result.append(entry)
+            continue
+
+        def sought(a: Point, b: Point, code: int = entry.label) -> list[TestFunction]:
+            return [test for test in test_functions(a, b) if test.code == code]
+
+        found: list[LabelledPoint] = []
+        for reach in (1, 2):
+            sides = [marked[max(k - reach, 0)].point, marked[min(k + reach, len(marked) - 1)].point]
+            sides.sort(key=lambda point: float(point.x[-1]))
+            finer, fine = problem, list[Point]()
+            for side in sides:
+                finer, x = problem.with_points(side.x, FINEST)
+                point = yield from corrected_at_parameter(finer, x)
+                fine += [] if point is None else [point]
+            if len(fine) == 2 and fine[0].x[-1] < fine[1].x[-1]:
+                found = yield from special_points(finer, fine[0], fine[1], sought, TOUCH_TOLERANCE)
+            if found:
+                break
+        if found:
+            at = found[0].point
+            share = (at.x[-1] - sides[0].x[-1]) / (sides[1].x[-1] - sides[0].x[-1])
+            s = float(sides[0].s + share * (sides[1].s - sides[0].s))
+            result.append(replace(found[0], point=replace(at, s=s)))
+        else:
+            result.append(replace(entry, words="only on a coarse circle"))
+    return sorted(result, key=lambda entry: entry.point.s)

@@ -40,7 +40,7 @@ from nsdrill.orbit.branch import Branch, assembled, passes_near
 from nsdrill.orbit.cycle import Cycle, corotating_rates, sampled_cycle
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import rotated
-from nsdrill.orbit.labels import Graze, kink_predicate, multiplier_margins, orbit_test_functions
+from nsdrill.orbit.labels import Graze, kink_predicate, orbit_test_functions, stability_of
 from nsdrill.orbit.lockstep import advance
 from nsdrill.orbit.periodic import Orbit, Periodic, lobe_starts, segment_starts
 from nsdrill.orbit.switch import (
@@ -541,7 +541,7 @@ class Explorer:
 
     def _follow_side(self, candidate: _Candidate, direction: int, start: Point) -> Task[HalfBranch]:
         """One side of a branch. Where Newton's method fails, it continues with twice
-        the segments."""
+        the segments. Touches of circles are located on finer ones."""
         orders, test_functions = self.orders, self._test_functions(candidate)
         stop = self._side_stop(
             candidate, direction if candidate.other is None or start is candidate.point else -1
@@ -552,8 +552,8 @@ class Explorer:
         has_kink = kink_predicate(
             0 if candidate.motion == CIRCLE else len(self.flow.equations.contacts)
         )
-        # The multipliers of a circle are too inaccurate.
-        margins = None if candidate.motion == CIRCLE else multiplier_margins
+        # A circle has no monodromy.
+        stability = None if candidate.motion == CIRCLE else stability_of(start.found.trivial)
         half = yield from follow(
             problem,
             start,
@@ -563,7 +563,7 @@ class Explorer:
             test_functions,
             stop,
             has_kink=has_kink,
-            margins=margins,
+            stability=stability,
         )
         while (
             half.ended.startswith("no convergence")
@@ -598,7 +598,7 @@ class Explorer:
                 test_functions,
                 stop,
                 has_kink=has_kink,
-                margins=margins,
+                stability=stability,
             )
             if not continuation.points:
                 continue
@@ -612,6 +612,9 @@ class Explorer:
                 continuation.ended,
                 half.inserted + continuation.inserted,
             )
+        if candidate.motion == CIRCLE:
+            points = yield from circle.with_located_touches(problem, half.points, test_functions)
+            half = replace(half, points=points)
         return half
 
     def _side_stop(self, candidate: _Candidate, direction: int) -> Callable[[Point, Point], str]:

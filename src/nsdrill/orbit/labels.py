@@ -21,9 +21,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import BRANCH, DOUBLING, FOLD, HOPF, TORUS
-from nsdrill.orbit.arclength import Point, TestFunction
-from nsdrill.orbit.periodic import Orbit
+from nsdrill.analysis.bifurcations import BIFURCATIONS, BRANCH, DOUBLING, FOLD, HOPF, TORUS
+from nsdrill.orbit.arclength import LabelledPoint, Point, Stability, TestFunction
+from nsdrill.orbit.periodic import UNSTABLE_TOLERANCE, Orbit
 
 REAL_TOLERANCE = 1e-7  # of the imaginary part of a real multiplier, over its modulus
 
@@ -47,6 +47,18 @@ def multiplier_counts(orbit: Orbit) -> tuple[int, int, int]:
     value = multipliers.real
     above, below = int(np.sum(is_real & (value > 1.0))), int(np.sum(is_real & (value < -1.0)))
     return above, below, int(np.sum(~is_real & (np.abs(multipliers) > 1.0)))
+
+
+def unstable_beside(entry: LabelledPoint) -> int:
+    """The number of multipliers of a point outside the unit circle, without those that
+    are on it at a bifurcation: that of the more stable side."""
+    multipliers = entry.point.found.nontrivial
+    if entry.label in BIFURCATIONS:
+        is_pair = entry.label in (TORUS, HOPF)
+        real = -1.0 if entry.label == DOUBLING else 1.0
+        distance = np.abs(np.abs(multipliers) - 1.0 if is_pair else multipliers - real)
+        multipliers = np.delete(multipliers, np.argsort(distance)[: 2 if is_pair else 1])
+    return int(np.sum(np.abs(multipliers) > 1.0 + UNSTABLE_TOLERANCE))
 
 
 def _signed_distance(shift: float) -> Callable[[Point], float]:
@@ -154,11 +166,17 @@ def kink_predicate(contacts: int) -> Callable[[Orbit, Orbit], bool]:
     return has_kink
 
 
-def multiplier_margins(orbit: Orbit) -> np.ndarray:
-    """The logarithms of the moduli of the nontrivial multipliers, the largest first:
-    positive outside the unit circle."""
-    moduli = np.sort(np.abs(orbit.nontrivial))[::-1]
-    return np.asarray(np.log(np.maximum(moduli, 1e-300)))
+def stability_of(trivial: int) -> Stability:
+    """The stability of motions with this number of ``trivial`` multipliers: the margins
+    are the logarithms of the moduli of the others."""
+
+    def margins(monodromies: np.ndarray) -> np.ndarray:
+        multipliers = np.linalg.eigvals(monodromies)
+        order = np.argsort(np.abs(multipliers - 1.0), axis=-1)[:, trivial:]
+        moduli = np.abs(np.take_along_axis(multipliers, order, axis=-1))
+        return np.asarray(np.log(np.maximum(-np.sort(-moduli, axis=-1), 1e-300)))
+
+    return Stability(lambda orbit: orbit.monodromy, margins)
 
 
 def critical_vector(orbit: Orbit, multiplier: float) -> np.ndarray:

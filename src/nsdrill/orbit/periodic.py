@@ -23,6 +23,7 @@ from nsdrill.orbit.frame import rotated, rotation_matrix
 Array = np.ndarray[Any, np.dtype[np.float64]]
 # folds of a revolution in the map of an equilibrium, where every drive angle is alike
 EQUILIBRIUM_FOLDS = 8
+UNSTABLE_TOLERANCE = 1e-9  # of the modulus of a multiplier on the unit circle
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class Orbit:
     @property
     def unstable(self) -> int:
         """How many multipliers lie outside the unit circle."""
-        return int(np.sum(np.abs(self.nontrivial) > 1.0 + 1e-9))
+        return int(np.sum(np.abs(self.nontrivial) > 1.0 + UNSTABLE_TOLERANCE))
 
 
 def combined_touches(touches: Array) -> Array:

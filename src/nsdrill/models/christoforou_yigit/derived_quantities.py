@@ -137,7 +137,8 @@ def _torsion(
         quantities["stick_slip_fold"] = DerivedQuantity(
             averaged_fold(parameters, k, slope, operation.wob),
             "rad/s",
-            "speed below which torsional stick-slip, once begun, lasts; by averaging, to some 10 %",
+            "speed below which torsional stick-slip, once begun, lasts; by averaging, 6 to 14 % too "
+            "low",
         )
     if law is None:
         return quantities
