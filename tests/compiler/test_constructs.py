@@ -353,6 +353,37 @@ def branches(W):
 
 
 @construct
+def names_that_branches_and_loops_assign(W):
+    def f(b):
+        for k in range(20):
+            last = b[k % 3]
+        for k in range(3):
+            b[5 * W] += last * float(k)
+            last = b[k]
+        b[6 * W] = last
+        if b[0] > 1.0:
+            if b[1] > 0.0:
+                y: float = 1.0
+            else:
+                y = 2.0
+        elif b[0] > 0.0:
+            return
+        else:
+            y = 3.0
+        b[7 * W] = y
+        n = 0
+        while True:
+            z = y * 2.0
+            n += 1
+            if z > 3.0 or n > 3:
+                break
+            y = z
+        b[8 * W] = z
+
+    return f
+
+
+@construct
 def returns(W):
     def f(b):
         if b[0] > 1.0:

@@ -194,6 +194,19 @@ REFUSED: list[tuple[str, str]] = [
     ("for j in range(20):\n    pass\nx = float(j)  #!", "has no value after it; allowed"),
     ("for i in packed(8):\n    k = b[i]\nx = k  #!", "has no value after it; allowed"),
     ("for i in packed(8):\n    pass\nx = float(i)  #!", "has no value after it; allowed"),
+    *[
+        (text, "y has no value here; allowed: a name that is assigned on every way here")
+        for text in (
+            "if x > 0.0:\n    y = 1.0\nb[0] = y  #!",
+            "if x > 0.0:\n    pass\nelse:\n    y = 1.0\nb[0] = y  #!",
+            "if x > 0.0:\n    y = 1.0\nelif x > -1.0:\n    y = 2.0\nb[0] = y  #!",
+            "if x > 0.0:\n    y = 1.0\nelse:\n    b[0] = y  #!",
+            "if x > 0.0:\n    y = 1.0\nif x > 0.0:\n    b[0] = y  #!",
+            "while x > 0.0:\n    y = x = 0.0\nb[0] = y  #!",
+            "for j in range(n):\n    y = 1.0\nb[0] = y  #!",
+            "for j in range(20):\n    if j > 3:\n        b[0] = y  #!\n    y = 1.0",
+        )
+    ],
     # memory
     ("b[-1] = 1.0", "before the beginning of a buffer; allowed"),
     ("x = b[-1]", "before the beginning of a buffer; allowed"),

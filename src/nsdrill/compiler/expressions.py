@@ -457,9 +457,10 @@ class Expressions:
     def place(self, array: Array, index: Any) -> tuple[Any, int]:
         """The address of an element or, with the index of the lane, of a row: (pointer,
         lanes)."""
-        if (isinstance(index, int) and index < 0) or (
-            isinstance(index, Lane) and index.base is None and index.offset < 0
-        ):
+        first = index if isinstance(index, int) else 0
+        if isinstance(index, Lane) and index.base is None:
+            first = index.offset
+        if first < 0:
             raise Refusal("a place before the beginning of a buffer; allowed: b[len(b) - 1]")
         if isinstance(index, Lane):
             where = self.text.constant(index.offset, "i")

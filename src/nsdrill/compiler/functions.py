@@ -16,7 +16,7 @@ import os
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from types import CodeType, FunctionType, ModuleType
+from types import CodeType, FunctionType
 from typing import Any
 
 import numpy as np
@@ -153,20 +153,33 @@ def _compiler_digest() -> str:
 @cache
 def identity(function: FunctionType) -> str:
     """A digest of the code of ``function`` and of all that it refers to."""
-    names = {
-        name: function.__globals__[name]
-        for name in _names(function.__code__)
-        if name in function.__globals__
-    }
-    cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
-    names |= {name: cell.cell_contents for name, cell in cells}
-    names.pop(function.__name__, None)
-    found = (
-        _code(function.__code__),
-        [(name, _content(value)) for name, value in sorted(names.items())],
-        _content(function.__defaults__),
-    )
+    if function in _identified:
+        raise InputError(
+            f"{function.__name__} calls itself through another function; allowed: a loop."
+        )
+    _identified.append(function)
+    try:
+        names = _names(function.__code__)
+        referred = {
+            name: function.__globals__[name] for name in names if name in function.__globals__
+        }
+        cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
+        referred |= {name: cell.cell_contents for name, cell in cells}
+        found = (
+            _code(function.__code__),
+            [
+                (name, _content(value, names))
+                for name, value in sorted(referred.items())
+                if getattr(value, "py_func", value) is not function
+            ],
+            _content((function.__defaults__, function.__kwdefaults__), names),
+        )
+    finally:
+        _identified.pop()
     return hashlib.sha256(repr(found).encode()).hexdigest()
+
+
+_identified: list[FunctionType] = []  # whose identity is being found
 
 
 def _names(code: CodeType) -> set[str]:
@@ -181,17 +194,28 @@ def _code(code: CodeType) -> Any:
     return code.co_name, code.co_code, constants, code.co_names, code.co_varnames, code.co_freevars
 
 
-def _content(value: Any) -> Any:
-    """All of a value that may matter, as a text or a tuple of texts."""
+def _content(value: Any, names: set[str], depth: int = 4) -> Any:
+    """All of a value that may matter to code with these ``names``, as texts in tuples:
+    of modules, classes and objects, the attributes that may be asked for."""
     source = getattr(value, "py_func", value)
     if isinstance(source, FunctionType):
         return getattr(value, "kinds", ""), identity(source)
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, hashlib.sha256(value.tobytes()).hexdigest()
     if isinstance(value, (tuple, list)):
-        return [_content(part) for part in value]
-    if isinstance(value, ModuleType):
-        return value.__name__
-    if isinstance(value, type) or callable(value):
-        return getattr(value, "__module__", ""), getattr(value, "__qualname__", repr(value))
-    return repr(value)
+        return [_content(part, names, depth) for part in value]
+    if isinstance(value, dict):
+        return [(repr(key), _content(part, names, depth)) for key, part in value.items()]
+    if value is None or isinstance(value, (int, float, str, np.generic)):
+        return repr(value)
+    kind = value if isinstance(value, type) or callable(value) else type(value)
+    return (
+        getattr(value, "__name__", ""),
+        getattr(kind, "__module__", ""),
+        getattr(kind, "__qualname__", ""),
+        [
+            (name, _content(getattr(value, name), names, depth - 1))
+            for name in sorted(names)
+            if depth and hasattr(value, name)
+        ],
+    )

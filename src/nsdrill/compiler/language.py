@@ -34,7 +34,7 @@ import linecache
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from types import FunctionType
+from types import CodeType, FunctionType
 from typing import Any
 
 import numpy as np
@@ -145,35 +145,52 @@ def is_number(value: Any) -> bool:
 def definition(function: FunctionType) -> ast.FunctionDef:
     """The syntax tree of ``function``."""
     code = function.__code__
-    found = _definitions("".join(linecache.getlines(code.co_filename))).get(
-        (code.co_firstlineno, code.co_name), []
-    )
-    for node in found:
-        if len(found) == 1 or _same_code(node, function):
-            return node
+    for is_read_again in (False, True):
+        if is_read_again:  # the file may have changed, and the module with it
+            linecache.checkcache(code.co_filename)
+        nodes, codes = _definitions("".join(linecache.getlines(code.co_filename)))
+        key = code.co_firstlineno, code.co_name
+        if any(_parts(code) == _parts(other) for other in codes.get(key, [])):
+            for node in (found := nodes.get(key, [])):
+                if len(found) == 1 or _same_code(node, function):
+                    return node
     raise LanguageError(
         f"{code.co_filename}, line {code.co_firstlineno}: {code.co_name}: the source of this function is not "
         "found, or has changed since it was imported; allowed: a function that is written in a file."
     )
 
 
+def _parts(code: CodeType) -> Any:
+    return code.co_code, code.co_names, [c for c in code.co_consts if not isinstance(c, CodeType)]
+
+
+_Places = dict[tuple[int, str], list[Any]]
+
+
 @lru_cache
-def _definitions(text: str) -> dict[tuple[int, str], list[ast.FunctionDef]]:
-    found: dict[tuple[int, str], list[ast.FunctionDef]] = {}
+def _definitions(text: str) -> tuple[_Places, _Places]:
+    """The syntax trees of the functions of a module, and their codes, by the line and
+    the name."""
+    nodes: _Places = {}
+    codes: _Places = {}
     try:
         tree = ast.parse(text)
+        modules = [compile(tree, "", "exec", dont_inherit=True)]
     except SyntaxError:
-        return found
+        return nodes, codes
+    for code in modules:
+        codes.setdefault((code.co_firstlineno, code.co_name), []).append(code)
+        modules.extend(c for c in code.co_consts if isinstance(c, CodeType))
     for node in ast.walk(tree):
         if isinstance(node, ast.FunctionDef):
             first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)])
-            found.setdefault((first, node.name), []).append(node)
+            nodes.setdefault((first, node.name), []).append(node)
         elif isinstance(node, ast.Lambda):
             made = ast.FunctionDef("<lambda>", node.args, [ast.Return(node.body)], [])
             ast.copy_location(made, node)
             ast.copy_location(made.body[0], node.body)
-            found.setdefault((node.lineno, "<lambda>"), []).append(made)
-    return found
+            nodes.setdefault((node.lineno, "<lambda>"), []).append(made)
+    return nodes, codes
 
 
 def _same_code(node: ast.FunctionDef, function: FunctionType) -> bool:

@@ -278,8 +278,10 @@ class Body(Expressions):
         )
 
     # Branches.
-    def open(self, names: Any, scope: Scope) -> None:
-        """Give the names that a branch or loop assigns a place in memory."""
+    def open(self, names: Any, scope: Scope) -> dict[str, Slot]:
+        """Give the names that a branch or loop assigns a place in memory. The result
+        are those that have no value yet."""
+        names = list(names)
         for name in names:
             holder = scope.holder(name) or scope
             found = holder.names.get(name)
@@ -294,6 +296,12 @@ class Body(Expressions):
             else:
                 holder.names[name] = Slot()
                 self._assign(name, found, holder, bool(self.lane_count) and holder is scope)
+        slots = {name: (scope.holder(name) or scope).names[name] for name in names}
+        return {
+            name: slot
+            for name, slot in slots.items()
+            if isinstance(slot, Slot) and (slot.pointer is None or slot.reason)
+        }
 
     def do_If(self, node: ast.If, scope: Scope) -> Returned | None:
         test = self.truth(self.eval(node.test, scope))
@@ -304,19 +312,21 @@ class Body(Expressions):
                 "a branch in a loop over lanes; allowed: x = a if c else b, or a branch around the loop"
             )
         text = self.text
-        self.open(assigned([*node.body, *node.orelse]), scope)
+        without = self.open(assigned([*node.body, *node.orelse]), scope)
         then, after = text.block("then"), text.block("after")
         other = text.block("else") if node.orelse else after
         text.branch_if(test, then, other)
-        ended = []
+        ended, unassigned = [], set()
         for label, body in ((then, node.body), (other, node.orelse)):
-            if not body:
-                ended.append(False)
-                continue
-            text.begin(label)
+            _forget(without)
+            if body:
+                text.begin(label)
             ended.append(self._branch(body, scope))
             if not ended[-1]:
-                text.branch(after)
+                unassigned |= {name for name, slot in without.items() if slot.reason}
+                if body:
+                    text.branch(after)
+        _forget({name: without[name] for name in unassigned})
         text.begin(after)
         if all(ended):
             text.line("unreachable")
@@ -342,7 +352,8 @@ class Body(Expressions):
         if self.lane_count:
             raise Refusal("a while loop in a loop over lanes; allowed: the other way round")
         text = self.text
-        self.open(assigned(node.body), scope)
+        without = self.open(assigned(node.body), scope)
+        _forget(without)
         head, body, after = text.block("head"), text.block("body"), text.block("after")
         text.branch(head)
         text.begin(head)
@@ -351,6 +362,8 @@ class Body(Expressions):
         text.begin(body)
         self._turn(node.body, scope, head, after)
         text.begin(after)
+        if not isinstance(node.test, ast.Constant):
+            _forget(without)
         return None
 
     def _turn(self, body: list[ast.stmt], scope: Scope, again: str, after: str) -> None:
@@ -440,12 +453,14 @@ class Body(Expressions):
             raise Refusal("a loop in a loop over lanes has a number of turns that is known")
         if not isinstance(node.target, ast.Name):
             raise Refusal("a loop over a range has one index")
-        self._looped(node, node.target.id, limits, scope)
+        self._looped(node, node.target.id, limits, bool(items), scope)
         return None
 
-    def _looped(self, node: ast.For, name: str, limits: list[Any], scope: Scope) -> None:
+    def _looped(
+        self, node: ast.For, name: str, limits: list[Any], turns: bool, scope: Scope
+    ) -> None:
         """A loop over a range, as a loop: inside a loop over lanes, its variables are
-        vectors."""
+        vectors. ``turns`` if it is known to have one."""
         text = self.text
         start, stop, step = [0, limits[0], 1] if len(limits) == 1 else [*limits, 1][:3]
         if not isinstance(step, int) or step == 0:
@@ -455,7 +470,7 @@ class Body(Expressions):
         # no place in memory.
         changed = every & (carried(node.body) | _numbers(scope)) if self.lane_count else every
         before = set(scope.names)
-        self.open(sorted(changed), scope)
+        without = self.open(sorted(changed), scope)
         held = scope.names.get(name)
         counter = text.slot("i")
         text.store(self.value(start, "i", wide=False), counter)
@@ -472,6 +487,8 @@ class Body(Expressions):
         text.store(text.operation("add", now, text.constant(step, "i")), counter)
         text.branch(head)
         text.begin(after)
+        if not turns:
+            _forget(without)
         new = (every | set(scope.names)) - before - changed | (every - changed)
         new = {n for n in new if n in scope.names and not isinstance(scope.names[n], Slot)}
         _release({**dict.fromkeys(new), name: held}, scope, "assigned in the turns of a loop")
@@ -497,6 +514,14 @@ def _hold(target: ast.expr, item: Any, scope: Scope) -> None:
             _hold(part, plain(single), scope)
     else:
         raise Refusal("the items of a loop do not fit its names")
+
+
+def _forget(slots: dict[str, Slot]) -> None:
+    """These names have no value here, as they are assigned on some ways only."""
+    for name, slot in slots.items():
+        slot.reason = slot.reason or (
+            f"{name} has no value here; allowed: a name that is assigned on every way here"
+        )
 
 
 def _release(before: dict[str, Any], scope: Scope, what: str) -> None:
