@@ -26,7 +26,7 @@ TOY = '''
 import numpy as np
 import enum, types
 from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, compiled, inlined
-from nsdrill.compiler.language import packed
+from nsdrill.compiler.words import packed
 
 FACTOR, PAIR, FLAG = 2.0, (1.0, (3, 4)), True
 TABLE = np.arange(2000.0)

@@ -297,7 +297,7 @@ def test_what_the_language_does_not_have_is_refused(body: str, facts: str) -> No
     with pytest.raises(LanguageError) as caught:
         compile_text(body)
     message = str(caught.value)
-    assert message.startswith("<nsdrill._generated_f_")
+    assert message.startswith("<f ")
     assert f">, line {number + 2}: f: " in message
     assert facts in message
     assert message.endswith(".")

@@ -67,13 +67,13 @@ FUNCTIONS: dict[str, tuple[Callable[[], Any], int]] = {
     },
     "step of the beam": (
         lambda: step("tsitouras", 8, model_named("beam").rows(Beam(5, 5), 40)),
-        300,
+        100,
     ),
     "segments": (lambda: slopes("segments", 3, 2, 0), 100),
     "segments that creep": (lambda: slopes("segments", 3, 2, 0, 1), 100),
     "step of segments": (
         lambda: step("tsitouras", 8, model_named("segments").rows((10, 10, 0), 40)),
-        300,
+        100,
     ),
 }
 
