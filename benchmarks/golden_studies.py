@@ -95,6 +95,17 @@ STUDIES: dict[str, tuple] = {
         + "well: {inclination: 20 deg, axial_friction: true, law: hertz, stiffness: 1 GN/m^1.5}\n",
         run(),
     ),
+    "stabilizer-implicit": (
+        SPEEDS
+        + "mud: {swirl: 0.5}\nstabilizer: {clearance: 5 mm}\ninitial: {x: 70 mm}\n"
+        + "well: {inclination: 20 deg, friction: {smoothing: 1.0e+4 s/m}}\n",
+        run("simulation.method=implicit"),
+    ),
+    "axial-implicit": (
+        SPEEDS
+        + "initial: {x: 70 mm}\nwell: {axial_friction: true, friction: {smoothing: 1.0e+4 s/m}}\n",
+        run("simulation.method=implicit"),
+    ),
     "clearance": (
         "whirl_clearance.yaml",
         run("sweep.rotary_speed.points=4", "sweep.stabilizer.clearance=[0 mm, 12.7 mm]"),
@@ -122,6 +133,7 @@ STUDIES: dict[str, tuple] = {
         run(),
     ),
     "verified": (SPEEDS + RECORD, run("simulation.verify=true")),
+    "verified-torsion": (STICK_SLIP + SPEEDS + RECORD, run("simulation.verify=true")),
     "uncertain": (
         "uncertain_window.yaml",
         run(
@@ -132,9 +144,14 @@ STUDIES: dict[str, tuple] = {
         "window out.h5",
         "sensitivity out.h5",
     ),
-    "branches": (
-        "branches_stick_slip.yaml",
-        ["continue", "study.yaml", "-o", "branches.h5", "--set", "continue.points=60"],
+    "branches": ("branches_stick_slip.yaml", "continue study.yaml -o branches.h5"),
+    "branches-circle": (
+        "branches_speed_22kN.yaml",
+        [
+            *("continue", "study.yaml", "-o", "branches.h5", "--set", "continue.points=8"),
+            *("--set", "simulation.transient=300 s"),
+            *("--set", "continue.seeds={rotary_speed: [6.5 rad/s]}"),
+        ],
     ),
     # the others
     "torsion": (TORSION + SPEEDS + EXPONENT, run()),
