@@ -29,6 +29,14 @@ CASES = {
 }
 
 
+WALL = "well: {friction: {smoothing: EPS s/m}"
+MIXED = {
+    **CASES,
+    "stabilisers": f"stabilizer: {{clearance: 5 mm}}\n{WALL}}}",
+    "friction along the hole": f"{WALL}, axial_friction: true}}",
+}
+
+
 def buffer_of(text: str, implicit: bool, seed: int, relax: float = 0.0) -> Any:
     """(buffer, rows, variant) of random states, about a half of the contacts closed."""
     study = parse_study(text)
@@ -47,7 +55,7 @@ def buffer_of(text: str, implicit: bool, seed: int, relax: float = 0.0) -> Any:
     size = model.state_scales(table, variant)
     start = model.starts(points, 0)[:, : rows.own]
     b[rows.stage : rows.stage + rows.own] = (start + rng.normal(size=(W, rows.own)) * size).T
-    if study.model == "beam":
+    if study.model != "segments":
         b[rows.stage] += rng.choice([0.0, 0.09], W)
     else:
         z = model.states(variant).index("z")
@@ -103,6 +111,26 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: str, smoothing: st
     assert slopes_of(b, rows) == pytest.approx(
         slopes_of(plain, ordinary), abs=(3e-5 + noise) * np.abs(pushes).max()
     )
+
+
+@pytest.mark.parametrize("case", MIXED)
+def test_the_bits_of_a_lane_do_not_depend_on_its_neighbours(case: str) -> None:
+    """Lanes with and without contact, and each of them among copies of itself. Where
+    the bit is about to stick, the number of iterations would differ."""
+    for seed in range(20):
+        b, rows, function = buffer_of(MIXED[case].replace("EPS", "1e4"), True, seed, 100 * RELAX)
+        b[rows.stage + rows.own - 1] *= 0.1  # the bit speed, but of a string of segments
+        start = b.copy()
+        function(b.ravel())
+        places = [
+            *range(rows.stage, rows.stage + rows.own),
+            *range(rows.acceleration, rows.acceleration + rows.slopes),
+            *range(rows.push, rows.push + len(rows.pushed)),
+        ]
+        for lane in range(W):
+            alone = np.repeat(start[:, [lane]], W, axis=1)
+            function(alone.ravel())
+            np.testing.assert_array_equal(b[places, lane], alone[places, lane])
 
 
 def test_the_deviation_of_a_stage_is_its_derivative() -> None:

@@ -17,8 +17,9 @@ of a unit load, a stage that moves velocities by c times the push has the slips 
     K_j0 = G_j G_b / J_e + e_j . sum_n phi_jn t_n / m
 
 Newton's method solves for all of them, by elimination without pivoting (K is positive).
-Each lane iterates until it has converged, and its result does not depend on its
-neighbours.
+Each lane iterates until it has converged. A lane without contact takes the torque of
+the bit alone, whether a neighbour has contact or not, so its result does not depend on
+its neighbours.
 """
 
 from __future__ import annotations
@@ -94,7 +95,7 @@ class Solve:
         lines += [
             f"    touching = {touching}",
             "    if touching == 0:",
-            *self._indented(loop(self._bit_alone())),
+            *self._indented(loop(self._bit_alone(select=False))),
             *self._indented(self._pushes([0])),
             "    else:",
         ]
@@ -111,6 +112,7 @@ class Solve:
         for c in contacts:
             lines += self._indented(loop(self._friction_law(c)))
         lines += self._indented(loop(self._newton(contacts, last=True)))
+        lines += self._indented(loop(self._bit_alone(select=True)))
         return lines + self._indented(self._pushes(contacts))
 
     @staticmethod
@@ -192,10 +194,14 @@ class Solve:
             ),
         ]
 
-    def _bit_alone(self) -> list[str]:
+    def _bit_alone(self, *, select: bool) -> list[str]:
         """The torque of the bit where no station touches: two iterations, which are
-        enough for one contact."""
+        enough for one contact. ``select``: stations of other lanes touch."""
         load, store = self.writer.load, self.writer.store
+        alone = "force * f"
+        if select:
+            pressed = " + ".join(f"normal_{j}" for j in self.stations)
+            alone = f"{alone} if {pressed} == 0.0 else load_0"
         law = "f, df = hyperbolic(v, bit_smoothing, bit_decay, bit_rise, bit_dynamic)"
         step = "(free_0 - fma(relaxed, f, v)) / fma(relaxed, df, 1.0)"
         return [
@@ -216,7 +222,8 @@ class Solve:
             f"v = kept(v, v + {step})",
             law,
             f"f = fma(df, {step}, f)",
-            *store(load_0="force * f", **{f"load_{j}": "0.0" for j in self.stations}),
+            *(load("load_0", *(f"normal_{j}" for j in self.stations)) if select else []),
+            *store(load_0=alone, **({} if select else {f"load_{j}": "0.0" for j in self.stations})),
         ]
 
     def _couplings(self, j: int) -> list[str]:

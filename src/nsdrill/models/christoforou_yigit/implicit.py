@@ -214,6 +214,16 @@ def make_solve(
                     b[axial_ + i] = 0.0
             return
         if stabilizer or axial:
+            # For lanes without contact, whose bits must not depend on a neighbour.
+            for i in packed(W):
+                omega, step, _, _, _, _, _, _ = newton_step(b, i)
+                b[omega_ + i] = kept(omega, omega + step)
+            for i in packed(W):
+                _, step, arm, slope, g, dg, decayed, ddecayed = newton_step(b, i)
+                b[torque_ + i] = b[force_ + i] * fma(slope, step, arm)
+                b[direction_ + i] = fma(dg, step, g)
+                b[decay_ + i] = fma(ddecayed, step, decayed)
+                b[slope_ + i] = slope
             solve_touching(b)
             return
         for i in packed(W):

@@ -49,7 +49,8 @@ def make_axial_solve(
     lanes: int, options: Options, rows: Rows, columns: tuple[str, ...], aux: tuple[str, ...]
 ) -> Any:
     """The compiled ``solve_touching(buffer)`` for a number of lanes and these options,
-    which follows the part of :func:`.implicit.make_solve` that concerns the bit alone."""
+    which follows the part of :func:`.implicit.make_solve` that concerns the bit alone and
+    leaves its loads to lanes without contact."""
     W, law, hertz = lanes, options.friction, options.hertz
     x_, vx_, y_, vy_, _, vz_ = (W * (rows.stage + i) for i in range(6))
     speed_ = W * (rows.stage + 7)
@@ -269,12 +270,13 @@ def make_axial_solve(
                 break
         for i in packed(W):
             _, _, _, _, _, arm, share_t, share_z, slope, g, decayed = newton_step(b, i)
-            b[torque_ + i] = b[force_ + i] * arm
+            touches = b[radius_ + i] > b[gap_ + i]
+            b[torque_ + i] = b[force_ + i] * arm if touches else b[torque_ + i]
             b[friction_ + i] = b[normal_ + i] * share_t
             b[slip_ + i] = b[normal_ + i] * share_z
-            b[direction_ + i] = g
-            b[decay_ + i] = decayed
-            b[slope_ + i] = slope
+            b[direction_ + i] = g if touches else b[direction_ + i]
+            b[decay_ + i] = decayed if touches else b[decay_ + i]
+            b[slope_ + i] = slope if touches else b[slope_ + i]
         for i in packed(W):
             relax, torque, friction = b[relax_ + i], b[torque_ + i], b[friction_ + i]
             push_x = fma(b[unit_x_ + i], friction, b[push_x_ + i] * torque)

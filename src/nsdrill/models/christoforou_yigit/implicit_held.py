@@ -58,7 +58,8 @@ def make_stabilizer_solve(
     lanes: int, options: Options, rows: Rows, columns: tuple[str, ...], aux: tuple[str, ...]
 ) -> Any:
     """The compiled ``solve_touching(buffer)`` for a number of lanes and these options,
-    which follows the part of :func:`.implicit.make_solve` that concerns the bit alone."""
+    which follows the part of :func:`.implicit.make_solve` that concerns the bit alone and
+    leaves its loads to lanes without contact."""
     W, law, hertz = lanes, options.friction, options.hertz
     x_, vx_, y_, vy_ = (W * (rows.stage + i) for i in range(4))
     speed_ = W * (rows.stage + 7)
@@ -341,12 +342,13 @@ def make_stabilizer_solve(
                 break
         for i in packed(W):
             _, _, _, _, _, _, _, torque, friction_s, friction, slope, g, decayed = newton_step(b, i)
-            b[torque_ + i] = torque
+            touches = b[radius_ + i] > b[clearance_ + i]
+            b[torque_ + i] = torque if touches else b[torque_ + i]
             b[friction_ + i] = friction
             b[v_s_ + i] = friction_s
-            b[slope_ + i] = slope
-            b[direction_ + i] = g
-            b[decay_ + i] = decayed
+            b[slope_ + i] = slope if touches else b[slope_ + i]
+            b[direction_ + i] = g if touches else b[direction_ + i]
+            b[decay_ + i] = decayed if touches else b[decay_ + i]
         for i in packed(W):
             relax, torque, friction, friction_s = (
                 b[relax_ + i],
