@@ -15,7 +15,13 @@ from sweep.runs import finish, run_work, same_bits, work_for
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
 from nsdrill.models.christoforou_yigit.rhs import state_scales
-from nsdrill.observe.exponent import WAVES, exponent_of, growth_header, seed_deviation
+from nsdrill.observe.exponent import (
+    GROWTH_COLUMNS,
+    WAVES,
+    exponent_of,
+    growth_header,
+    seed_deviation,
+)
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.work import Work
 from observe.flows import exponents
@@ -267,3 +273,12 @@ def test_the_error_holds_what_the_steps_may_add() -> None:
     found = exponent_of(report, 157.0, bias=2e-4)
     assert found["lyapunov_exponent"][0] == pytest.approx(-0.03)
     assert found["lyapunov_error"][0] == 2e-4
+
+
+def test_the_exponent_of_a_run_does_not_depend_on_those_that_ended_with_it() -> None:
+    """To the bit: numpy adds a single column and several columns in different orders."""
+    outcome = np.random.default_rng(5).normal(size=(200, len(GROWTH_COLUMNS)))
+    together = exponent_of(outcome, 100.0, 1e-5)
+    alone = [exponent_of(row[None], 100.0, 1e-5) for row in outcome]
+    for name, values in together.items():
+        assert values.tobytes() == np.concatenate([one[name] for one in alone]).tobytes()

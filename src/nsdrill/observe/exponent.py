@@ -24,7 +24,7 @@ measures Lorenz' system.
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import lru_cache, reduce
 from typing import Any
 
 import numpy as np
@@ -86,7 +86,9 @@ def exponent_of(outcome: Array, observe: float, bias: Array | float = 0.0) -> di
     with np.errstate(divide="ignore", invalid="ignore"):
         # A rate of spectral density S at low frequencies gives each sum over whole
         # periods the variance S observe / 2, and the mean S pi^2 / (8 observe).
-        scatter = math.pi / (2.0 * observe) * np.sqrt(np.mean(np.square(waves), axis=0))
+        # Added one after the other: numpy adds those of a single run in another order.
+        squares = reduce(np.add, (wave * wave for wave in waves)) / len(waves)
+        scatter = math.pi / (2.0 * observe) * np.sqrt(squares)
         return {"lyapunov_exponent": growth / weight, "lyapunov_error": np.hypot(scatter, bias)}
 
 
