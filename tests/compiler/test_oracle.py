@@ -16,7 +16,7 @@ from .oracle import CASES, outcomes, works
 from .running import WIDTHS, bits, machine_code
 
 ALL = bool(os.environ.get("NSDRILL_TEST_ORACLE"))
-QUICK = ["torsional_speed", "implicit"]
+QUICK = ["torsional_speed"]
 
 
 def by_numba(file: Path, lanes: int, *names: str) -> dict[str, np.ndarray]:
@@ -55,7 +55,7 @@ def test_native_code_has_the_bits_of_numbas(names: list[str], lanes: int, tmp_pa
     assert np.isfinite(np.concatenate(list(found.values()))).mean() > 0.9, "few numbers are NaN"
 
 
-@pytest.mark.parametrize("name", list(CASES) if ALL else ("exponent", "implicit rotary assembly"))
+@pytest.mark.parametrize("name", list(CASES) if ALL else ["exponent"])
 @pytest.mark.parametrize("lanes", [1, 8, 32] if ALL else [8])
 def test_the_bits_are_those_of_any_width(name: str, lanes: int) -> None:
     for work, points in works(name):

@@ -23,7 +23,7 @@ LINUX = "x86_64-unknown-linux-gnu"
 PLATFORMS = {
     "arm, Linux": ("aarch64-unknown-linux-gnu", "cortex-a72", b"\x7fELF"),
     "arm, macOS": ("arm64-apple-darwin", "apple-m1", b"\xcf\xfa\xed\xfe"),
-    "x86, Windows": ("x86_64-pc-windows-msvc-elf", "x86-64", b"\x7fELF"),
+    "x86, Windows": ("x86_64-pc-windows-msvc-elf", "x86-64-v3", b"\x7fELF"),
     "any x86": (LINUX, "x86-64", b"\x7fELF"),
     "x86 with AVX2": (LINUX, "x86-64-v3", b"\x7fELF"),
     "x86 with AVX-512": (LINUX, "x86-64-v4", b"\x7fELF"),
