@@ -372,7 +372,8 @@ class Expressions:
             ends.append(text.at)
             text.branch(done)
         text.begin(done)
-        return self._joined(sides[0], sides[1], lambda a, b: text.merged(a, ends[0], b, ends[1]))
+        first, second = sides
+        return self._joined(first, second, lambda a, b: text.merged(a, ends[0], b, ends[1]))
 
     def _joined(self, a: Any, b: Any, join: Callable[[Value, Value], Value]) -> Any:
         """The two sides of a condition, or the parts of two tuples."""
