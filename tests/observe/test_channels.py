@@ -20,6 +20,7 @@ from scipy.integrate import solve_ivp
 
 from nsdrill.abi import Rows
 from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.language import LanguageError
 from nsdrill.compiler.words import packed
 from nsdrill.elementary import direction, sincos
 from nsdrill.kernel.batch import Batch, Compiled, Runs
@@ -826,8 +827,9 @@ def test_a_layout_that_does_not_fit_is_told() -> None:
 
 def test_functions_that_cannot_be_compiled_are_told() -> None:
     declaration = replace(SWINGING, outputs=Outputs(("one", "two"), energy))
-    with pytest.raises(ValueError, match=r"\(.*energy\).*Outputs must return a tuple"):
-        make_observer(1, SWING.rows(declaration), SWING.names, declaration)
+    observer, _ = make_observer(1, SWING.rows(declaration), SWING.names, declaration)
+    with pytest.raises(LanguageError, match=r"observer: b\[.*\] = .*: one value, .* for 2 names"):
+        assert observer.address
 
 
 def everything(k: int) -> tuple[Any, ...]:

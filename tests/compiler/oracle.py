@@ -1,0 +1,150 @@
+"""What lane functions do with given buffers, by the compiler of this process: run as a
+program with ``NSDRILL_COMPILER=numba`` it is the oracle for the native one.
+
+``python oracle.py FILE LANES NAME...`` writes the buffers after every call to FILE.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nsdrill.abi import CLOSES, CONTROL, HALVES, OPENS
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+# A study, and what is changed in it.
+CASES: dict[str, tuple[str, dict[str, Any]]] = {
+    path.stem: (path.name, {}) for path in sorted(CONFIGS.glob("*.yaml"))
+} | {
+    "exponent": ("fig4_speed_22kN.yaml", {"record.exponent": True}),
+    "exponent of segments": ("segments_speed_100kN.yaml", {"record.exponent": True}),
+    "exponent of torsion": ("torsional_speed.yaml", {"record.exponent": True}),
+    "implicit": ("fig4_speed_22kN.yaml", {"simulation.method": "implicit"}),
+    "implicit rotary assembly": ("rotary_assembly.yaml", {"simulation.method": "implicit"}),
+    "implicit beam": ("beam_modes_speed.yaml", {"simulation.method": "implicit"}),
+    "implicit segments": ("segments_speed_100kN.yaml", {"simulation.method": "implicit"}),
+}
+VARIANTS = 3  # of a study whose axes are compiled in
+TURNS = 30  # steps of every lane
+
+
+def works(name: str) -> Iterator[Any]:
+    """The work of the variants of a case, each with some of its points."""
+    import nsdrill
+    from nsdrill.app.run import work_of
+
+    file, changes = CASES[name]
+    study = nsdrill.load_study(CONFIGS / file, [f"{key}={value}" for key, value in changes.items()])
+    work = work_of(study)
+    seen = set()
+    for part, points in work.parts(np.arange(work.plan.points)):
+        for one, mine in part.by_method(points):
+            if one.variant not in seen and len(seen) < VARIANTS:
+                seen.add(one.variant)
+                yield one, mine
+
+
+def functions_of(work: Any, lanes: int) -> dict[str, Any]:
+    """The lane functions of a step, and those of models that take a buffer alone."""
+    from nsdrill.kernel.steppers import STEPPERS
+    from nsdrill.sweep.work import compiled_parts
+
+    variant, model = work.variant, work.kind
+    parts = compiled_parts(lanes, variant)
+    found = {
+        "step": STEPPERS[variant.stepper].make(lanes, variant.rows),
+        "right_hand_side": parts.right_hand_side,
+        "observer": parts.observer,
+        "marker": parts.marker,
+    }
+    if model.contacts and variant.exponent:
+        found["contacts"] = model.contact_functions(lanes, variant.fixed, model.observed)
+    return found
+
+
+def outcomes(
+    work: Any,
+    points: np.ndarray,
+    lanes: int,
+    made: Callable[[Any], Any] = lambda function: function,
+) -> Iterator[np.ndarray]:
+    """The buffers after each of many calls of the functions of ``work``, each compiled
+    by ``made``: at states of its motions, and at others nearby."""
+    functions = {name: made(one) for name, one in functions_of(work, lanes).items()}
+    rng = np.random.default_rng(1)
+    rows = work.variant.rows
+    batch = work.new_batch(lanes, lanes)
+    runs = work.prepare(points[np.linspace(0, len(points) - 1, lanes).astype(int)])
+    b, store = batch._buffer, batch._store
+    grid = b.reshape(rows.total, lanes)
+    fill(grid, rows, runs, batch.settings)
+    outcome = np.zeros(work.kind.outcome_width(work.record, work.variant.fixed) + 16)
+    called(functions["right_hand_side"], b)
+    grid[rows.start_acceleration : rows.start_acceleration + rows.slopes] = grid[
+        rows.acceleration : rows.acceleration + rows.slopes
+    ]
+    for turn in range(TURNS):
+        if turn == 2:
+            for lane in range(lanes):
+                called(functions["marker"], b, store, lane, OPENS, outcome, 0)
+            grid[rows.observing] = 1.0
+        called(functions["step"], b, functions["right_hand_side"], functions["observer"], store)
+        yield b.copy()
+        yield store.copy()
+        if turn % 3 == 2:  # what the observers see is then no smooth motion
+            states = grid[rows.stage : rows.stage + rows.own]
+            states *= rng.normal(1.0, 0.1, states.shape)
+        for name in ("right_hand_side", "contacts"):  # anywhere
+            if name in functions:
+                shaken = b.copy()
+                some = shaken.reshape(rows.total, lanes)[: rows.stage_time]
+                some += rng.normal(0.0, 0.3, some.shape) * np.abs(some)
+                called(functions[name], shaken)
+                yield shaken
+        for mark in (HALVES, CLOSES) if turn == TURNS - 1 else ():
+            for lane in range(lanes):
+                called(functions["marker"], b, store, lane, mark, outcome, 0)
+            yield outcome.copy()
+            yield b.copy()
+
+
+def fill(grid: np.ndarray, rows: Any, runs: Any, settings: dict[str, float]) -> None:
+    """As the loop over steps fills the columns of new runs."""
+    grid[rows.parameter : rows.parameter + rows.parameters] = runs.parameters.T
+    for row in (rows.stage, rows.start):
+        grid[row : row + rows.states] = runs.initial[:, :-1].T
+    grid[rows.phase] = runs.initial[:, -1]
+    grid[rows.frame_rate : rows.frame_rate + rows.slopes] = runs.frame_rates.T
+    grid[rows.scale : rows.scale + rows.states] = runs.state_scales.T
+    grid[rows.step], grid[rows.moves] = runs.first_step, 0.0
+    control = {name: rows.control + number for number, name in enumerate(CONTROL)}
+    grid[control["proposed"]] = runs.first_step
+    grid[control["mark_time"]] = 1e9
+    grid[control["per_rtol"]] = settings["per_rtol"]
+    grid[control["least_step"]] = 1e-12
+    grid[control["limit"]], grid[control["running"]] = 1e9, 1.0
+
+
+def called(function: Any, *arguments: Any) -> None:
+    from nsdrill.compiler.functions import LaneFunction
+
+    is_native = isinstance(function, LaneFunction)
+    function(*(a.address if hasattr(a, "address") and not is_native else a for a in arguments))
+
+
+def main(file: str, lanes: str, *names: str) -> None:
+    found = {
+        f"{name}|{part}|{number}": buffer
+        for name in names
+        for part, (work, points) in enumerate(works(name))
+        for number, buffer in enumerate(outcomes(work, points, int(lanes)))
+    }
+    np.savez(file, **found)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
