@@ -165,7 +165,7 @@ STUDIES: dict[str, tuple] = {
     "beam": (BEAM + SPEEDS + RECORD, run()),
     "beam-contact": ("beam_wob_contact.yaml", run("sweep.wob=[100 kN, 350 kN]")),
     "beam-implicit": (
-        BEAM + STEEP + STEEP_WALL + SPEEDS + RECORD,
+        BEAM + STEEP + STEEP_WALL + SPEEDS + EXPONENT,
         run("simulation.method=implicit"),
     ),
     "beam-torque": (

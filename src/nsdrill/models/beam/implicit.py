@@ -17,9 +17,9 @@ of a unit load, a stage that moves velocities by c times the push has the slips 
     K_j0 = G_j G_b / J_e + e_j . sum_n phi_jn t_n / m
 
 Newton's method solves for all of them, by elimination without pivoting (K is positive).
-Each lane iterates until it has converged. A lane without contact takes the torque of
-the bit alone, whether a neighbour has contact or not, so its result does not depend on
-its neighbours.
+Each lane iterates until it has converged, and one without contact once, as where no
+lane has contact and the bit is solved for alone: so a result does not depend on
+neighbours.
 """
 
 from __future__ import annotations
@@ -95,7 +95,7 @@ class Solve:
         lines += [
             f"    touching = {touching}",
             "    if touching == 0:",
-            *self._indented(loop(self._bit_alone(select=False))),
+            *self._indented(loop(self._bit_alone())),
             *self._indented(self._pushes([0])),
             "    else:",
         ]
@@ -104,7 +104,10 @@ class Solve:
         for j in self.stations:
             lines += self._indented(loop(self._initial_guess(j)))
         lines += self._indented(loop(self._initial_guess_of_bit()))
-        lines += [f"        for _ in range({MAX_ITERATIONS}):", "            unconverged = 0"]
+        lines += [
+            f"        for iteration in range({MAX_ITERATIONS}):",
+            "            unconverged, first = 0, 1.0 if iteration == 0 else 0.0",
+        ]
         for c in contacts:
             lines += self._indented(self._indented(loop(self._friction_law(c))))
         lines += self._indented(self._indented(loop(self._newton(contacts, last=False))))
@@ -112,7 +115,6 @@ class Solve:
         for c in contacts:
             lines += self._indented(loop(self._friction_law(c)))
         lines += self._indented(loop(self._newton(contacts, last=True)))
-        lines += self._indented(loop(self._bit_alone(select=True)))
         return lines + self._indented(self._pushes(contacts))
 
     @staticmethod
@@ -194,16 +196,15 @@ class Solve:
             ),
         ]
 
-    def _bit_alone(self, *, select: bool) -> list[str]:
+    def _bit_alone(self) -> list[str]:
         """The torque of the bit where no station touches: two iterations, which are
-        enough for one contact. ``select``: stations of other lanes touch."""
+        enough for one contact, in the operations of :meth:`_newton`, to the bit."""
         load, store = self.writer.load, self.writer.store
-        alone = "force * f"
-        if select:
-            pressed = " + ".join(f"normal_{j}" for j in self.stations)
-            alone = f"{alone} if {pressed} == 0.0 else load_0"
-        law = "f, df = hyperbolic(v, bit_smoothing, bit_decay, bit_rise, bit_dynamic)"
-        step = "(free_0 - fma(relaxed, f, v)) / fma(relaxed, df, 1.0)"
+        newton = [
+            "f, df = hyperbolic(v, bit_smoothing, bit_decay, bit_rise, bit_dynamic)",
+            "f, df = force * f, force * df",
+            "step = (free_0 - (v + relaxed * f)) * (1.0 / fma(relaxed, df, 1.0))",
+        ]
         return [
             *load(
                 "relax",
@@ -216,14 +217,12 @@ class Solve:
                 "bit_rise",
                 "bit_dynamic",
             ),
-            "relaxed = relax * arm_0 * per_inertia * force",
-            "v = first_slip(free_0, relaxed, bit_smoothing, bit_decay, bit_rise, bit_dynamic)",
-            law,
-            f"v = kept(v, v + {step})",
-            law,
-            f"f = fma(df, {step}, f)",
-            *(load("load_0", *(f"normal_{j}" for j in self.stations)) if select else []),
-            *store(load_0=alone, **({} if select else {f"load_{j}": "0.0" for j in self.stations})),
+            "relaxed = relax * arm_0 * per_inertia",
+            "v = first_slip(free_0, relaxed * force, bit_smoothing, bit_decay, bit_rise, bit_dynamic)",
+            *newton,
+            "v = kept(v, v + step)",
+            *newton,
+            *store(load_0="fma(df, step, f)", **{f"load_{j}": "0.0" for j in self.stations}),
         ]
 
     def _couplings(self, j: int) -> list[str]:
@@ -332,8 +331,9 @@ class Solve:
                 excess = f"max(abs(residual_{a}) - {allowed}, {excess})"
             lines += [
                 f"excess = {excess}",
-                "active = 1.0 if excess > 0.0 else 0.0",
-                "unconverged |= 1 if excess > 0.0 else 0",
+                f"touches = {' + '.join(scales[1:])} > 0.0",
+                "active = (1.0 if excess > 0.0 else 0.0) if touches else first",
+                "unconverged |= 1 if (excess > 0.0) & touches else 0",
             ]
         lines += [
             f"m_{a}_{b} = "

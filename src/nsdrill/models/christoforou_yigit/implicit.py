@@ -139,13 +139,18 @@ def make_solve(
 
     @inlined
     def newton_step(b, i):  # type: ignore[no-untyped-def]
-        # One iteration for the bit alone: bit speed and step; arm, direction and decay
-        # factor with their slopes.
+        # One iteration for the bit alone: bit speed and step; arm (with stabilisers the
+        # torque), direction and decay factor with their slopes.
         omega, relaxed = b[omega_ + i], b[bb_ + i]
         arm, slope, g, dg, decayed, ddecayed = bit_law_rates(
             law, omega, b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
         )
-        residual = b[speed_ + i] - fma(relaxed, arm, omega)
+        if stabilizer:  # in the operations of the solve with contact, to the bit
+            relaxed = -b[relax_ + i] * b[push_angular_ + i]
+            arm, slope = b[force_ + i] * arm, b[force_ + i] * slope
+            residual = b[speed_ + i] - omega - relaxed * arm
+        else:
+            residual = b[speed_ + i] - fma(relaxed, arm, omega)
         step = residual * (1.0 / fma(relaxed, slope, 1.0))
         return omega, step, arm, slope, g, dg, decayed, ddecayed
 
@@ -185,17 +190,18 @@ def make_solve(
             b[push_y_ + i] = by
             b[push_angular_ + i] = angular
             b[falling_ + i] = deceleration * steepest_fall(tau, rise)
-            b[bb_ + i] = relax * deceleration
-            b[omega_ + i] = first_bit_speed(
-                law, b[speed_ + i], relax * deceleration, eps, tau, rise, mu
-            )
+            relaxed = -relax * angular * force if stabilizer else relax * deceleration
+            b[bb_ + i] = relaxed
+            b[omega_ + i] = first_bit_speed(law, b[speed_ + i], relaxed, eps, tau, rise, mu)
         if touching == 0:
             for i in packed(W):
                 omega, step, _, _, _, _, _, _ = newton_step(b, i)
                 b[omega_ + i] = kept(omega, omega + step)
             for i in packed(W):
                 _, step, arm, slope, g, dg, decayed, ddecayed = newton_step(b, i)
-                relax, torque = b[relax_ + i], b[force_ + i] * fma(slope, step, arm)
+                relax, torque = b[relax_ + i], fma(slope, step, arm)
+                if not stabilizer:
+                    torque = b[force_ + i] * torque
                 push_x, push_y, push_angular = (
                     b[push_x_ + i] * torque,
                     b[push_y_ + i] * torque,
@@ -214,16 +220,6 @@ def make_solve(
                     b[axial_ + i] = 0.0
             return
         if stabilizer or axial:
-            # For lanes without contact, whose bits must not depend on a neighbour.
-            for i in packed(W):
-                omega, step, _, _, _, _, _, _ = newton_step(b, i)
-                b[omega_ + i] = kept(omega, omega + step)
-            for i in packed(W):
-                _, step, arm, slope, g, dg, decayed, ddecayed = newton_step(b, i)
-                b[torque_ + i] = b[force_ + i] * fma(slope, step, arm)
-                b[direction_ + i] = fma(dg, step, g)
-                b[decay_ + i] = fma(ddecayed, step, decayed)
-                b[slope_ + i] = slope
             solve_touching(b)
             return
         for i in packed(W):

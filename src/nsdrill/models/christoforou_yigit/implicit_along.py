@@ -49,8 +49,9 @@ def make_axial_solve(
     lanes: int, options: Options, rows: Rows, columns: tuple[str, ...], aux: tuple[str, ...]
 ) -> Any:
     """The compiled ``solve_touching(buffer)`` for a number of lanes and these options,
-    which follows the part of :func:`.implicit.make_solve` that concerns the bit alone and
-    leaves its loads to lanes without contact."""
+    which follows the part of :func:`.implicit.make_solve` that concerns the bit alone.
+    A lane without contact takes as many iterations as there, or its bits would depend
+    on its neighbours."""
     W, law, hertz = lanes, options.friction, options.hertz
     x_, vx_, y_, vy_, _, vz_ = (W * (rows.stage + i) for i in range(6))
     speed_ = W * (rows.stage + 7)
@@ -257,26 +258,27 @@ def make_axial_solve(
             b[omega_ + i] = first_bit_speed(
                 law, free_b, b[bb_ + i], b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
             )
-        for _ in range(MAX_ITERATIONS):
-            any_unfinished = 0
+        for iteration in range(MAX_ITERATIONS):
+            any_unfinished, first = 0, 1.0 if iteration == 0 else 0.0
             for i in packed(W):
                 omega, size, step, step_s, excess, _, _, _, _, _, _ = newton_step(b, i)
                 # a product, as conditional stores would not be packed
                 unfinished = 1.0 if excess > 0.0 else 0.0
-                b[omega_ + i] = kept(omega, fma(unfinished, step, omega))
-                b[size_ + i] = max(fma(unfinished, step_s, size), LEAST_SLIP)
-                any_unfinished |= 1 if excess > 0.0 else 0
+                touches = b[radius_ + i] > b[gap_ + i]
+                iterates = unfinished if touches else first
+                b[omega_ + i] = kept(omega, fma(iterates, step, omega))
+                b[size_ + i] = max(fma(iterates, step_s, size), LEAST_SLIP)
+                any_unfinished |= 1 if (excess > 0.0) & touches else 0
             if any_unfinished == 0:
                 break
         for i in packed(W):
             _, _, _, _, _, arm, share_t, share_z, slope, g, decayed = newton_step(b, i)
-            touches = b[radius_ + i] > b[gap_ + i]
-            b[torque_ + i] = b[force_ + i] * arm if touches else b[torque_ + i]
+            b[torque_ + i] = b[force_ + i] * arm
             b[friction_ + i] = b[normal_ + i] * share_t
             b[slip_ + i] = b[normal_ + i] * share_z
-            b[direction_ + i] = g if touches else b[direction_ + i]
-            b[decay_ + i] = decayed if touches else b[decay_ + i]
-            b[slope_ + i] = slope if touches else b[slope_ + i]
+            b[direction_ + i] = g
+            b[decay_ + i] = decayed
+            b[slope_ + i] = slope
         for i in packed(W):
             relax, torque, friction = b[relax_ + i], b[torque_ + i], b[friction_ + i]
             push_x = fma(b[unit_x_ + i], friction, b[push_x_ + i] * torque)

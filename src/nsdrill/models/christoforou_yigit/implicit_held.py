@@ -58,8 +58,9 @@ def make_stabilizer_solve(
     lanes: int, options: Options, rows: Rows, columns: tuple[str, ...], aux: tuple[str, ...]
 ) -> Any:
     """The compiled ``solve_touching(buffer)`` for a number of lanes and these options,
-    which follows the part of :func:`.implicit.make_solve` that concerns the bit alone and
-    leaves its loads to lanes without contact."""
+    which follows the part of :func:`.implicit.make_solve` that concerns the bit alone.
+    A lane without contact takes as many iterations as there, or its bits would depend
+    on its neighbours."""
     W, law, hertz = lanes, options.friction, options.hertz
     x_, vx_, y_, vy_ = (W * (rows.stage + i) for i in range(4))
     speed_ = W * (rows.stage + 7)
@@ -328,27 +329,28 @@ def make_stabilizer_solve(
             b[omega_ + i] = first_bit_speed(
                 law, free_b, relaxed, b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
             )
-        for _ in range(MAX_ITERATIONS):
-            any_unfinished = 0
+        for iteration in range(MAX_ITERATIONS):
+            any_unfinished, first = 0, 1.0 if iteration == 0 else 0.0
             for i in packed(W):
                 omega, v_s, v_w, step, step_s, step_w, excess, _, _, _, _, _, _ = newton_step(b, i)
                 # a product, as conditional stores would not be packed
                 unfinished = 1.0 if excess > 0.0 else 0.0
-                b[omega_ + i] = kept(omega, fma(unfinished, step, omega))
-                b[v_s_ + i] = kept(v_s, fma(unfinished, step_s, v_s))
-                b[v_w_ + i] = kept(v_w, fma(unfinished, step_w, v_w))
-                any_unfinished |= 1 if excess > 0.0 else 0
+                touches = b[radius_ + i] > b[clearance_ + i]
+                iterates = unfinished if touches else first
+                b[omega_ + i] = kept(omega, fma(iterates, step, omega))
+                b[v_s_ + i] = kept(v_s, fma(iterates, step_s, v_s))
+                b[v_w_ + i] = kept(v_w, fma(iterates, step_w, v_w))
+                any_unfinished |= 1 if (excess > 0.0) & touches else 0
             if any_unfinished == 0:
                 break
         for i in packed(W):
             _, _, _, _, _, _, _, torque, friction_s, friction, slope, g, decayed = newton_step(b, i)
-            touches = b[radius_ + i] > b[clearance_ + i]
-            b[torque_ + i] = torque if touches else b[torque_ + i]
+            b[torque_ + i] = torque
             b[friction_ + i] = friction
             b[v_s_ + i] = friction_s
-            b[slope_ + i] = slope if touches else b[slope_ + i]
-            b[direction_ + i] = g if touches else b[direction_ + i]
-            b[decay_ + i] = decayed if touches else b[decay_ + i]
+            b[slope_ + i] = slope
+            b[direction_ + i] = g
+            b[decay_ + i] = decayed
         for i in packed(W):
             relax, torque, friction, friction_s = (
                 b[relax_ + i],
