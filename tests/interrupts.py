@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import pytest
 
+from nsdrill.sweep.engine import Progress
+
 
 class Interrupt:
-    """For ``watch``: interrupts at the ``after``-th look."""
+    """For ``watch``: interrupts at the ``after``-th look at points."""
 
     def __init__(self, after: int = 1) -> None:
         self.left = after
 
-    def __call__(self, progress: object) -> None:
-        self.left -= 1
+    def __call__(self, progress: Progress) -> None:
+        self.left -= progress.note != "compiling"
         if self.left == 0:
             raise KeyboardInterrupt
 
