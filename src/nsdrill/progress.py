@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     from nsdrill.sweep.engine import Progress as Counts
 
-MOMENT = 1.0  # s of compiling that need no word
 LINE_SECONDS = 10.0  # between two lines where there is no terminal
 Watch = Callable[["Counts"], None]
 
@@ -131,14 +130,14 @@ def _bar(console: Console) -> Iterator[Watch]:
 
 def _lines() -> Watch:
     """A line every :data:`LINE_SECONDS`, none in a shorter run; and one for compiling
-    that took longer than a moment."""
+    that took as long."""
     started = printed = time.monotonic()
     told = 0.0
 
     def update(counts: Counts) -> None:
         nonlocal printed, told
         now = time.monotonic()
-        if counts.compiling > told + MOMENT:
+        if counts.compiling > told + LINE_SECONDS:
             told = counts.compiling
             print(f"compiled in {told:.0f} s; kept for the next run", file=sys.stderr, flush=True)
         if now - printed < LINE_SECONDS:
