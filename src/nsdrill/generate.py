@@ -15,7 +15,8 @@ def define(name: str, text: str, **namespace: Any) -> Any:
     messages of the compiler show its lines."""
     path = f"<{name} {hashlib.sha256(text.encode()).hexdigest()[:16]}>"
     linecache.cache[path] = (len(text), None, text.splitlines(keepends=True), path)
-    space = {"packed": packed, "call": call, **namespace}
+    # The source is kept beside the function too: others may empty the cache of lines.
+    space = {"packed": packed, "call": call, "__source__": text, **namespace}
     exec(compile(text, path, "exec"), space)
     return space[name]
 

@@ -18,8 +18,10 @@ from pythons import SRC
 from nsdrill import cache
 from nsdrill.cache import cache_directory
 from nsdrill.compiler import functions, native
+from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.compiler.language import LanguageError
 from nsdrill.errors import InputError
+from nsdrill.generate import define
 
 TOY = '''
 """A module that a user may have."""
@@ -248,3 +250,20 @@ def test_functions_that_call_each_other_are_told(tmp_path: Path) -> None:
     )
     with pytest.raises(InputError, match="calls itself through another function"):
         toy.f(np.zeros(2))
+
+
+def test_generated_functions_are_compiled_also_when_the_cache_of_lines_is_empty() -> None:
+    function = define("f", "def f(b):\n    b[0] = 2.0 * b[0]\n")
+    linecache.clearcache()
+    b = np.array([3.0])
+    compiled(BUFFER)(function)(b)
+    assert b[0] == 6.0
+
+
+def test_a_division_by_zero_does_not_end_the_process() -> None:
+    function = define(
+        "f", "def f(b):\n    n = int(b[0])\n    b[1] = float(7 // n)\n    b[2] = float(7 % n)\n"
+    )
+    b = np.array([0.0, 5.0, 5.0])
+    compiled(BUFFER)(function)(b)
+    assert b.tolist() == [0.0, 7.0, 0.0]

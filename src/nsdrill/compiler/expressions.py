@@ -236,6 +236,9 @@ class Expressions:
         if instruction is None:
             allowed = f"; allowed: {INSTEAD[op]}" if op in INSTEAD else ""
             raise Refusal(f"this operation is not defined for {KINDS[one.kind]}{allowed}")
+        if op in (ast.Mod, ast.FloorDiv):  # a division by zero would end the process
+            zero = self.text.comparison("eq", two, self.text.constant(0, "i", two.lanes))
+            two = self.text.selection(zero, self.text.constant(1, "i", two.lanes), two)
         made = self.text.operation(instruction, one, two)
         return self._floored(op, made, one, two) if op in (ast.Mod, ast.FloorDiv) else made
 

@@ -25,6 +25,10 @@ integer and truth. No kind becomes another silently: ``float(n)``, ``int(x)`` an
                                  ``np.rint``, and, of scalars, functions of ``math``
 ``fma float_bits bits_float``    of :mod:`nsdrill.elementary`, with ``lowest_bit``
 ===============================  =======================================================
+
+Not checked, as it is not known before it runs: a shift by less than 0 or more than 63,
+``int`` of a number beyond 64 bits, a place outside a buffer. An integer divided by zero
+is divided by one. No lane may read what another writes.
 """
 
 from __future__ import annotations
@@ -148,7 +152,8 @@ def definition(function: FunctionType) -> ast.FunctionDef:
     for is_read_again in (False, True):
         if is_read_again:  # the file may have changed, and the module with it
             linecache.checkcache(code.co_filename)
-        nodes, codes = _definitions("".join(linecache.getlines(code.co_filename)))
+        text = function.__globals__.get("__source__")  # of a generated function
+        nodes, codes = _definitions(text or "".join(linecache.getlines(code.co_filename)))
         key = code.co_firstlineno, code.co_name
         if any(_parts(code) == _parts(other) for other in codes.get(key, [])):
             for node in (found := nodes.get(key, [])):
