@@ -53,6 +53,11 @@ def test_reads_what_people_write(text: str, si: str, value: float) -> None:
     assert math.copysign(1.0, to_si(text, si)) == math.copysign(1.0, value)
 
 
+def test_a_value_beyond_the_range_in_its_units_is_infinite() -> None:
+    assert from_si(1e308, "ft/h") == math.inf
+    assert from_si(-1e308, "ft/h") == -math.inf
+
+
 def test_thousand_pound_force_is_exact() -> None:
     assert abs(to_si("5 klbf", "N") - 5 * 1000 * LBF) <= math.ulp(22241.0)
     assert to_si("5 klbf", "N") == 22241.1080763025

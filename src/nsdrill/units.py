@@ -192,11 +192,15 @@ def to_si(text: str, units: str) -> float:
 
 def from_si(value: float, units: str) -> float:
     """An SI ``value`` expressed in ``units``, any name that :func:`to_si` reads. NaN
-    and infinities stay."""
+    and infinities stay, and what is beyond the range of floating-point numbers in
+    ``units`` is infinite."""
     if not math.isfinite(value):
         return value
     factor, _ = _factor_and_dimensions(units, units, units)
-    return float(Fraction(value) / factor)
+    try:
+        return float(Fraction(value) / factor)
+    except OverflowError:
+        return math.copysign(math.inf, value)
 
 
 def rounded_from_si(value: float, units: str) -> float:

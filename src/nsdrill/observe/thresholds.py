@@ -159,7 +159,7 @@ class Thresholds(Checked):
 @dataclass(frozen=True)
 class Record:
     """``peaks``: how many of the last local maxima are kept for each of bit position,
-    bit speed (one a slip where the bit sticks) and radius; ``poincare``: how many of the
+    bit speed (one a slip) and radius; ``poincare``: how many of the
     last returns to the Poincare ``section``, a revolution of the bit or a lobe;
     ``exponent``: whether the largest Lyapunov exponent is measured."""
 

@@ -132,8 +132,7 @@ MEANINGS: dict[str, str] = {
     "points have one number",
     "classify.stuck_below": "Bit speed below which the bit counts as stuck",
     "record": "What is kept of each point beside the features",
-    "record.peaks": "Last local maxima kept of bit position, bit speed (one a slip where the bit "
-    "sticks) and radius",
+    "record.peaks": "Last local maxima kept of bit position, bit speed (one a slip) and radius",
     "record.poincare": "Last returns kept of the Poincare section; 0 for none",
     "record.section": "What the bit turns by between returns to the section",
     "record.exponent": "Measure the largest Lyapunov exponent",
