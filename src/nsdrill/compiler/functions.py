@@ -30,8 +30,12 @@ BUFFER, INTEGERS, INTEGER, FLOAT, FUNCTION = "anidf"
 BUFFERS = {BUFFER: FLOAT, INTEGERS: INTEGER}  # and the kind of their elements
 ROUTES = ("native", "numba", "interpreter")
 _DTYPES = {BUFFER: np.float64, INTEGERS: np.int64}
-_C_TYPES = {**dict.fromkeys(BUFFERS, (ctypes.c_void_p, ctypes.c_int64)), INTEGER: (ctypes.c_int64,),
-            FLOAT: (ctypes.c_double,), FUNCTION: (ctypes.c_int64,)}  # fmt: skip
+_C_TYPES: dict[str, tuple[Any, ...]] = {
+    **dict.fromkeys(BUFFERS, (ctypes.c_void_p, ctypes.c_int64)),
+    INTEGER: (ctypes.c_int64,),
+    FLOAT: (ctypes.c_double,),
+    FUNCTION: (ctypes.c_int64,),
+}
 _addresses: dict[str, int] = {}
 
 
@@ -48,7 +52,8 @@ def route() -> str:
 
 def compiled(*kinds: str) -> Callable[[Any], Any]:
     """Compile a function of the lane language whose arguments are of these kinds
-    (BUFFER, INTEGERS, INTEGER, FLOAT, FUNCTION). Where it returns something, that is an integer."""
+    (BUFFER, INTEGERS, INTEGER, FLOAT, FUNCTION). Where it returns something, that is an
+    integer."""
 
     def make(function: Any) -> Any:
         if route() == "interpreter":

@@ -29,8 +29,8 @@ integer and truth. No kind becomes another silently: ``float(n)``, ``int(x)`` an
 
 Not checked, as it is not known before it runs: a shift by less than 0 or more than 63,
 ``int`` of a number beyond 64 bits, a place outside a buffer, a part of it that ends
-before it begins. An integer divided by zero
-is divided by one. No lane may read what another writes.
+before it begins. An integer divided by zero is divided by one. No lane may read what
+another writes.
 """
 
 from __future__ import annotations

@@ -17,7 +17,10 @@ from nsdrill.compiler import words
 from nsdrill.compiler.functions import BUFFERS, FLOAT, FUNCTION, INTEGER
 
 _NUMBERS = {FLOAT: types.float64, INTEGER: types.int64, FUNCTION: types.int64}
-_TYPES = {**_NUMBERS, **{kind: _NUMBERS[elements][::1] for kind, elements in BUFFERS.items()}}
+_ELEMENTS = {kind: _NUMBERS[elements] for kind, elements in BUFFERS.items()}
+_TYPES = _NUMBERS | {kind: number[::1] for kind, number in _ELEMENTS.items()}
+_C_TYPES: dict[str, tuple[Any, ...]] = {kind: (number,) for kind, number in _NUMBERS.items()}
+_C_TYPES |= {kind: (types.CPointer(number), types.int64) for kind, number in _ELEMENTS.items()}
 
 
 class Compiled(CPUDispatcher):
@@ -44,16 +47,8 @@ class Compiled(CPUDispatcher):
         )
         space = {"function": self, "carray": numba.carray}
         exec(text, space)
-        given = [
-            part
-            for kind in self.kinds
-            for part in (
-                (types.CPointer(_NUMBERS[BUFFERS[kind]]), types.int64)
-                if kind in BUFFERS
-                else (_NUMBERS[kind],)
-            )
-        ]
-        self.entry = numba.cfunc(types.int64(*given), error_model="numpy")(space["entry"])
+        signature = types.int64(*(part for kind in self.kinds for part in _C_TYPES[kind]))
+        self.entry = numba.cfunc(signature, error_model="numpy")(space["entry"])
         return int(self.entry.address)
 
 
