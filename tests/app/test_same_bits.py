@@ -214,7 +214,6 @@ def other(monkeypatch: pytest.MonkeyPatch, **found: str) -> None:
     ("found", "said"),
     [
         ({"python": "3.99.1"}, rf"Python {HERE} there, 3\.99 here"),
-        ({"numba": "99.1"}, r"numba \S+ there, 99\.1 here"),
         ({"llvmlite": "99.2"}, r"llvmlite \S+ there, 99\.2 here"),
     ],
 )
@@ -302,9 +301,7 @@ def test_replay_says_what_differs(shared: Path, monkeypatch: pytest.MonkeyPatch)
     assert result.differing[1] == f"Python {HERE} there, 3.99 here"
 
 
-@pytest.mark.parametrize(
-    "name", ["python", "numpy_version", "numba_version", "llvmlite", "model_digest"]
-)
+@pytest.mark.parametrize("name", ["python", "numpy_version", "llvmlite", "model_digest"])
 def test_a_worker_with_other_versions_is_refused(
     monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:

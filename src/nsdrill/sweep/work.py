@@ -296,7 +296,6 @@ def compiled_parts(lanes: int, variant: Variant) -> Compiled:
     """The model and the observer, compiled for a number of lanes or loaded from the
     disk cache. The kernel is compiled too, before several threads need it at once."""
     model, rows = model_named(variant.model), variant.rows
-    make_advance()
     if variant.exponent:
         observer, marker = make_observers(lanes, variant)
         right_hand_side = model.tangent(lanes, variant.fixed, _landing_place(model))
@@ -304,7 +303,7 @@ def compiled_parts(lanes: int, variant: Variant) -> Compiled:
         observer, marker = model.observer(lanes, variant.fixed)
         right_hand_side = model.right_hand_side(lanes, variant.fixed)
     stepper = STEPPERS[variant.stepper].make(lanes, rows)
-    for function in (stepper, right_hand_side, observer, marker):
+    for function in (make_advance(), stepper, right_hand_side, observer, marker):
         address(function)
     return Compiled(right_hand_side, observer, marker)
 
