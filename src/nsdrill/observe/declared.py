@@ -5,14 +5,16 @@ It is generated as text. Every packed step is examined in all lanes at once: the
 extremes so far are updated by the values at the ends of the step, integrals over time
 are accumulated, and a bit field per lane records the channels with an event inside the
 step: an extremum (the slope changes its sign) or a level crossing. Events occur in few
-lanes only, which are then handled one by one (:mod:`nsdrill.observe.inside`). The
-results of a lane do not depend on the other lanes.
+lanes only, which are then handled one by one (:mod:`nsdrill.observe.inside`). What
+few lanes need, such as integrals while a quantity is above its level, is passed over in
+steps where none does. The results of a lane do not depend on the other lanes.
 """
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -28,13 +30,16 @@ from nsdrill.observe.channels import (
     Declaration,
     Expression,
     Extremes,
+    MeanAbove,
     Names,
+    RmsOfSlopes,
+    TimeAbove,
     Winding,
     arguments,
     check,
     scale_of,
 )
-from nsdrill.observe.findings import PEAKS, RETURNS, RINGS
+from nsdrill.observe.findings import PARTS, PEAKS, RETURNS, RINGS
 from nsdrill.observe.inside import (
     HIGH,
     LOW,
@@ -42,7 +47,10 @@ from nsdrill.observe.inside import (
     NONE,
     TOP,
     has_extremum,
+    integral_above,
+    lower_estimate,
     measure_events,
+    record_maximum,
     record_returns,
     store_peak,
 )
@@ -51,10 +59,11 @@ from nsdrill.observe.inside import (
 # error.
 PROMINENCE = 10.0
 START, END, MARK = "start", "end", "mark"
-PARTS = LOW, HIGH, MARGIN, TOP  # the rows of a channel with peaks
+PEAK_ROWS = LOW, HIGH, MARGIN, TOP  # of a channel with peaks
 CONSTANTS = {
     "PEAKS": PEAKS,
     "RETURNS": RETURNS,
+    "PARTS": PARTS,
     "RINGS": RINGS,
     "OPENS": OPENS,
     "CLOSES": CLOSES,
@@ -68,7 +77,20 @@ HELPERS = (
     "middle_of_cubic",
     "middle_of_rate",
     "mean_square",
+    "value",
+    "slope",
+    "top_of_cubic",
 )
+
+
+class Event(NamedTuple):
+    """What may happen inside a step, each with a bit of the lane's event bits: extrema
+    of a channel and crossings of a level (``above``), or the maximum of a channel that
+    no polynomial follows."""
+
+    channel: Channel
+    above: TimeAbove | None = None
+    has_extremes: bool = False
 
 
 def own_rows(declaration: Declaration) -> dict[tuple[Any, ...], int]:
@@ -79,7 +101,13 @@ def own_rows(declaration: Declaration) -> dict[tuple[Any, ...], int]:
         *(("before", name) for name in outputs),
         *(("now", name) for name in outputs),
         *declaration.measured_per_half,
-        *((part, name) for name in declaration.channels_with_peaks for part in PARTS),
+        *(
+            (part, name)
+            for name in declaration.channels_with_peaks
+            if "least" in declaration.ends_of(name)
+            for part in PEAK_ROWS
+        ),
+        *(("angle_before", w.name) for w in declaration.of_kind(Winding) if w.counted),
         ("growth",),
         ("event_bits",),
         ("level",),
@@ -131,6 +159,7 @@ class _ObserverBuilder:
         self.lanes, self.rows, self.names, self.declaration = lanes, rows, names, declaration
         self.number_of = {channel.name: k for k, channel in enumerate(declaration.channels)}
         self.row_of = own_rows(declaration)
+        self.events = self._events()
         self.helpers: dict[Any, tuple[str, Any]] = {}
         self.row_texts = {when: self._row_texts(when) for when in (START, END, MARK)}
 
@@ -162,6 +191,7 @@ class _ObserverBuilder:
             name,
             text,
             np=np,
+            math=math,
             fma=fma,
             angle_between=angle_between,
             lowest_bit=lowest_bit,
@@ -169,12 +199,34 @@ class _ObserverBuilder:
             bits_float=bits_float,
             has_extremum=has_extremum,
             measure_events=measure_events,
+            integral_above=integral_above,
+            lower_estimate=lower_estimate,
+            record_maximum=record_maximum,
             record_returns=record_returns,
             store_peak=store_peak,
             **CONSTANTS,
             **namespace,
         )
         return compiled(*kinds)(function)
+
+    def _events(self) -> list[Event]:
+        """The events of the channels, in order; the first of a channel has its extremes
+        and its first level, others have further levels."""
+        events = []
+        for channel in self.declaration.channels:
+            levels: list[TimeAbove | None] = [
+                above
+                for above in self.declaration.of_kind(TimeAbove)
+                if above.channel == channel.name
+            ]
+            has_extremes = bool(self.declaration.ends_of(channel.name))
+            if has_extremes and not levels:
+                levels = [None]
+            events += [
+                Event(channel, above, has_extremes and number == 0)
+                for number, above in enumerate(levels)
+            ]
+        return events
 
     # Rows and expressions in the text.
     def _row(self, row: int) -> str:
@@ -212,12 +264,35 @@ class _ObserverBuilder:
             return texts[expression]
         if not callable(expression):
             return repr(float(expression))
-        if expression not in self.helpers:
-            self.helpers[expression] = (f"function_{len(self.helpers)}", inlined(expression))
-        return f"{self.helpers[expression][0]}({', '.join(texts[name] for name in arguments(expression))})"
+        given = ", ".join(texts[name] for name in arguments(expression))
+        return f"{self._function(expression)}({given})"
 
-    def _level(self, channel: Channel) -> str:
-        return "np.inf" if channel.level is None else self._code(channel.level, self.row_texts[END])
+    def _function(self, function: Any) -> str:
+        """The name of a function of the declaration in the text."""
+        if function not in self.helpers:
+            self.helpers[function] = (f"function_{len(self.helpers)}", inlined(function))
+        return self.helpers[function][0]
+
+    def _level(self, channel: Channel, above: TimeAbove | None = None) -> str:
+        """The level in the text, that of ``above`` if it has one; squared where the
+        channel is a square."""
+        level = channel.level if above is None or above.level is None else above.level
+        if level is None:
+            return "np.inf"
+        text = self._code(level, self.row_texts[END])
+        return f"{text} * {text}" if channel.squared else text
+
+    def _is_followed(self, name: str) -> str:
+        """Whether the polynomial follows the channel ``name`` in a step; empty where it
+        always does."""
+        found = self.declaration.extremes_of(name)
+        if found is None or found.unless is None:
+            return ""
+        at_start, at_end = found.unless
+        text = f"{self._code(at_end, self.row_texts[END])} > 0.0"
+        if at_start is not None:
+            text += f" and {self._code(at_start, self.row_texts[START])} > 0.0"
+        return f"not ({text})"
 
     def _slip(self, channel: Channel) -> tuple[str, str]:
         """The value at which a bit sticks, and the one above which it slips."""
@@ -255,7 +330,12 @@ class _ObserverBuilder:
         """The body of the observer, which is called every step: all lanes at once."""
         rows, outputs = self.rows, self.declaration.outputs
         is_observed = f"{self._row(rows.moves)} * {self._row(rows.observing)} != 0.0"
-        lines = ["observed_lanes = event_lanes = 0", "for i in packed(W):"]
+        gates = {part.above: [] for part in self.declaration.of_kind(MeanAbove)}
+        for part in self.declaration.of_kind(MeanAbove):
+            gates[part.above].append(part)
+        self.gates = {name: f"above_{number}" for number, name in enumerate(gates)}
+        masks = "".join(f"{mask} = " for mask in self.gates.values())
+        lines = [f"{masks}observed_lanes = event_lanes = 0", "for i in packed(W):"]
         if outputs:
             reads = {
                 **self.row_texts[END],
@@ -278,12 +358,16 @@ class _ObserverBuilder:
             lines += _indented(self._channel_lines(channel), 2)
         for winding in self.declaration.of_kind(Winding):
             lines += _indented(self._winding_lines(winding), 2)
+        for slopes in self.declaration.of_kind(RmsOfSlopes):
+            lines += _indented(self._slopes_lines(slopes), 2)
         lines += [
             "        event_bits = event_bits if is_observed else 0",
             f"        {self._own_row('event_bits')} = bits_float(event_bits)",
             "        event_lanes |= (1 << i) if event_bits != 0 else 0",
         ]
         lines += ["if event_lanes != 0:", "    handle_events(b, store, event_lanes)"]
+        for name, parts in gates.items():
+            lines += self._gated_lines(self.gates[name], parts)
         if outputs:
             lines += ["for i in packed(W):", f"    moves = {self._row(rows.moves)} != 0.0"]
             for name in outputs.names:
@@ -298,57 +382,18 @@ class _ObserverBuilder:
         values are loaded and one is selected, as those of a lane that is not observed
         may be NaN.)"""
         k, name, lines = self.number_of[channel.name], channel.name, []
-        bit, section = 1 << k, self.declaration.section
+        section = self.declaration.section
         if section and section.channel == name:
             lines.append(
                 f"event_bits |= {1 << MAX_CHANNELS} if g1_{k} >= {self._own_row('level')} else 0"
             )
-        if ("least", name) in self.row_of or ("above", name) in self.row_of:
-            lines.append(f"extremum_inside = has_extremum(d0_{k}, d1_{k})")
-        if ("least", name) in self.row_of:
-            least, greatest = self._own_row("least", name), self._own_row("greatest", name)
-            lines += [
-                f"event_bits |= {bit} if extremum_inside else 0",
-                f"low, high = {least}, {greatest}",
-                f"{least} = min(low, g1_{k}) if is_observed else low",
-                f"{greatest} = max(high, g1_{k}) if is_observed else high",
-            ]
-        if (LOW, name) in self.row_of:
-            low, high = self._own_row(LOW, name), self._own_row(HIGH, name)
-            lines += [
-                f"low, high = {low}, {high}",
-                f"margin = fma({self._own_row('growth')}, abs(g1_{k}), {self._own_row(MARGIN, name)})",
-                f"fallen = high - g1_{k} > margin",
-                f"event_bits |= {bit} if fallen else 0",
-                "plain = is_observed and not extremum_inside and not fallen",
-                f"rises = plain and g1_{k} - low > margin",
-                f"{high} = max(high, g1_{k}) if rises else high",
-                f"{low} = min(low, g1_{k}) if plain else low",
-            ]
-        if ("above", name) in self.row_of:
-            lines += [
-                f"level = {self._level(channel)}",
-                f"above0, above1 = g0_{k} > level, g1_{k} > level",
-                f"event_bits |= {bit} if above0 != above1 else 0",
-                f"event_bits |= {bit} if extremum_inside and (d0_{k} > 0.0) != above0 else 0",
-                f"{self._own_row('above', name)} += observed_h if above0 and above1 else 0.0",
-            ]
+        lines += self._detection_lines(channel)
         if ("passages", name) in self.row_of:
             rises = f"g0_{k} <= {self._level(channel)} and g1_{k} > {self._level(channel)}"
             lines += self._accumulation("passages", name, f"1.0 if {rises} else 0.0")
-        base = self._base(channel)
         if ("integral", name) in self.row_of:
-            if base:
-                j = self.number_of[base.name]
-                increment = f"fma({self._frame(base)}, h, g1_{j} - g0_{j})"
-            elif channel.curvature is None:
-                increment = f"h * fma(h * (1.0 / 12.0), d0_{k} - d1_{k}, 0.5 * (g0_{k} + g1_{k}))"
-            else:
-                increment = (
-                    f"h * fma(h, fma(h * (1.0 / 120.0), c0_{k} + c1_{k}, 0.1 * (d0_{k} - d1_{k})), "
-                    f"0.5 * (g0_{k} + g1_{k}))"
-                )
-            lines += self._accumulation("integral", name, increment)
+            lines += self._accumulation("integral", name, self._integral(channel))
+        base = self._base(channel)
         if ("square", name) in self.row_of:
             if base:
                 lines.append(f"_, e2, e4, o1, o3, o5 = {_centred(base, self.number_of[base.name])}")
@@ -361,8 +406,131 @@ class _ObserverBuilder:
             ]
         return lines
 
+    def _detection_lines(self, channel: Channel) -> list[str]:
+        """The lines that find the events of a channel in all lanes, and update what
+        steps without an event add."""
+        k, name = self.number_of[channel.name], channel.name
+        numbered = [(bit, e) for bit, e in enumerate(self.events) if e.channel is channel]
+        if not numbered:
+            return []
+        if channel.inside:
+            return self._inside_detection_lines(channel, 1 << numbered[0][0])
+        found, followed = self.declaration.extremes_of(name), self._is_followed(name)
+        lines = [
+            f"extremum_inside = has_extremum(d0_{k}, d1_{k})"
+            + (f" and {followed}" if followed else "")
+        ]
+        if found and found.maxima:
+            lines.append(
+                f"event_bits |= {1 << numbered[0][0]} if extremum_inside and d0_{k} > 0.0 else 0"
+            )
+        elif found:
+            lines.append(f"event_bits |= {1 << numbered[0][0]} if extremum_inside else 0")
+        if found and not found.smooth:
+            for what, end in (("least", "min"), ("greatest", "max")):
+                if (what, name) in self.row_of:
+                    row = self._own_row(what, name)
+                    lines += [
+                        f"{what} = {row}",
+                        f"{row} = {end}({what}, g1_{k}) if is_observed else {what}",
+                    ]
+        if (LOW, name) in self.row_of and found and not found.smooth:
+            low, high = self._own_row(LOW, name), self._own_row(HIGH, name)
+            lines += [
+                f"low, high = {low}, {high}",
+                f"margin = fma({self._own_row('growth')}, abs(g1_{k}), {self._own_row(MARGIN, name)})",
+                f"fallen = high - g1_{k} > margin",
+                f"event_bits |= {1 << numbered[0][0]} if fallen else 0",
+                "plain = is_observed and not extremum_inside and not fallen",
+                f"rises = plain and g1_{k} - low > margin",
+                f"{high} = max(high, g1_{k}) if rises else high",
+                f"{low} = min(low, g1_{k}) if plain else low",
+            ]
+        for bit, event in numbered:
+            if event.above is None:
+                continue
+            # An excursion from above is noticed as any other minimum is, or, where
+            # minima are not looked for, where the channel could reach the level.
+            grazes = f"extremum_inside and (d0_{k} > 0.0) != above0"
+            if found and found.maxima:
+                grazes += f" and (not above0 or lower_estimate(g0_{k}, g1_{k}, d0_{k}, d1_{k}, h) < level)"
+            lines += [
+                f"level = {self._level(channel, event.above)}",
+                f"above0, above1 = g0_{k} > level, g1_{k} > level",
+                f"event_bits |= {1 << bit} if above0 != above1 else 0",
+                f"event_bits |= {1 << bit} if {grazes} else 0",
+                f"{self._own_row('above', event.above.name)} += observed_h if above0 and above1 else 0.0",
+            ]
+            if mask := self.gates.get(event.above.name):
+                lines.append(f"{mask} |= (1 << i) if is_observed and above0 and above1 else 0")
+        return lines
+
+    def _inside_detection_lines(self, channel: Channel, bit: int) -> list[str]:
+        """The lines that find the maxima of a channel that no polynomial follows: only
+        those that may exceed the greatest value so far."""
+        k, followed = self.number_of[channel.name], self._is_followed(channel.name)
+        return [
+            f"rises = d0_{k} > 0.0 or (d0_{k} == 0.0 and g1_{k} > g0_{k})",
+            f"steepest = max(d0_{k}, -d1_{k})",
+            f"highest = fma(0.5 * h, steepest, max(g0_{k}, g1_{k}))",
+            f"event_bits |= {bit} if rises and d1_{k} <= 0.0 and "
+            f"highest > {self._own_row('greatest', channel.name)}"
+            + (f" and {followed}" if followed else "")
+            + " else 0",
+        ]
+
+    def _integral(self, channel: Channel) -> str:
+        """The integral of a channel over the step."""
+        k, base = self.number_of[channel.name], self._base(channel)
+        if base:
+            j = self.number_of[base.name]
+            return f"fma({self._frame(base)}, h, g1_{j} - g0_{j})"
+        if channel.curvature is None:
+            return f"h * fma(h * (1.0 / 12.0), d0_{k} - d1_{k}, 0.5 * (g0_{k} + g1_{k}))"
+        return (
+            f"h * fma(h, fma(h * (1.0 / 120.0), c0_{k} + c1_{k}, 0.1 * (d0_{k} - d1_{k})), "
+            f"0.5 * (g0_{k} + g1_{k}))"
+        )
+
+    def _gated_lines(self, mask: str, parts: list[MeanAbove]) -> list[str]:
+        """The lines that add the integrals over a step that is above the level as a
+        whole, if it is so in some lane."""
+        lines = [
+            f"if {mask} != 0:",
+            "    for i in packed(W):",
+            f"        is_above, h = ({mask} >> i) & 1 != 0, {self._row(self.rows.step)}",
+        ]
+        for part in parts:
+            channel = self.declaration.channels[self.number_of[part.channel]]
+            base, row = self._base(channel), self._own_row("part", part.name)
+            lines += _indented(self._ends(base or channel), 2)
+            lines += [
+                f"        total, more = {row}, {self._integral(channel)}",
+                f"        {row} = total + more if is_above else total",
+            ]
+        return lines
+
+    def _slopes_lines(self, slopes: RmsOfSlopes) -> list[str]:
+        """The lines that add the integral of the square of a vector of slopes."""
+        numbers, lines = [self.number_of[name] for name in slopes.channels], []
+        ends = "0.0"
+        for k in reversed(numbers):
+            last = ends == "0.0"
+            ends = f"fma(d1_{k}, d1_{k}, {ends})" if not last else f"d1_{k} * d1_{k}"
+            ends = f"fma(d0_{k}, d0_{k}, {ends})"
+        middle = ""
+        for k in reversed(numbers):
+            lines.append(
+                f"middle_{k} = fma(1.5 * per_h, g1_{k} - g0_{k}, -0.25 * (d0_{k} + d1_{k}))"
+            )
+            square = f"middle_{k} * middle_{k}"
+            middle = f"fma(middle_{k}, middle_{k}, {middle})" if middle else square
+        increment = f"h * (1.0 / 6.0) * fma(4.0, {middle}, {ends})"
+        return [*lines, *self._accumulation("slopes", slopes.name, increment)]
+
     def _winding_lines(self, winding: Winding) -> list[str]:
-        """The lines that add the angle by which a vector rotates in the step."""
+        """The lines that add the angle by which a vector rotates in the step, or its
+        half revolutions."""
         x, y = (self.number_of[name] for name in (winding.x, winding.y))
         ends = [
             f"g{end}_{k} = {self._code(self.declaration.channels[k].value, self.row_texts[when])}"
@@ -370,6 +538,9 @@ class _ObserverBuilder:
             for end, when in enumerate((START, END))
         ]
         angle = f"angle_between(g0_{x}, g0_{y}, g1_{x}, g1_{y})"
+        if winding.counted:
+            ends.append(f"turn = 1.0 if fma(g0_{x}, g1_{y}, -(g0_{y} * g1_{x})) > 0.0 else -1.0")
+            angle = f"turn if (g0_{y} < 0.0) != (g1_{y} < 0.0) else 0.0"
         return [*ends, *self._accumulation("angle", winding.name, angle)]
 
     def _accumulation(self, what: str, name: str, increment: str) -> list[str]:
@@ -380,35 +551,40 @@ class _ObserverBuilder:
         ]
 
     def _tables(self) -> list[str]:
-        """Lines that define the offsets of a channel's rows, by its number (see
-        :func:`nsdrill.observe.inside.measure_events`)."""
-        names, channels_with_peaks = (
-            [channel.name for channel in self.declaration.channels],
-            self.declaration.channels_with_peaks,
-        )
-        return [
-            f"least_ = np.array({[self._offset('least', name) for name in names]})",
-            f"above_ = np.array({[self._offset('above', name) for name in names]})",
-            f"passages_ = np.array({[self._offset('passages', name) for name in names]})",
-            f"low_ = np.array({[self._offset(LOW, name) for name in names]})",
-            f"ring_ = "
-            f"np.array({[channels_with_peaks.index(name) if name in channels_with_peaks else 0 for name in names]})",
-        ]
+        """Lines that define the offsets of rows and what else is constant, by the bit
+        of the event (see :func:`nsdrill.observe.inside.measure_events`)."""
+        with_peaks = self.declaration.channels_with_peaks
+        columns: dict[str, list[int]] = {
+            name: []
+            for name in (
+                "least",
+                "greatest",
+                "above",
+                "passages",
+                "low",
+                "ring",
+                "every",
+                "at_ends",
+            )
+        }
+        for channel, above, has_extremes in self.events:
+            name, found = channel.name, self.declaration.extremes_of(channel.name)
+            for what in ("least", "greatest"):
+                columns[what].append(self._offset(what, name) if has_extremes else NONE)
+            columns["above"].append(self._offset("above", above.name) if above else NONE)
+            first = above is not None and above.level is None
+            columns["passages"].append(self._offset("passages", name) if first else NONE)
+            columns["low"].append(self._offset(LOW, name) if has_extremes else NONE)
+            columns["ring"].append(with_peaks.index(name) if name in with_peaks else 0)
+            every = has_extremes and found is not None and found.maxima and name in with_peaks
+            columns["every"].append(int(every))
+            columns["at_ends"].append(int(found is None or not found.smooth))
+        return [f"{name}_ = np.array({numbers})" for name, numbers in columns.items()]
 
     def _event_lines(self) -> list[str]:
-        """The body of ``handle_events``: the channels with an event, one lane and one
-        channel after the other."""
-        W, rows, channels_with_peaks, section = (
-            self.lanes,
-            self.rows,
-            self.declaration.channels_with_peaks,
-            self.declaration.section,
-        )
-        event_channels = [
-            channel
-            for channel in self.declaration.channels
-            if ("least", channel.name) in self.row_of or ("above", channel.name) in self.row_of
-        ]
+        """The body of ``handle_events``: one lane and one event after the other."""
+        W, rows, section = self.lanes, self.rows, self.declaration.section
+        rings = len(self.declaration.channels_with_peaks)
         lines = [
             "peaks, returns = int(store[PEAKS]), int(store[RETURNS])",
             "while event_lanes != 0:",
@@ -427,35 +603,103 @@ class _ObserverBuilder:
                 *_indented(self._polynomial(angle), 3),
                 "            record_returns(",
                 "                b, store, i, W, h, p0, p1, p2, p3, p4, p5, end,",
-                f"                {self._spacing()}, {self._offset('level')},",
-                f"                RINGS + {len(channels_with_peaks) * W} * (peaks + 1) + i * (1 + {entry} * "
-                f"returns), returns,",
+                f"                {self._spacing()},",
+                f"                {self._offset('level')},",
+                f"                RINGS + {rings * W} * (peaks + 1) + i * (1 + {entry} * returns), returns,",
                 f"                {rows.pairs}, {rows.singles}, {W * rows.start}, "
                 f"{W * rows.stage}, "
                 f"{W * rows.start_acceleration}, {W * rows.acceleration}, {W * rows.frame_rate})",
                 "            continue",
             ]
-        for index, channel in enumerate(event_channels):
-            head = f"{'elif' if index else 'if'} k == {self.number_of[channel.name]}:"
+        for bit, event in enumerate(self.events):
+            if event.channel.inside:
+                lines += [
+                    f"        if k == {bit}:",
+                    *_indented(self._inside_lines(event.channel), 3),
+                    "            continue",
+                ]
+        events = [(k, event) for k, event in enumerate(self.events) if not event.channel.inside]
+        for index, (k, event) in enumerate(events):
+            head = f"{'elif' if index else 'if'} k == {k}:"
             # an else branch, as the compiler requires that each name always has a value
-            if index == len(event_channels) - 1:
+            if index == len(events) - 1:
                 head = "else:" if index else "if True:"
+            followed = self._is_followed(event.channel.name) if event.has_extremes else ""
             lines += [
                 f"        {head}",
-                *_indented(self._polynomial(channel), 3),
-                f"            level = {self._level(channel)}",
-                f"            stuck, slip = {', '.join(self._slip(channel))}",
+                *_indented(self._polynomial(event.channel), 3),
+                f"            level = {self._level(event.channel, event.above)}",
+                f"            stuck, slip = {', '.join(self._slip(event.channel))}",
+                f"            followed = {followed or '1.0 > 0.0'}",
             ]
-        if event_channels:
+        if events:
             lines += [
-                "        measure_events(",
+                "        first, second, above0, above_inside, above1 = measure_events(",
                 "            b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, "
-                "level, stuck, slip,",
-                f"            least_[k], above_[k], passages_[k], low_[k], "
+                "level, stuck, slip, followed,",
+                "            least_[k], greatest_[k], above_[k], passages_[k], low_[k], "
                 f"{self._offset('growth')},",
-                f"            RINGS + ({len(channels_with_peaks)} * i + ring_[k]) * (peaks + 1), peaks)",
+                f"            RINGS + ({rings} * i + ring_[k]) * (peaks + 1), peaks, every_[k], at_ends_[k])",
+            ]
+        for k, event in events:
+            lines += _indented(self._gated_event_lines(k, event), 2)
+        return lines
+
+    def _gated_event_lines(self, k: int, event: Event) -> list[str]:
+        """The lines that add the integrals over the part of a step above the level."""
+        parts = [
+            part
+            for part in self.declaration.of_kind(MeanAbove)
+            if event.above and part.above == event.above.name
+        ]
+        if not parts:
+            return []
+        lines = [f"if k == {k} and (above0 != above_inside or above1 != above_inside):"]
+        for part in parts:
+            channel = self.declaration.channels[self.number_of[part.channel]]
+            number = self.number_of[part.channel]
+            lines += [
+                *_indented(self._ends(channel)),
+                f"    {self._own_row('part', part.name)} += h * integral_above(",
+                f"        g0_{number}, h * d0_{number}, g1_{number}, h * d1_{number},",
+                "        first, second, above0, above_inside, above1)",
             ]
         return lines
+
+    def _inside_lines(self, channel: Channel) -> list[str]:
+        """The lines that find the greatest value of a channel that no polynomial
+        follows: a bracket is narrowed twice to the maximum of the cubic through the
+        values and slopes at its ends. The result is never above the greatest value, and
+        below it by less than the tolerance of the integration."""
+        k, greatest = self.number_of[channel.name], self._own_row("greatest", channel.name)
+        assert channel.inside is not None
+        lines, given = [], []
+        for number, name in enumerate(channel.of):
+            p = [f"q{number}_{power}" for power in range(6)]
+            lines += [
+                *self._polynomial(self.declaration.channels[self.number_of[name]]),
+                f"{', '.join(p)} = p0, p1, p2, p3, p4, p5",
+            ]
+            given += [f"value({', '.join(p)}, theta)", f"slope({', '.join(p[1:])}, theta) / h"]
+        names = arguments(channel.inside)[len(given) :]
+        given += [self.row_texts[END][name] for name in names]
+        return [
+            *lines,
+            *self._ends(channel),
+            f"low, low_value, low_slope = 0.0, g0_{k}, h * d0_{k}",
+            f"high, high_value, high_slope = 1.0, g1_{k}, h * d1_{k}",
+            "for _ in range(2):",
+            "    width = high - low",
+            "    top = top_of_cubic(low_value, width * low_slope, high_value, width * high_slope)",
+            "    theta = fma(width, top, low)",
+            f"    now, rate = {self._function(channel.inside)}({', '.join(given)})",
+            "    rising = rate > 0.0",
+            "    low, high = theta if rising else low, high if rising else theta",
+            "    low_value, high_value = now if rising else low_value, high_value if rising else now",
+            "    low_slope, high_slope = (",
+            "        h * rate if rising else low_slope, high_slope if rising else h * rate)",
+            f"{greatest} = max({greatest}, max(low_value, high_value))",
+        ]
 
     def _polynomial(self, channel: Channel) -> list[str]:
         """The lines that assign a channel's coefficients p0 to p5 over the step, its
@@ -502,6 +746,8 @@ class _ObserverBuilder:
             f"    {self._own_row('growth')} = tolerances",
         ]
         for name in channels_with_peaks:
+            if (LOW, name) not in self.row_of:
+                continue
             channel = channels[self.number_of[name]]
             lines += [
                 f"    {self._own_row(LOW, name)} = {self._code(channel.value, texts)}",
@@ -519,6 +765,7 @@ class _ObserverBuilder:
             ]
         lines += [
             "else:",
+            *_indented(self._completing_lines()),
             f"    first = column if mark != CLOSES else column + {width}",
             f"    for k in range({width}):",
             f"        outcome[first + k] = b[{first_half} + k * W + i]",
@@ -532,23 +779,68 @@ class _ObserverBuilder:
             f"    b[{first_half} + k * W + i] = 0.0",
         ]
         for name in self.declaration.channels_of(Extremes):
-            lines += [
-                f"now = {self._code(channels[self.number_of[name]].value, texts)}",
-                f"{self._own_row('least', name)} = now",
-                f"{self._own_row('greatest', name)} = now",
-            ]
+            lines.append(f"now = {self._code(channels[self.number_of[name]].value, texts)}")
+            lines += [f"{self._own_row(end, name)} = now" for end in self.declaration.ends_of(name)]
+        for winding in self.declaration.of_kind(Winding):
+            if winding.counted:
+                lines.append(
+                    f"{self._own_row('angle_before', winding.name)} = {self._angle(winding)}"
+                )
+        return lines
+
+    def _angle(self, winding: Winding) -> str:
+        """The angle of the vector at a mark within its half plane, from 0 to pi."""
+        x, y = (
+            self._code(self.declaration.channels[self.number_of[name]].value, self.row_texts[MARK])
+            for name in (winding.x, winding.y)
+        )
+        return f"math.atan2({y}, {x}) + (math.pi if {y} < 0.0 else 0.0)"
+
+    def _completing_lines(self) -> list[str]:
+        """The lines that complete at a mark what is not compared at each step: extremes
+        of smooth channels, and angles of which only half revolutions are counted."""
+        lines = []
+        for name in self.declaration.channels_of(Extremes):
+            found = self.declaration.extremes_of(name)
+            if found is None or not found.smooth:
+                continue
+            value = self.declaration.channels[self.number_of[name]].value
+            lines.append(f"now = {self._code(value, self.row_texts[MARK])}")
+            for end in self.declaration.ends_of(name):
+                row = self._own_row(end, name)
+                lines.append(f"{row} = {'min' if end == 'least' else 'max'}({row}, now)")
+        for winding in self.declaration.of_kind(Winding):
+            if winding.counted:
+                row, before = (self._own_row(w, winding.name) for w in ("angle", "angle_before"))
+                lines.append(f"{row} = fma(math.pi, {row}, {self._angle(winding)} - {before})")
         return lines
 
     def _closing_lines(self) -> list[str]:
-        """The lines that complete the last cycle of a bit that is stuck at the end."""
+        """The lines that complete the last maximum of a smooth quantity that has by now
+        fallen by the prominence below it, and the last cycle of a bit that is stuck at
+        the end."""
         lines = []
         for number, name in enumerate(self.declaration.channels_with_peaks):
-            stuck, slip = self._slip(self.declaration.channels[self.number_of[name]])
-            top = self._own_row(TOP, name)
+            if (LOW, name) not in self.row_of:
+                continue
+            channel, found = (
+                self.declaration.channels[self.number_of[name]],
+                self.declaration.extremes_of(name),
+            )
+            stuck, slip = self._slip(channel)
+            low, high, margin, top = (self._own_row(part, name) for part in PEAK_ROWS)
+            ring = f"rings + {number} * (peaks + 1)"
+            if found and found.smooth:
+                lines += [
+                    f"now = {self._code(channel.value, self.row_texts[MARK])}",
+                    f"if {high} - now > fma({self._own_row('growth')}, abs(now), {margin}):",
+                    f"    {top} = record_maximum(store, {ring}, peaks, {low}, {high}, {top}, {stuck}, {slip})",
+                    f"    {low} = now",
+                ]
             if slip != "np.inf":
                 lines += [
-                    f"if peaks > 0 and {self._own_row(LOW, name)} <= {stuck} and {slip} < {top} < np.inf:",
-                    f"    store_peak(store, rings + {number} * (peaks + 1), peaks, {top})",
+                    f"if peaks > 0 and {low} <= {stuck} and {slip} < {top} < np.inf:",
+                    f"    store_peak(store, {ring}, peaks, {top})",
                 ]
         return lines
 
@@ -560,7 +852,11 @@ class _ObserverBuilder:
 
     def _spacing(self) -> str:
         section = self.declaration.section
-        return self._code(section.spacing, self.row_texts[MARK]) if section else "0.0"
+        return (
+            f"{self._code(section.spacing, self.row_texts[MARK])} / store[PARTS]"
+            if section
+            else "0.0"
+        )
 
 
 def _coefficients(channel: Channel, k: int) -> str:
