@@ -26,7 +26,6 @@ import numpy as np
 Expression = str | float | Callable[..., Any]
 NATURAL = "natural"  # the scale of a channel itself
 ALWAYS = ("time", "phase")  # rows of every model
-MAX_CHANNELS = 61  # one bit of a float64 for each, and one for the section
 HALF_DIFFERENCE = "half_difference"  # reserved: no feature may have this name
 
 
@@ -304,10 +303,6 @@ def check(names: Names, declaration: Declaration) -> None:
     peaks = [feature.peaks for feature in declaration.of_kind(Extremes) if feature.peaks]
     features = [name for name, _ in declaration.named_features]
     _check_unique("feature or parameter", [*features, *peaks, HALF_DIFFERENCE, *names.parameters])
-    if len(declaration.channels) > MAX_CHANNELS:
-        raise ValueError(
-            f"channels: found {len(declaration.channels)}; allowed: at most {MAX_CHANNELS}"
-        )
     if declaration.outputs:
         readable = {*names.states, *names.slopes, *names.parameters, *names.aux, *ALWAYS}
         _check_known("outputs", arguments(declaration.outputs.function), readable)
@@ -364,7 +359,9 @@ def check(names: Names, declaration: Declaration) -> None:
         elif not isinstance(feature, Derived):
             _check_known(kind, [feature.channel], channels)
         if isinstance(feature, TimeAbove):
-            _check_known(f"TimeAbove {feature.name!r}: level", _reads(feature.level), names.parameters)
+            _check_known(
+                f"TimeAbove {feature.name!r}: level", _reads(feature.level), names.parameters
+            )
         if isinstance(feature, Passages) or (
             isinstance(feature, TimeAbove) and feature.level is None
         ):
@@ -400,11 +397,7 @@ def check(names: Names, declaration: Declaration) -> None:
 
 
 def _check_extremes(
-    feature: Extremes,
-    declaration: Declaration,
-    channel: Channel,
-    names: Names,
-    rows: set[str],
+    feature: Extremes, declaration: Declaration, channel: Channel, names: Names, rows: set[str]
 ) -> None:
     where = f"Extremes of {channel.name!r}"
     if feature.slip is not None:

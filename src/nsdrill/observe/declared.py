@@ -3,7 +3,7 @@ any number of lanes.
 
 It is generated as text. Every packed step is examined in all lanes at once: the
 extremes so far are updated by the values at the ends of the step, integrals over time
-are accumulated, and a bit field per lane records the channels with an event inside the
+are accumulated, and for each channel the set of lanes is found with an event inside the
 step: an extremum (the slope changes its sign) or a level crossing. Events occur in few
 lanes only, which are then handled one by one (:mod:`nsdrill.observe.inside`). What
 few lanes need, such as integrals while a quantity is above its level, is passed over in
@@ -20,12 +20,11 @@ import numpy as np
 
 from nsdrill.abi import CLOSES, CONTROL, MARKER, OBSERVER, OPENS, Rows
 from nsdrill.compiler.functions import BUFFER, INTEGER, compiled, inlined
-from nsdrill.compiler.words import bits_float, float_bits, fma, lowest_bit
+from nsdrill.compiler.words import fma, lowest_bit
 from nsdrill.elementary import angle_between
 from nsdrill.generate import constants, define
 from nsdrill.observe import interpolant
 from nsdrill.observe.channels import (
-    MAX_CHANNELS,
     Channel,
     Declaration,
     Expression,
@@ -33,6 +32,7 @@ from nsdrill.observe.channels import (
     MeanAbove,
     Names,
     RmsOfSlopes,
+    Section,
     TimeAbove,
     Winding,
     arguments,
@@ -84,9 +84,9 @@ HELPERS = (
 
 
 class Event(NamedTuple):
-    """What may happen inside a step, each with a bit of the lane's event bits: extrema
-    of a channel and crossings of a level (``above``), or the maximum of a channel that
-    no polynomial follows."""
+    """What may happen inside a step, each with its set of lanes: extrema of a channel
+    and crossings of a level (``above``), or the maximum of a channel that no polynomial
+    follows."""
 
     channel: Channel
     above: TimeAbove | None = None
@@ -109,7 +109,6 @@ def own_rows(declaration: Declaration) -> dict[tuple[Any, ...], int]:
         ),
         *(("angle_before", w.name) for w in declaration.of_kind(Winding) if w.counted),
         ("growth",),
-        ("event_bits",),
         ("level",),
     ]
     return {key: number for number, key in enumerate(keys)}
@@ -160,12 +159,15 @@ class _ObserverBuilder:
         self.number_of = {channel.name: k for k, channel in enumerate(declaration.channels)}
         self.row_of = own_rows(declaration)
         self.events = self._events()
+        # the names in the text of the sets of lanes with an event
+        self.sets = [f"lanes_{number}" for number in range(len(self.events))]
+        self.sets += ["returning"] if declaration.section else []
         self.helpers: dict[Any, tuple[str, Any]] = {}
         self.row_texts = {when: self._row_texts(when) for when in (START, END, MARK)}
 
     def make(self) -> tuple[Any, Any]:
         handle_events = self._compile(
-            "handle_events", (BUFFER, BUFFER, INTEGER), self._event_lines()
+            "handle_events", (BUFFER, BUFFER, *(INTEGER for _ in self.sets)), self._event_lines()
         )
         observer = self._compile(
             "observer", (OBSERVER,), self._observer_lines(), handle_events=handle_events
@@ -178,12 +180,11 @@ class _ObserverBuilder:
     ) -> Any:
         """The compiled function ``name`` with these lines as its body."""
         arguments_of = {
-            "handle_events": "b, store, event_lanes",
+            "handle_events": ", ".join(("b, store", *self.sets)),
             "observer": "b, store",
             "marker": "b, store, i, mark, outcome, column",
         }
-        tables = self._tables() if name == "handle_events" else []
-        head = [constants(W=self.lanes), *tables, f"def {name}({arguments_of[name]}):"]
+        head = [constants(W=self.lanes), f"def {name}({arguments_of[name]}):"]
         text = "\n".join([*head, *_indented(lines), ""])
         namespace |= dict(self.helpers.values())
         namespace |= {word: getattr(interpolant, word) for word in HELPERS}
@@ -195,8 +196,6 @@ class _ObserverBuilder:
             fma=fma,
             angle_between=angle_between,
             lowest_bit=lowest_bit,
-            float_bits=float_bits,
-            bits_float=bits_float,
             has_extremum=has_extremum,
             measure_events=measure_events,
             integral_above=integral_above,
@@ -334,8 +333,8 @@ class _ObserverBuilder:
         for part in self.declaration.of_kind(MeanAbove):
             gates[part.above].append(part)
         self.gates = {name: f"above_{number}" for number, name in enumerate(gates)}
-        masks = "".join(f"{mask} = " for mask in self.gates.values())
-        lines = [f"{masks}observed_lanes = event_lanes = 0", "for i in packed(W):"]
+        sets = [*self.sets, *self.gates.values(), "observed_lanes"]
+        lines = [f"{' = '.join(sets)} = 0", "for i in packed(W):"]
         if outputs:
             reads = {
                 **self.row_texts[END],
@@ -348,7 +347,7 @@ class _ObserverBuilder:
         lines += [
             "if observed_lanes != 0:",
             "    for i in packed(W):",
-            f"        is_observed, h, event_bits = {is_observed}, {self._row(rows.step)}, 0",
+            f"        is_observed, h = {is_observed}, {self._row(rows.step)}",
             "        observed_h = h if is_observed else 0.0",
             "        per_h = 1.0 / h if h > 0.0 else 0.0",
         ]
@@ -360,12 +359,22 @@ class _ObserverBuilder:
             lines += _indented(self._winding_lines(winding), 2)
         for slopes in self.declaration.of_kind(RmsOfSlopes):
             lines += _indented(self._slopes_lines(slopes), 2)
-        lines += [
-            "        event_bits = event_bits if is_observed else 0",
-            f"        {self._own_row('event_bits')} = bits_float(event_bits)",
-            "        event_lanes |= (1 << i) if event_bits != 0 else 0",
-        ]
-        lines += ["if event_lanes != 0:", "    handle_events(b, store, event_lanes)"]
+        if self.declaration.section:
+            angle = self.declaration.channels[
+                self.number_of[self.declaration.section.channel]
+            ].value
+            reached = f"{self._code(angle, self.row_texts[END])} >= {self._own_row('level')}"
+            lines += [
+                "if observed_lanes != 0 and store[RETURNS] > 0.0:",
+                "    for i in packed(W):",
+                f"        {_noted('returning', reached)}",
+            ]
+        if self.sets:
+            observed_sets = (f"{lanes} & observed_lanes" for lanes in self.sets)
+            lines += [
+                f"if (({' | '.join(self.sets)}) & observed_lanes) != 0:",
+                f"    handle_events({', '.join(('b, store', *observed_sets))})",
+            ]
         for name, parts in gates.items():
             lines += self._gated_lines(self.gates[name], parts)
         if outputs:
@@ -382,11 +391,6 @@ class _ObserverBuilder:
         values are loaded and one is selected, as those of a lane that is not observed
         may be NaN.)"""
         k, name, lines = self.number_of[channel.name], channel.name, []
-        section = self.declaration.section
-        if section and section.channel == name:
-            lines.append(
-                f"event_bits |= {1 << MAX_CHANNELS} if g1_{k} >= {self._own_row('level')} else 0"
-            )
         lines += self._detection_lines(channel)
         if ("passages", name) in self.row_of:
             rises = f"g0_{k} <= {self._level(channel)} and g1_{k} > {self._level(channel)}"
@@ -410,22 +414,26 @@ class _ObserverBuilder:
         """The lines that find the events of a channel in all lanes, and update what
         steps without an event add."""
         k, name = self.number_of[channel.name], channel.name
-        numbered = [(bit, e) for bit, e in enumerate(self.events) if e.channel is channel]
-        if not numbered:
+        sets = [
+            (lanes, e)
+            for lanes, e in zip(self.sets, self.events, strict=False)
+            if e.channel is channel
+        ]
+        if not sets:
             return []
+        first = sets[0][0]
         if channel.inside:
-            return self._inside_detection_lines(channel, 1 << numbered[0][0])
+            return self._inside_detection_lines(channel, first)
         found, followed = self.declaration.extremes_of(name), self._is_followed(name)
         lines = [
             f"extremum_inside = has_extremum(d0_{k}, d1_{k})"
             + (f" and {followed}" if followed else "")
         ]
-        if found and found.maxima:
-            lines.append(
-                f"event_bits |= {1 << numbered[0][0]} if extremum_inside and d0_{k} > 0.0 else 0"
-            )
-        elif found:
-            lines.append(f"event_bits |= {1 << numbered[0][0]} if extremum_inside else 0")
+        # what brings a lane into each set
+        happens: dict[str, list[str]] = {lanes: [] for lanes, _ in sets}
+        if found:
+            rising = f" and d0_{k} > 0.0" if found.maxima else ""
+            happens[first].append(f"extremum_inside{rising}")
         if found and not found.smooth:
             for what, end in (("least", "min"), ("greatest", "max")):
                 if (what, name) in self.row_of:
@@ -440,43 +448,51 @@ class _ObserverBuilder:
                 f"low, high = {low}, {high}",
                 f"margin = fma({self._own_row('growth')}, abs(g1_{k}), {self._own_row(MARGIN, name)})",
                 f"fallen = high - g1_{k} > margin",
-                f"event_bits |= {1 << numbered[0][0]} if fallen else 0",
                 "plain = is_observed and not extremum_inside and not fallen",
                 f"rises = plain and g1_{k} - low > margin",
                 f"{high} = max(high, g1_{k}) if rises else high",
                 f"{low} = min(low, g1_{k}) if plain else low",
             ]
-        for bit, event in numbered:
+            happens[first].append("fallen")
+        for number, (lanes, event) in enumerate(sets):
             if event.above is None:
                 continue
             # An excursion from above is noticed as any other minimum is, or, where
             # minima are not looked for, where the channel could reach the level.
-            grazes = f"extremum_inside and (d0_{k} > 0.0) != above0"
-            if found and found.maxima:
-                grazes += f" and (not above0 or lower_estimate(g0_{k}, g1_{k}, d0_{k}, d1_{k}, h) < level)"
+            above0, above1 = f"above0_{number}", f"above1_{number}"
+            happens[lanes].append(f"{above0} != {above1}")
+            if found is None or found.maxima or number > 0:
+                graze = f"extremum_inside and (d0_{k} > 0.0) != {above0}"
+                if found and found.maxima:
+                    estimate = f"lower_estimate(g0_{k}, g1_{k}, d0_{k}, d1_{k}, h)"
+                    graze += f" and (not {above0} or {estimate} < level_{number})"
+                happens[lanes].append(graze)
             lines += [
-                f"level = {self._level(channel, event.above)}",
-                f"above0, above1 = g0_{k} > level, g1_{k} > level",
-                f"event_bits |= {1 << bit} if above0 != above1 else 0",
-                f"event_bits |= {1 << bit} if {grazes} else 0",
-                f"{self._own_row('above', event.above.name)} += observed_h if above0 and above1 else 0.0",
+                f"level_{number} = {self._level(channel, event.above)}",
+                f"{above0}, {above1} = g0_{k} > level_{number}, g1_{k} > level_{number}",
+                f"{self._own_row('above', event.above.name)} += "
+                f"observed_h if {above0} and {above1} else 0.0",
             ]
-            if mask := self.gates.get(event.above.name):
-                lines.append(f"{mask} |= (1 << i) if is_observed and above0 and above1 else 0")
+            if gate := self.gates.get(event.above.name):
+                lines.append(_noted(gate, f"{above0} and {above1}"))
+        lines += [
+            _noted(lanes, " or ".join(f"({x})" for x in cases)) for lanes, cases in happens.items()
+        ]
         return lines
 
-    def _inside_detection_lines(self, channel: Channel, bit: int) -> list[str]:
+    def _inside_detection_lines(self, channel: Channel, lanes: str) -> list[str]:
         """The lines that find the maxima of a channel that no polynomial follows: only
         those that may exceed the greatest value so far."""
         k, followed = self.number_of[channel.name], self._is_followed(channel.name)
+        greatest = self._own_row("greatest", channel.name)
         return [
             f"rises = d0_{k} > 0.0 or (d0_{k} == 0.0 and g1_{k} > g0_{k})",
-            f"steepest = max(d0_{k}, -d1_{k})",
-            f"highest = fma(0.5 * h, steepest, max(g0_{k}, g1_{k}))",
-            f"event_bits |= {bit} if rises and d1_{k} <= 0.0 and "
-            f"highest > {self._own_row('greatest', channel.name)}"
-            + (f" and {followed}" if followed else "")
-            + " else 0",
+            f"highest = fma(0.5 * h, max(d0_{k}, -d1_{k}), max(g0_{k}, g1_{k}))",
+            _noted(
+                lanes,
+                f"rises and d1_{k} <= 0.0 and highest > {greatest}"
+                + (f" and {followed}" if followed else ""),
+            ),
         ]
 
     def _integral(self, channel: Channel) -> str:
@@ -496,6 +512,7 @@ class _ObserverBuilder:
         """The lines that add the integrals over a step that is above the level as a
         whole, if it is so in some lane."""
         lines = [
+            f"{mask} &= observed_lanes",
             f"if {mask} != 0:",
             "    for i in packed(W):",
             f"        is_above, h = ({mask} >> i) & 1 != 0, {self._row(self.rows.step)}",
@@ -550,102 +567,67 @@ class _ObserverBuilder:
             f"{total} = total + more if is_observed else total",
         ]
 
-    def _tables(self) -> list[str]:
-        """Lines that define the offsets of rows and what else is constant, by the bit
-        of the event (see :func:`nsdrill.observe.inside.measure_events`)."""
-        with_peaks = self.declaration.channels_with_peaks
-        columns: dict[str, list[int]] = {
-            name: []
-            for name in (
-                "least",
-                "greatest",
-                "above",
-                "passages",
-                "low",
-                "ring",
-                "every",
-                "at_ends",
-            )
-        }
-        for channel, above, has_extremes in self.events:
-            name, found = channel.name, self.declaration.extremes_of(channel.name)
-            for what in ("least", "greatest"):
-                columns[what].append(self._offset(what, name) if has_extremes else NONE)
-            columns["above"].append(self._offset("above", above.name) if above else NONE)
-            first = above is not None and above.level is None
-            columns["passages"].append(self._offset("passages", name) if first else NONE)
-            columns["low"].append(self._offset(LOW, name) if has_extremes else NONE)
-            columns["ring"].append(with_peaks.index(name) if name in with_peaks else 0)
-            every = has_extremes and found is not None and found.maxima and name in with_peaks
-            columns["every"].append(int(every))
-            columns["at_ends"].append(int(found is None or not found.smooth))
-        return [f"{name}_ = np.array({numbers})" for name, numbers in columns.items()]
-
     def _event_lines(self) -> list[str]:
-        """The body of ``handle_events``: one lane and one event after the other."""
-        W, rows, section = self.lanes, self.rows, self.declaration.section
-        rings = len(self.declaration.channels_with_peaks)
-        lines = [
-            "peaks, returns = int(store[PEAKS]), int(store[RETURNS])",
-            "while event_lanes != 0:",
-            "    i = lowest_bit(event_lanes)",
-            "    event_lanes &= event_lanes - 1",
-            f"    h, event_bits = {self._row(rows.step)}, float_bits({self._own_row('event_bits')})",
-            "    while event_bits != 0:",
-            "        k = lowest_bit(event_bits)",
-            "        event_bits &= event_bits - 1",
+        """The body of ``handle_events``: one event and one lane after the other."""
+        lines = ["peaks, returns = int(store[PEAKS]), int(store[RETURNS])"]
+        bodies = [
+            self._inside_lines(event.channel)
+            if event.channel.inside
+            else self._measuring_lines(event)
+            for event in self.events
         ]
-        if section:
-            angle = self.declaration.channels[self.number_of[section.channel]]
-            entry = len(self.names.states) + 1
+        if self.declaration.section:
+            bodies.append(self._return_lines(self.declaration.section))
+        for lanes, body in zip(self.sets, bodies, strict=True):
             lines += [
-                f"        if k == {MAX_CHANNELS}:",
-                *_indented(self._polynomial(angle), 3),
-                "            record_returns(",
-                "                b, store, i, W, h, p0, p1, p2, p3, p4, p5, end,",
-                f"                {self._spacing()},",
-                f"                {self._offset('level')},",
-                f"                RINGS + {rings * W} * (peaks + 1) + i * (1 + {entry} * returns), returns,",
-                f"                {rows.pairs}, {rows.singles}, {W * rows.start}, "
-                f"{W * rows.stage}, "
-                f"{W * rows.start_acceleration}, {W * rows.acceleration}, {W * rows.frame_rate})",
-                "            continue",
+                f"while {lanes} != 0:",
+                f"    i = lowest_bit({lanes})",
+                f"    {lanes} &= {lanes} - 1",
+                f"    h = {self._row(self.rows.step)}",
+                *_indented(body),
             ]
-        for bit, event in enumerate(self.events):
-            if event.channel.inside:
-                lines += [
-                    f"        if k == {bit}:",
-                    *_indented(self._inside_lines(event.channel), 3),
-                    "            continue",
-                ]
-        events = [(k, event) for k, event in enumerate(self.events) if not event.channel.inside]
-        for index, (k, event) in enumerate(events):
-            head = f"{'elif' if index else 'if'} k == {k}:"
-            # an else branch, as the compiler requires that each name always has a value
-            if index == len(events) - 1:
-                head = "else:" if index else "if True:"
-            followed = self._is_followed(event.channel.name) if event.has_extremes else ""
-            lines += [
-                f"        {head}",
-                *_indented(self._polynomial(event.channel), 3),
-                f"            level = {self._level(event.channel, event.above)}",
-                f"            stuck, slip = {', '.join(self._slip(event.channel))}",
-                f"            followed = {followed or '1.0 > 0.0'}",
-            ]
-        if events:
-            lines += [
-                "        first, second, above0, above_inside, above1 = measure_events(",
-                "            b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, "
-                "level, stuck, slip, followed,",
-                "            least_[k], greatest_[k], above_[k], passages_[k], low_[k], "
-                f"{self._offset('growth')},",
-                f"            RINGS + ({rings} * i + ring_[k]) * (peaks + 1), peaks, every_[k], at_ends_[k])",
-            ]
-        for k, event in events:
-            lines += _indented(self._gated_event_lines(k, event), 2)
         return lines
 
-    def _gated_event_lines(self, k: int, event: Event) -> list[str]:
+    def _return_lines(self, section: Section) -> list[str]:
+        """The lines that record returns to the section."""
+        W, rows, entry = self.lanes, self.rows, len(self.names.states) + 1
+        rings = len(self.declaration.channels_with_peaks)
+        return [
+            *self._polynomial(self.declaration.channels[self.number_of[section.channel]]),
+            "record_returns(",
+            "    b, store, i, W, h, p0, p1, p2, p3, p4, p5, end,",
+            f"    {self._spacing()}, {self._offset('level')},",
+            f"    RINGS + {rings * W} * (peaks + 1) + i * (1 + {entry} * returns), returns,",
+            f"    {rows.pairs}, {rows.singles}, {W * rows.start}, {W * rows.stage},",
+            f"    {W * rows.start_acceleration}, {W * rows.acceleration}, {W * rows.frame_rate})",
+        ]
+
+    def _measuring_lines(self, event: Event) -> list[str]:
+        """The lines that measure extrema and crossings of a channel."""
+        channel, above, has_extremes = event
+        name, found = channel.name, self.declaration.extremes_of(channel.name)
+        with_peaks = self.declaration.channels_with_peaks
+        has_peaks = has_extremes and name in with_peaks
+        least, greatest, low = (
+            self._offset(what, name) if has_extremes else NONE
+            for what in ("least", "greatest", LOW)
+        )
+        passages = self._offset("passages", name) if above and above.level is None else NONE
+        ring = with_peaks.index(name) if has_peaks else 0
+        return [
+            *self._polynomial(channel),
+            "first, second, above0, above_inside, above1 = measure_events(",
+            "    b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope,",
+            f"    {self._level(channel, above)}, {', '.join(self._slip(channel))},",
+            f"    {self._is_followed(name) or True}, {least}, {greatest},",
+            f"    {self._offset('above', above.name) if above else NONE}, {passages}, {low},",
+            f"    {self._offset('growth')},",
+            f"    RINGS + ({len(with_peaks)} * i + {ring}) * (peaks + 1), peaks,",
+            f"    {has_peaks and found is not None and found.maxima}, {found is None or not found.smooth})",
+            *self._gated_event_lines(event),
+        ]
+
+    def _gated_event_lines(self, event: Event) -> list[str]:
         """The lines that add the integrals over the part of a step above the level."""
         parts = [
             part
@@ -654,7 +636,7 @@ class _ObserverBuilder:
         ]
         if not parts:
             return []
-        lines = [f"if k == {k} and (above0 != above_inside or above1 != above_inside):"]
+        lines = ["if above0 != above_inside or above1 != above_inside:"]
         for part in parts:
             channel = self.declaration.channels[self.number_of[part.channel]]
             number = self.number_of[part.channel]
@@ -867,6 +849,11 @@ def _coefficients(channel: Channel, k: int) -> str:
 
 def _centred(channel: Channel, k: int) -> str:
     return f"middle_of_{_coefficients(channel, k)}"
+
+
+def _noted(lanes: str, condition: str) -> str:
+    """The line that adds the lanes in which the condition holds to a set."""
+    return f"{lanes} |= (1 << i) if {condition} else 0"
 
 
 def _indented(lines: list[str], by: int = 1) -> list[str]:

@@ -184,9 +184,9 @@ def measure_events(  # type: ignore[no-untyped-def]
     if low_ != NONE:
         if is_seen:
             update_peaks(b, store, i, W, at_extremum, stuck, slip, low_, growth_, ring, peaks)
-        if at_ends != 0:
+        if at_ends:
             update_peaks(b, store, i, W, end, stuck, slip, low_, growth_, ring, peaks)
-    if every != 0 and is_seen and p1 > 0.0 and peaks > 0:
+    if every and is_seen and p1 > 0.0 and peaks > 0:
         store_peak(store, ring, peaks, at_extremum)
     first, second = theta, 1.0
     above0, above_inside, above1 = begin > level, at_extremum > level, end > level
