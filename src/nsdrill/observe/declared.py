@@ -432,8 +432,14 @@ class _ObserverBuilder:
         # what brings a lane into each set
         happens: dict[str, list[str]] = {lanes: [] for lanes, _ in sets}
         if found:
-            rising = f" and d0_{k} > 0.0" if found.maxima else ""
-            happens[first].append(f"extremum_inside{rising}")
+            case = f"extremum_inside and d0_{k} > 0.0" if found.maxima else "extremum_inside"
+            if found.smooth and name not in self.declaration.channels_with_peaks:
+                reach = f"h * max(abs(d0_{k}), abs(d1_{k}))"
+                may_exceed = f"max(g0_{k}, g1_{k}) + {reach} > {self._own_row('greatest', name)}"
+                if not found.maxima:
+                    may_exceed += f" or min(g0_{k}, g1_{k}) - {reach} < {self._own_row('least', name)}"
+                case += f" and ({may_exceed})"
+            happens[first].append(case)
         if found and not found.smooth:
             for what, end in (("least", "min"), ("greatest", "max")):
                 if (what, name) in self.row_of:

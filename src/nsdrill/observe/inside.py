@@ -182,7 +182,10 @@ def measure_events(  # type: ignore[no-untyped-def]
     if greatest_ != NONE:
         b[greatest_ + i] = max(b[greatest_ + i], seen)
     if low_ != NONE:
-        if is_seen:
+        # what follows is predictable for maxima, and for minima
+        if is_seen and p1 > 0.0:
+            update_peaks(b, store, i, W, at_extremum, stuck, slip, low_, growth_, ring, peaks)
+        elif is_seen:
             update_peaks(b, store, i, W, at_extremum, stuck, slip, low_, growth_, ring, peaks)
         if at_ends:
             update_peaks(b, store, i, W, end, stuck, slip, low_, growth_, ring, peaks)
@@ -190,6 +193,8 @@ def measure_events(  # type: ignore[no-untyped-def]
         store_peak(store, ring, peaks, at_extremum)
     first, second = theta, 1.0
     above0, above_inside, above1 = begin > level, at_extremum > level, end > level
+    if not followed and above0 == above1:
+        above_inside = above0
     if above_ != NONE and (above0 != above_inside or above1 != above_inside):
         # The extremum, or else the end, divides the step into two parts with at most
         # one crossing each.

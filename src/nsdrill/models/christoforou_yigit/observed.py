@@ -306,7 +306,7 @@ def declaration_of(options: Options) -> Declaration:
         "bit_speed_min",
         "bit_speed_peaks",
         slip="set_speed",
-        smooth=True,
+        smooth=not implicit,
         unless=(None, "hold") if implicit else None,
         compared="set_speed",
     )
