@@ -13,6 +13,7 @@ steps where none does. The results of a lane do not depend on the other lanes.
 from __future__ import annotations
 
 import math
+import re
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -351,14 +352,13 @@ class _ObserverBuilder:
             "        observed_h = h if is_observed else 0.0",
             "        per_h = 1.0 / h if h > 0.0 else 0.0",
         ]
-        for channel in channels:
-            lines += _indented(self._ends(channel), 2)
-        for channel in channels:
-            lines += _indented(self._channel_lines(channel), 2)
+        body = [line for channel in channels for line in self._channel_lines(channel)]
         for winding in self.declaration.of_kind(Winding):
-            lines += _indented(self._winding_lines(winding), 2)
+            body += self._winding_lines(winding)
         for slopes in self.declaration.of_kind(RmsOfSlopes):
-            lines += _indented(self._slopes_lines(slopes), 2)
+            body += self._slopes_lines(slopes)
+        ends = [line for channel in channels for line in self._ends(channel)]
+        lines += _indented(_with_definitions(body, ends), 2)
         if self.declaration.section:
             angle = self.declaration.channels[
                 self.number_of[self.declaration.section.channel]
@@ -437,7 +437,9 @@ class _ObserverBuilder:
                 reach = f"h * max(abs(d0_{k}), abs(d1_{k}))"
                 may_exceed = f"max(g0_{k}, g1_{k}) + {reach} > {self._own_row('greatest', name)}"
                 if not found.maxima:
-                    may_exceed += f" or min(g0_{k}, g1_{k}) - {reach} < {self._own_row('least', name)}"
+                    may_exceed += (
+                        f" or min(g0_{k}, g1_{k}) - {reach} < {self._own_row('least', name)}"
+                    )
                 case += f" and ({may_exceed})"
             happens[first].append(case)
         if found and not found.smooth:
@@ -555,16 +557,11 @@ class _ObserverBuilder:
         """The lines that add the angle by which a vector rotates in the step, or its
         half revolutions."""
         x, y = (self.number_of[name] for name in (winding.x, winding.y))
-        ends = [
-            f"g{end}_{k} = {self._code(self.declaration.channels[k].value, self.row_texts[when])}"
-            for k in (x, y)
-            for end, when in enumerate((START, END))
-        ]
         angle = f"angle_between(g0_{x}, g0_{y}, g1_{x}, g1_{y})"
         if winding.counted:
-            ends.append(f"turn = 1.0 if fma(g0_{x}, g1_{y}, -(g0_{y} * g1_{x})) > 0.0 else -1.0")
-            angle = f"turn if (g0_{y} < 0.0) != (g1_{y} < 0.0) else 0.0"
-        return [*ends, *self._accumulation("angle", winding.name, angle)]
+            turn = f"(1.0 if fma(g0_{x}, g1_{y}, -(g0_{y} * g1_{x})) > 0.0 else -1.0)"
+            angle = f"{turn} if (g0_{y} < 0.0) != (g1_{y} < 0.0) else 0.0"
+        return self._accumulation("angle", winding.name, angle)
 
     def _accumulation(self, what: str, name: str, increment: str) -> list[str]:
         total = self._own_row(what, name)
@@ -860,6 +857,17 @@ def _centred(channel: Channel, k: int) -> str:
 def _noted(lanes: str, condition: str) -> str:
     """The line that adds the lanes in which the condition holds to a set."""
     return f"{lanes} |= (1 << i) if {condition} else 0"
+
+
+def _with_definitions(lines: list[str], definitions: list[str]) -> list[str]:
+    """The ``lines`` with these ``definitions``, ``name = value``, each before the line
+    that first needs it: the earlier, the more values would wait in registers."""
+    waiting = {line.split(" = ")[0]: line for line in definitions}
+    found = []
+    for line in lines:
+        found += [waiting.pop(word) for word in re.findall(r"\w+", line) if word in waiting]
+        found.append(line)
+    return found
 
 
 def _indented(lines: list[str], by: int = 1) -> list[str]:

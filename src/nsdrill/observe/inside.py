@@ -182,10 +182,7 @@ def measure_events(  # type: ignore[no-untyped-def]
     if greatest_ != NONE:
         b[greatest_ + i] = max(b[greatest_ + i], seen)
     if low_ != NONE:
-        # what follows is predictable for maxima, and for minima
-        if is_seen and p1 > 0.0:
-            update_peaks(b, store, i, W, at_extremum, stuck, slip, low_, growth_, ring, peaks)
-        elif is_seen:
+        if is_seen:
             update_peaks(b, store, i, W, at_extremum, stuck, slip, low_, growth_, ring, peaks)
         if at_ends:
             update_peaks(b, store, i, W, end, stuck, slip, low_, growth_, ring, peaks)
