@@ -8,6 +8,7 @@ with the right-hand side.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -35,8 +36,12 @@ from nsdrill.observe.channels import (
     Winding,
 )
 
+Array = np.ndarray[Any, np.dtype[np.float64]]
 LEAST_HOLD = 1.0  # least c f', stage length over the time constant of friction, of a held bit
 CREEP_RANGE = 20.0  # of eps |v|; at lower speeds friction has not reached its full size
+REVOLUTION = 2.0 * math.pi
+# The last bit of numpy's arctan2 differs between processors with and without AVX-512.
+_arctan2 = np.vectorize(math.atan2, otypes=[float])
 SLOPES = ("ax", "ay", "az", "alpha", "drive_acceleration", "motor_torque_rate")
 OUTPUTS = (
     "interference",
@@ -339,5 +344,51 @@ def declaration_of(options: Options) -> Declaration:
         outputs=Outputs(
             (*OUTPUTS, "hold") if implicit else OUTPUTS, _outputs(lobes, friction, implicit)
         ),
-        section=Section("bit angle", 2.0 * math.pi),
+        section=Section("bit angle", REVOLUTION),
+    )
+
+
+# The Poincare section in polar coordinates.
+def coordinates(returns: Array) -> dict[str, Array]:
+    """The variables of the section from returns (..., 9), the eight states and
+    the bit angle, in polar coordinates
+    with the whirl angle measured from the bit angle."""
+    x, vx, y, vy, z, vz, twist, speed, angle = np.moveaxis(returns, -1, 0)
+    r = np.sqrt(x * x + y * y)
+    divisor = np.where(r > 0.0, r, 1.0)
+    relative = _arctan2(y, x) - angle
+    return {
+        "section_radius": r,
+        "section_radial_velocity": (x * vx + y * vy) / divisor,
+        "section_whirl_angle": relative - REVOLUTION * np.round(relative / REVOLUTION),
+        "section_whirl_speed": (x * vy - y * vx) / (divisor * divisor),
+        "section_axial": z,
+        "section_axial_velocity": vz,
+        "section_twist": twist,
+        "section_bit_speed": speed,
+    }
+
+
+def in_the_bit_frame(section: Mapping[str, Array]) -> Array:
+    """The states at the section in the frame that rotates with the bit, shape (...,
+    returns, 8), in the order of the states.
+
+    A motion that repeats after some revolutions repeats in this frame, whatever the
+    number of lobes and the drive angle.
+    """
+    r, angle = section["section_radius"], section["section_whirl_angle"]
+    v_radial, v_tangential = section["section_radial_velocity"], r * section["section_whirl_speed"]
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack(
+        [
+            r * c,
+            v_radial * c - v_tangential * s,
+            r * s,
+            v_radial * s + v_tangential * c,
+            section["section_axial"],
+            section["section_axial_velocity"],
+            section["section_twist"],
+            section["section_bit_speed"],
+        ],
+        axis=-1,
     )
