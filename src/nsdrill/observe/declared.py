@@ -163,6 +163,9 @@ class _ObserverBuilder:
         # the names in the text of the sets of lanes with an event
         self.sets = [f"lanes_{number}" for number in range(len(self.events))]
         self.sets += ["returning"] if declaration.section else []
+        # those of lanes that are above a level for the whole step, by the TimeAbove
+        gates = dict.fromkeys(part.above for part in declaration.of_kind(MeanAbove))
+        self.gates = {name: f"above_{number}" for number, name in enumerate(gates)}
         self.helpers: dict[Any, tuple[str, Any]] = {}
         self.row_texts = {when: self._row_texts(when) for when in (START, END, MARK)}
 
@@ -330,10 +333,6 @@ class _ObserverBuilder:
         """The body of the observer, which is called every step: all lanes at once."""
         rows, outputs = self.rows, self.declaration.outputs
         is_observed = f"{self._row(rows.moves)} * {self._row(rows.observing)} != 0.0"
-        gates = {part.above: [] for part in self.declaration.of_kind(MeanAbove)}
-        for part in self.declaration.of_kind(MeanAbove):
-            gates[part.above].append(part)
-        self.gates = {name: f"above_{number}" for number, name in enumerate(gates)}
         sets = [*self.sets, *self.gates.values(), "observed_lanes"]
         lines = [f"{' = '.join(sets)} = 0", "for i in packed(W):"]
         if outputs:
@@ -375,8 +374,9 @@ class _ObserverBuilder:
                 f"if (({' | '.join(self.sets)}) & observed_lanes) != 0:",
                 f"    handle_events({', '.join(('b, store', *observed_sets))})",
             ]
-        for name, parts in gates.items():
-            lines += self._gated_lines(self.gates[name], parts)
+        for name, lanes in self.gates.items():
+            parts = [part for part in self.declaration.of_kind(MeanAbove) if part.above == name]
+            lines += self._gated_lines(lanes, parts)
         if outputs:
             lines += ["for i in packed(W):", f"    moves = {self._row(rows.moves)} != 0.0"]
             for name in outputs.names:

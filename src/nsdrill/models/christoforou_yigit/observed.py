@@ -168,7 +168,7 @@ def _pipe_curvature(alpha, drive_acceleration):  # type: ignore[no-untyped-def]
     return alpha - drive_acceleration
 
 
-CHANNELS = (
+CHANNELS: tuple[Channel, ...] = (
     Channel("twist", "twist", "bit_speed", "alpha", frame="set_speed"),
     Channel("bit speed", "bit_speed", "alpha", rate_of="twist", level="stuck_below"),
     Channel("bit angle", _bit_angle, "bit_speed", "alpha"),
