@@ -276,15 +276,17 @@ class Model(ABC):
         """The features of finished runs by their names, each an array [n]: ``outcome``
         holds the observer's columns, ``table`` the lane parameters, ``observe`` is the
         observation time [s]."""
+        from nsdrill.observe.channels import HALF_DIFFERENCE
         from nsdrill.observe.findings import measured
 
         state_scales = self.state_scales(table, variant)
         features = measured(
             self.names(variant), self.declaration(variant), outcome, table, state_scales, observe
         )
+        described_features = described(self.name).features
         if missing := [
             variable.name
-            for variable in described(self.name).features
+            for variable in described_features
             if variable.only is None and variable.name not in features
         ]:
             raise InputError(
@@ -292,7 +294,9 @@ class Model(ABC):
                 f"description; allowed: "
                 "what its declaration measures."
             )
-        return features
+        # the others are steps on the way to these
+        names = {HALF_DIFFERENCE, *(variable.name for variable in described_features)}
+        return {name: values for name, values in features.items() if name in names}
 
     def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
         """The ``derived`` variables of the description by name, from these features and
