@@ -127,6 +127,20 @@ def level_crossing(p0, p1, p2, p3, p4, p5, low, high, above_at_low):  # type: ig
 
 
 @inlined
+def crossings(p0, p1, p2, p3, p4, p5, theta, above0, above_inside, above1):  # type: ignore[no-untyped-def]
+    """Where the polynomial crosses zero before and after ``theta``: the extremum or
+    else the end, which divides the step into two parts with at most one crossing each;
+    ``theta`` and 1 where it does not cross. The last arguments are its sides at the
+    start, at ``theta`` and at the end."""
+    first, second = theta, 1.0
+    if above0 != above_inside:
+        first = level_crossing(p0, p1, p2, p3, p4, p5, 0.0, theta, above0)
+    if above1 != above_inside:
+        second = level_crossing(p0, p1, p2, p3, p4, p5, theta, 1.0, above_inside)
+    return first, second
+
+
+@inlined
 def measure_events(  # type: ignore[no-untyped-def]
     b,
     store,
@@ -188,17 +202,15 @@ def measure_events(  # type: ignore[no-untyped-def]
             update_peaks(b, store, i, W, end, stuck, slip, low_, growth_, ring, peaks)
     if every and is_seen and p1 > 0.0 and peaks > 0:
         store_peak(store, ring, peaks, at_extremum)
-    first, second = theta, 1.0
-    above0, above_inside, above1 = begin > level, at_extremum > level, end > level
+    above0, above1 = begin > level, end > level
+    above_inside = at_extremum > level
     if not followed and above0 == above1:
         above_inside = above0
+    first, second = theta, 1.0
     if above_ != NONE and (above0 != above_inside or above1 != above_inside):
-        # The extremum, or else the end, divides the step into two parts with at most
-        # one crossing each.
-        if above0 != above_inside:
-            first = level_crossing(p0 - level, p1, p2, p3, p4, p5, 0.0, theta, above0)
-        if above1 != above_inside:
-            second = level_crossing(p0 - level, p1, p2, p3, p4, p5, theta, 1.0, above_inside)
+        first, second = crossings(
+            p0 - level, p1, p2, p3, p4, p5, theta, above0, above_inside, above1
+        )
         # an excursion inside the step, which the values at its ends do not show
         if passages_ != NONE and above0 == above1:
             b[passages_ + i] += 1.0
