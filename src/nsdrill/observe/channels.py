@@ -80,8 +80,9 @@ class Channel:
 @dataclass(frozen=True)
 class Outputs:
     """Quantities computed once per step, at its end, and stored for the start of the
-    next: rows like the states. Only ``function`` may read auxiliary outputs. It returns
-    a tuple of one number for each of the names."""
+    next: rows like the states. Only ``function``, and ``unless`` of
+    :class:`Extremes`, may read auxiliary outputs. It returns a tuple of one number for
+    each of the names."""
 
     names: tuple[str, ...]
     function: Callable[..., Any]
@@ -103,7 +104,8 @@ class Extremes:
 
     ``unless`` holds two expressions, of which the first may be None: where they are
     positive at the start and at the end of a step, the polynomial does not follow the
-    quantity, and is not looked at inside that step.
+    quantity, and is not looked at inside that step. The second one may read auxiliary
+    outputs.
 
     ``compared`` is the scale by which the extremes of the two halves of the observation
     are compared: a parameter, a number or a function of parameters, plain numpy; None
@@ -405,8 +407,10 @@ def _check_extremes(
     _check_name_or_number("Extremes: slip", feature.slip)
     _check_known("Extremes: slip", _reads(feature.slip), names.parameters)
     scale_of(channel, names)
-    for expression in feature.unless or ():
-        _check_known(f"{where}: unless", _reads(expression), rows)
+    if feature.unless:
+        at_start, at_end = feature.unless
+        _check_known(f"{where}: unless", _reads(at_start), rows)
+        _check_known(f"{where}: unless", _reads(at_end), {*rows, *names.aux})
     if feature.compared != NATURAL:
         _check_known(f"{where}: compared", _reads(feature.compared), names.parameters)
     first = declaration.extremes_of(channel.name)

@@ -168,6 +168,9 @@ class _ObserverBuilder:
         self.gates = {name: f"above_{number}" for number, name in enumerate(gates)}
         self.helpers: dict[Any, tuple[str, Any]] = {}
         self.row_texts = {when: self._row_texts(when) for when in (START, END, MARK)}
+        # what is known at the end of a step only
+        aux = {name: self._row(rows.aux_now + k) for k, name in enumerate(names.aux)}
+        self.known = {**self.row_texts[END], **aux}
 
     def make(self) -> tuple[Any, Any]:
         handle_events = self._compile(
@@ -292,7 +295,7 @@ class _ObserverBuilder:
         if found is None or found.unless is None:
             return ""
         at_start, at_end = found.unless
-        text = f"{self._code(at_end, self.row_texts[END])} > 0.0"
+        text = f"{self._code(at_end, self.known)} > 0.0"
         if at_start is not None:
             text += f" and {self._code(at_start, self.row_texts[START])} > 0.0"
         return f"not ({text})"
@@ -336,12 +339,8 @@ class _ObserverBuilder:
         sets = [*self.sets, *self.gates.values(), "observed_lanes"]
         lines = [f"{' = '.join(sets)} = 0", "for i in packed(W):"]
         if outputs:
-            reads = {
-                **self.row_texts[END],
-                **{name: self._row(rows.aux_now + k) for k, name in enumerate(self.names.aux)},
-            }
             results = "".join(f"{self._own_row('now', name)}, " for name in outputs.names)
-            lines.append(f"    ({results}) = {self._code(outputs.function, reads)}")
+            lines.append(f"    ({results}) = {self._code(outputs.function, self.known)}")
         lines += [f"    observed_lanes |= (1 << i) if {is_observed} else 0"]
         channels = self.declaration.channels
         lines += [

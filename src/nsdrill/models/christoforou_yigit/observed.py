@@ -68,7 +68,7 @@ def names_of(options: Options) -> Names:
 
 
 # Values, slopes and second derivatives of the channels.
-def _outputs(lobes: int, friction: int, implicit: int) -> Any:
+def _outputs(lobes: int, friction: int) -> Any:
     def outputs(  # type: ignore[no-untyped-def]
         cosine_now, sine_now, direction_now, decay_now, radius_now,
         x, vx, y, vy, z, vz, az, bit_speed, alpha, surface_amplitude, rock_stiffness,
@@ -98,20 +98,7 @@ def _outputs(lobes: int, friction: int, implicit: int) -> Any:
         torque, torque_rate = force * arm, fma(dforce, arm, force * darm * alpha)
         return u, du, ddu, torque, torque_rate, radius_now, fma(x, vx, y * vy) * per_r, per_r
 
-    def outputs_and_hold(  # type: ignore[no-untyped-def]
-        cosine_now, sine_now, direction_now, decay_now, radius_now, bb_now, slope_now,
-        x, vx, y, vy, z, vz, az, bit_speed, alpha, surface_amplitude, rock_stiffness,
-        bit_smoothing, bit_decay, bit_rise, bit_dynamic,
-    ):  # fmt: skip
-        u, du, ddu, torque, torque_rate, r, dr, per_r = outputs(
-            cosine_now, sine_now, direction_now, decay_now, radius_now,
-            x, vx, y, vy, z, vz, az, bit_speed, alpha, surface_amplitude, rock_stiffness,
-            bit_smoothing, bit_decay, bit_rise, bit_dynamic,
-        )  # fmt: skip
-        hold = bb_now * slope_now - LEAST_HOLD
-        return u, du, ddu, torque, torque_rate, r, dr, per_r, hold
-
-    return outputs_and_hold if implicit else outputs
+    return outputs
 
 
 def _torque_inside(friction: int) -> Any:
@@ -124,6 +111,10 @@ def _torque_inside(friction: int) -> Any:
         return force * arm, fma(dforce, arm, force * darm * alpha)
 
     return torque
+
+
+def _hold(bb_now, slope_now):  # type: ignore[no-untyped-def]
+    return bb_now * slope_now - LEAST_HOLD
 
 
 def _slowness(bit_smoothing, bit_speed):  # type: ignore[no-untyped-def]
@@ -271,7 +262,7 @@ def _wall_force(hertz: int) -> Any:
 @lru_cache
 def declaration_of(options: Options) -> Declaration:
     """The declaration of a string with these options."""
-    lobes, friction, implicit = options.lobes, options.friction, options.implicit
+    implicit = options.implicit
     channels, features = CHANNELS, FEATURES
     if options.driven:  # the twist of the pipe gives the torque at the surface
         pipe = Channel("pipe twist", _pipe_twist, _pipe_rate, _pipe_curvature, scale=0.1)
@@ -312,7 +303,7 @@ def declaration_of(options: Options) -> Declaration:
         "bit_speed_peaks",
         slip="set_speed",
         smooth=not implicit,
-        unless=(None, "hold") if implicit else None,
+        unless=(None, _hold) if implicit else None,
         compared="set_speed",
     )
     torque = Extremes(
@@ -320,7 +311,7 @@ def declaration_of(options: Options) -> Declaration:
         "bit_torque_max",
         maxima=True,
         smooth=True,
-        unless=(_slowness, "hold") if implicit else None,
+        unless=(_slowness, _hold) if implicit else None,
         compared=None,
     )
     return Declaration(
@@ -332,7 +323,7 @@ def declaration_of(options: Options) -> Declaration:
                 "torque_rate",
                 scale=1.0,
                 of=("interference", "bit speed"),
-                inside=_torque_inside(friction),
+                inside=_torque_inside(options.friction),
             ),
         ),
         features=(
@@ -341,9 +332,7 @@ def declaration_of(options: Options) -> Declaration:
             *features,
             Derived("wall_force_max", _wall_force(options.hertz)),
         ),
-        outputs=Outputs(
-            (*OUTPUTS, "hold") if implicit else OUTPUTS, _outputs(lobes, friction, implicit)
-        ),
+        outputs=Outputs(OUTPUTS, _outputs(options.lobes, options.friction)),
         section=Section("bit angle", REVOLUTION),
     )
 
