@@ -265,6 +265,9 @@ class _ObserverBuilder:
             "phase": self._row(rows.phase),
         }
 
+    def _channel(self, name: str) -> Channel:
+        return self.declaration.channels[self.number_of[name]]
+
     def _code(self, expression: Expression, texts: dict[str, str]) -> str:
         if isinstance(expression, str):
             return texts[expression]
@@ -323,11 +326,7 @@ class _ObserverBuilder:
         return lines
 
     def _base(self, channel: Channel) -> Channel | None:
-        return (
-            self.declaration.channels[self.number_of[channel.rate_of]]
-            if channel.rate_of is not None
-            else None
-        )
+        return self._channel(channel.rate_of) if channel.rate_of is not None else None
 
     def _frame(self, channel: Channel) -> str:
         return self.row_texts[END][channel.frame] if channel.frame else "0.0"
@@ -358,9 +357,7 @@ class _ObserverBuilder:
         ends = [line for channel in channels for line in self._ends(channel)]
         lines += _indented(_with_definitions(body, ends), 2)
         if self.declaration.section:
-            angle = self.declaration.channels[
-                self.number_of[self.declaration.section.channel]
-            ].value
+            angle = self._channel(self.declaration.section.channel).value
             reached = f"{self._code(angle, self.row_texts[END])} >= {self._own_row('level')}"
             lines += [
                 "if observed_lanes != 0 and store[RETURNS] > 0.0:",
@@ -433,6 +430,7 @@ class _ObserverBuilder:
         if found:
             case = f"extremum_inside and d0_{k} > 0.0" if found.maxima else "extremum_inside"
             if found.smooth and name not in self.declaration.channels_with_peaks:
+                # others change nothing
                 reach = f"h * max(abs(d0_{k}), abs(d1_{k}))"
                 may_exceed = f"max(g0_{k}, g1_{k}) + {reach} > {self._own_row('greatest', name)}"
                 if not found.maxima:
@@ -525,7 +523,7 @@ class _ObserverBuilder:
             f"        is_above, h = ({mask} >> i) & 1 != 0, {self._row(self.rows.step)}",
         ]
         for part in parts:
-            channel = self.declaration.channels[self.number_of[part.channel]]
+            channel = self._channel(part.channel)
             base, row = self._base(channel), self._own_row("part", part.name)
             lines += _indented(self._ends(base or channel), 2)
             lines += [
@@ -595,7 +593,7 @@ class _ObserverBuilder:
         W, rows, entry = self.lanes, self.rows, len(self.names.states) + 1
         rings = len(self.declaration.channels_with_peaks)
         return [
-            *self._polynomial(self.declaration.channels[self.number_of[section.channel]]),
+            *self._polynomial(self._channel(section.channel)),
             "record_returns(",
             "    b, store, i, W, h, p0, p1, p2, p3, p4, p5, end,",
             f"    {self._spacing()}, {self._offset('level')},",
@@ -640,7 +638,7 @@ class _ObserverBuilder:
             return []
         lines = ["if above0 != above_inside or above1 != above_inside:"]
         for part in parts:
-            channel = self.declaration.channels[self.number_of[part.channel]]
+            channel = self._channel(part.channel)
             number = self.number_of[part.channel]
             lines += [
                 *_indented(self._ends(channel)),
@@ -661,7 +659,7 @@ class _ObserverBuilder:
         for number, name in enumerate(channel.of):
             p = [f"q{number}_{power}" for power in range(6)]
             lines += [
-                *self._polynomial(self.declaration.channels[self.number_of[name]]),
+                *self._polynomial(self._channel(name)),
                 f"{', '.join(p)} = p0, p1, p2, p3, p4, p5",
             ]
             given += [f"value({', '.join(p)}, theta)", f"slope({', '.join(p[1:])}, theta) / h"]
@@ -713,7 +711,7 @@ class _ObserverBuilder:
             self.rows.observer
             + min((self.row_of[key] for key in self.declaration.measured_per_half), default=0)
         )
-        texts, channels = self.row_texts[MARK], self.declaration.channels
+        texts = self.row_texts[MARK]
         lines = [
             "peaks, returns = int(store[PEAKS]), int(store[RETURNS])",
             f"ring_size = {len(channels_with_peaks)} * (peaks + 1)",
@@ -732,7 +730,7 @@ class _ObserverBuilder:
         for name in channels_with_peaks:
             if (LOW, name) not in self.row_of:
                 continue
-            channel = channels[self.number_of[name]]
+            channel = self._channel(name)
             lines += [
                 f"    {self._own_row(LOW, name)} = {self._code(channel.value, texts)}",
                 f"    {self._own_row(HIGH, name)} = -np.inf",
@@ -740,7 +738,7 @@ class _ObserverBuilder:
                 f"    {self._own_row(MARGIN, name)} = tolerances * {self._scale_text(channel)}",
             ]
         if self.declaration.section:
-            angle = channels[self.number_of[self.declaration.section.channel]]
+            angle = self._channel(self.declaration.section.channel)
             lines += [
                 f"    spacing, angle = {self._spacing()}, {self._code(angle.value, texts)}",
                 f"    {self._own_row('level')} = np.inf",
@@ -763,7 +761,7 @@ class _ObserverBuilder:
             f"    b[{first_half} + k * W + i] = 0.0",
         ]
         for name in self.declaration.channels_of(Extremes):
-            lines.append(f"now = {self._code(channels[self.number_of[name]].value, texts)}")
+            lines.append(f"now = {self._code(self._channel(name).value, texts)}")
             lines += [f"{self._own_row(end, name)} = now" for end in self.declaration.ends_of(name)]
         for winding in self.declaration.of_kind(Winding):
             if winding.counted:
@@ -775,7 +773,7 @@ class _ObserverBuilder:
     def _angle(self, winding: Winding) -> str:
         """The angle of the vector at a mark within its half plane, from 0 to pi."""
         x, y = (
-            self._code(self.declaration.channels[self.number_of[name]].value, self.row_texts[MARK])
+            self._code(self._channel(name).value, self.row_texts[MARK])
             for name in (winding.x, winding.y)
         )
         return f"math.atan2({y}, {x}) + (math.pi if {y} < 0.0 else 0.0)"
@@ -788,7 +786,7 @@ class _ObserverBuilder:
             found = self.declaration.extremes_of(name)
             if found is None or not found.smooth:
                 continue
-            value = self.declaration.channels[self.number_of[name]].value
+            value = self._channel(name).value
             lines.append(f"now = {self._code(value, self.row_texts[MARK])}")
             for end in self.declaration.ends_of(name):
                 row = self._own_row(end, name)
@@ -807,10 +805,7 @@ class _ObserverBuilder:
         for number, name in enumerate(self.declaration.channels_with_peaks):
             if (LOW, name) not in self.row_of:
                 continue
-            channel, found = (
-                self.declaration.channels[self.number_of[name]],
-                self.declaration.extremes_of(name),
-            )
+            channel, found = (self._channel(name), self.declaration.extremes_of(name))
             stuck, slip = self._slip(channel)
             low, high, margin, top = (self._own_row(part, name) for part in PEAK_ROWS)
             ring = f"rings + {number} * (peaks + 1)"
