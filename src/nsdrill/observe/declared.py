@@ -815,6 +815,7 @@ class _ObserverBuilder:
                     f"if {high} - now > fma({self._own_row('growth')}, abs(now), {margin}):",
                     f"    {top} = record_maximum(store, {ring}, peaks, {low}, {high}, {top}, {stuck}, {slip})",
                     f"    {low} = now",
+                    f"{low} = min({low}, now)",
                 ]
             if slip != "np.inf":
                 lines += [
