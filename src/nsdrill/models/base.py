@@ -233,7 +233,7 @@ class Model(ABC):
     @property
     def observed(self) -> int:
         """The number of rows of the observer, in every variant."""
-        from nsdrill.observe.declared import observed_rows
+        from nsdrill.observe.channel_text import observed_rows
 
         return observed_rows(self.declaration(self.widest))
 

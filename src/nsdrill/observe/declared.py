@@ -12,24 +12,23 @@ steps where none does. The results of a lane do not depend on the other lanes.
 
 from __future__ import annotations
 
-import math
-import re
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from nsdrill.abi import CLOSES, CONTROL, MARKER, OBSERVER, OPENS, Rows
-from nsdrill.compiler.functions import BUFFER, INTEGER, compiled, inlined
-from nsdrill.compiler.words import fma, lowest_bit
-from nsdrill.elementary import angle_between
-from nsdrill.generate import constants, define
-from nsdrill.observe import interpolant
+from nsdrill.abi import MARKER, OBSERVER, Rows
+from nsdrill.compiler.functions import BUFFER, INTEGER
+from nsdrill.observe.channel_text import (
+    END,
+    ChannelText,
+    centred,
+    indented,
+    noted,
+    observed_rows,
+    with_definitions,
+)
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
-    Expression,
-    Extremes,
     MeanAbove,
     Names,
     RmsOfSlopes,
@@ -38,50 +37,9 @@ from nsdrill.observe.channels import (
     Winding,
     arguments,
     check,
-    scale_of,
 )
-from nsdrill.observe.findings import PARTS, PEAKS, RETURNS, RINGS
-from nsdrill.observe.inside import (
-    HIGH,
-    LOW,
-    MARGIN,
-    NONE,
-    TOP,
-    has_extremum,
-    integral_above,
-    lower_estimate,
-    measure_events,
-    record_maximum,
-    record_returns,
-    store_peak,
-)
-
-# The least prominence of a peak, in tolerances; smaller maxima may be ripples of the
-# error.
-PROMINENCE = 10.0
-START, END, MARK = "start", "end", "mark"
-PEAK_ROWS = LOW, HIGH, MARGIN, TOP  # of a channel with peaks
-CONSTANTS = {
-    "PEAKS": PEAKS,
-    "RETURNS": RETURNS,
-    "PARTS": PARTS,
-    "RINGS": RINGS,
-    "OPENS": OPENS,
-    "CLOSES": CLOSES,
-    "PROMINENCE": PROMINENCE,
-}
-HELPERS = (
-    "quintic",
-    "cubic",
-    "derivative",
-    "middle_of_quintic",
-    "middle_of_cubic",
-    "middle_of_rate",
-    "mean_square",
-    "value",
-    "slope",
-    "top_of_cubic",
-)
+from nsdrill.observe.inside import HIGH, LOW, MARGIN, NONE
+from nsdrill.observe.marking import MarkerText
 
 
 class Event(NamedTuple):
@@ -92,33 +50,6 @@ class Event(NamedTuple):
     channel: Channel
     above: TimeAbove | None = None
     has_extremes: bool = False
-
-
-def own_rows(declaration: Declaration) -> dict[tuple[Any, ...], int]:
-    """The position of each row of the observer among those of all observers, by (what,
-    name) or (what,)."""
-    outputs = declaration.outputs.names if declaration.outputs else ()
-    keys: list[tuple[Any, ...]] = [
-        *(("before", name) for name in outputs),
-        *(("now", name) for name in outputs),
-        *declaration.measured_per_half,
-        *(
-            (part, name)
-            for name in declaration.channels_with_peaks
-            if "least" in declaration.ends_of(name)
-            for part in PEAK_ROWS
-        ),
-        *(("angle_before", w.name) for w in declaration.of_kind(Winding) if w.counted),
-        ("growth",),
-        ("level",),
-    ]
-    return {key: number for number, key in enumerate(keys)}
-
-
-def observed_rows(declaration: Declaration) -> int:
-    """How many rows of the lane buffer the observer has: ``observed`` of
-    :class:`nsdrill.abi.Rows`."""
-    return len(own_rows(declaration))
 
 
 @lru_cache
@@ -146,19 +77,19 @@ def make_observer(
         raise ValueError(
             f"rows.observed: found {rows.observed}; allowed: at least {least}, see observed_rows"
         )
-    return _ObserverBuilder(lanes, rows, names, declaration).make()
+    marker = MarkerText(lanes, rows, names, declaration)
+    return (
+        _ObserverText(lanes, rows, names, declaration).make(),
+        marker.compile("marker", (MARKER,), "b, store, i, mark, outcome, column", marker.lines()),
+    )
 
 
-class _ObserverBuilder:
-    """Generates the texts of the functions and compiles them. In the texts ``b[row +
-    i]`` is a row of lane i, and g0, d0, c0 and g1, d1, c1, followed by ``_`` and the
-    number of a channel, are its value, slope and curvature at the start and at the end
-    of the step."""
+class _ObserverText(ChannelText):
+    """Lines of the observer and of the function that it calls for the events of a
+    step."""
 
     def __init__(self, lanes: int, rows: Rows, names: Names, declaration: Declaration) -> None:
-        self.lanes, self.rows, self.names, self.declaration = lanes, rows, names, declaration
-        self.number_of = {channel.name: k for k, channel in enumerate(declaration.channels)}
-        self.row_of = own_rows(declaration)
+        super().__init__(lanes, rows, names, declaration)
         self.events = self._events()
         # the names in the text of the sets of lanes with an event
         self.sets = [f"lanes_{number}" for number in range(len(self.events))]
@@ -166,54 +97,16 @@ class _ObserverBuilder:
         # those of lanes that are above a level for the whole step, by the TimeAbove
         gates = dict.fromkeys(part.above for part in declaration.of_kind(MeanAbove))
         self.gates = {name: f"above_{number}" for number, name in enumerate(gates)}
-        self.helpers: dict[Any, tuple[str, Any]] = {}
-        self.row_texts = {when: self._row_texts(when) for when in (START, END, MARK)}
-        # what is known at the end of a step only
-        aux = {name: self._row(rows.aux_now + k) for k, name in enumerate(names.aux)}
-        self.known = {**self.row_texts[END], **aux}
 
-    def make(self) -> tuple[Any, Any]:
-        handle_events = self._compile(
-            "handle_events", (BUFFER, BUFFER, *(INTEGER for _ in self.sets)), self._event_lines()
+    def make(self) -> Any:
+        """The compiled observer."""
+        kinds = (BUFFER, BUFFER, *(INTEGER for _ in self.sets))
+        handle_events = self.compile(
+            "handle_events", kinds, ", ".join(("b, store", *self.sets)), self._event_lines()
         )
-        observer = self._compile(
-            "observer", (OBSERVER,), self._observer_lines(), handle_events=handle_events
+        return self.compile(
+            "observer", (OBSERVER,), "b, store", self._observer_lines(), handle_events=handle_events
         )
-        marker = self._compile("marker", (MARKER,), self._marker_lines())
-        return observer, marker
-
-    def _compile(
-        self, name: str, kinds: tuple[str, ...], lines: list[str], **namespace: Any
-    ) -> Any:
-        """The compiled function ``name`` with these lines as its body."""
-        arguments_of = {
-            "handle_events": ", ".join(("b, store", *self.sets)),
-            "observer": "b, store",
-            "marker": "b, store, i, mark, outcome, column",
-        }
-        head = [constants(W=self.lanes), f"def {name}({arguments_of[name]}):"]
-        text = "\n".join([*head, *_indented(lines), ""])
-        namespace |= dict(self.helpers.values())
-        namespace |= {word: getattr(interpolant, word) for word in HELPERS}
-        function = define(
-            name,
-            text,
-            np=np,
-            math=math,
-            fma=fma,
-            angle_between=angle_between,
-            lowest_bit=lowest_bit,
-            has_extremum=has_extremum,
-            measure_events=measure_events,
-            integral_above=integral_above,
-            lower_estimate=lower_estimate,
-            record_maximum=record_maximum,
-            record_returns=record_returns,
-            store_peak=store_peak,
-            **CONSTANTS,
-            **namespace,
-        )
-        return compiled(*kinds)(function)
 
     def _events(self) -> list[Event]:
         """The events of the channels, in order; the first of a channel has its extremes
@@ -233,103 +126,6 @@ class _ObserverBuilder:
                 for number, above in enumerate(levels)
             ]
         return events
-
-    # Rows and expressions in the text.
-    def _row(self, row: int) -> str:
-        return f"b[{self.lanes * row} + i]"
-
-    def _own_row(self, *key: Any) -> str:
-        return self._row(self._row_number(*key))
-
-    def _row_number(self, *key: Any) -> int:
-        return self.rows.observer + self.row_of[key]
-
-    def _offset(self, *key: Any) -> int:
-        """The offset of a row of the observer in the buffer, or NONE."""
-        return self.lanes * self._row_number(*key) if key in self.row_of else NONE
-
-    def _row_texts(self, when: str) -> dict[str, str]:
-        rows, names, outputs = self.rows, self.names, self.declaration.outputs
-        first_state, first_slope, stored = (
-            (rows.start, rows.start_acceleration, "before")
-            if when == START
-            else (rows.stage, rows.acceleration, "now")
-        )
-        time, length = self._row(rows.time), self._row(rows.step)
-        return {
-            **{name: self._row(first_state + k) for k, name in enumerate(names.states)},
-            **{name: self._row(first_slope + k) for k, name in enumerate(names.slopes)},
-            **{name: self._row(rows.parameter + k) for k, name in enumerate(names.parameters)},
-            **{name: self._own_row(stored, name) for name in (outputs.names if outputs else ())},
-            "time": f"({time} + {length})" if when == END else time,
-            "phase": self._row(rows.phase),
-        }
-
-    def _channel(self, name: str) -> Channel:
-        return self.declaration.channels[self.number_of[name]]
-
-    def _code(self, expression: Expression, texts: dict[str, str]) -> str:
-        if isinstance(expression, str):
-            return texts[expression]
-        if not callable(expression):
-            return repr(float(expression))
-        given = ", ".join(texts[name] for name in arguments(expression))
-        return f"{self._function(expression)}({given})"
-
-    def _function(self, function: Any) -> str:
-        """The name of a function of the declaration in the text."""
-        if function not in self.helpers:
-            self.helpers[function] = (f"function_{len(self.helpers)}", inlined(function))
-        return self.helpers[function][0]
-
-    def _level(self, channel: Channel, above: TimeAbove | None = None) -> str:
-        """The level in the text, that of ``above`` if it has one; squared where the
-        channel is a square."""
-        level = channel.level if above is None or above.level is None else above.level
-        if level is None:
-            return "np.inf"
-        text = self._code(level, self.row_texts[END])
-        return f"{text} * {text}" if channel.squared else text
-
-    def _is_followed(self, name: str) -> str:
-        """Whether the polynomial follows the channel ``name`` in a step; empty where it
-        always does."""
-        found = self.declaration.extremes_of(name)
-        if found is None or found.unless is None:
-            return ""
-        at_start, at_end = found.unless
-        text = f"{self._code(at_end, self.known)} > 0.0"
-        if at_start is not None:
-            text += f" and {self._code(at_start, self.row_texts[START])} > 0.0"
-        return f"not ({text})"
-
-    def _slip(self, channel: Channel) -> tuple[str, str]:
-        """The value at which a bit sticks, and the one above which it slips."""
-        for feature in self.declaration.of_kind(Extremes):
-            if feature.channel == channel.name and feature.slip is not None:
-                return self._level(channel), self._code(feature.slip, self.row_texts[END])
-        return "-np.inf", "np.inf"
-
-    def _ends(self, channel: Channel) -> list[str]:
-        """The lines that assign the channel's values, slopes and curvatures at the ends
-        of the step."""
-        k, lines = self.number_of[channel.name], []
-        for end, when in enumerate((START, END)):
-            texts = self.row_texts[when]
-            slope = self._code(channel.slope, texts)
-            lines += [
-                f"g{end}_{k} = {self._code(channel.value, texts)}",
-                f"d{end}_{k} = {slope}" + (f" - {texts[channel.frame]}" if channel.frame else ""),
-            ]
-            if channel.curvature is not None:
-                lines.append(f"c{end}_{k} = {self._code(channel.curvature, texts)}")
-        return lines
-
-    def _base(self, channel: Channel) -> Channel | None:
-        return self._channel(channel.rate_of) if channel.rate_of is not None else None
-
-    def _frame(self, channel: Channel) -> str:
-        return self.row_texts[END][channel.frame] if channel.frame else "0.0"
 
     def _observer_lines(self) -> list[str]:
         """The body of the observer, which is called every step: all lanes at once."""
@@ -355,14 +151,14 @@ class _ObserverBuilder:
         for slopes in self.declaration.of_kind(RmsOfSlopes):
             body += self._slopes_lines(slopes)
         ends = [line for channel in channels for line in self._ends(channel)]
-        lines += _indented(_with_definitions(body, ends), 2)
+        lines += indented(with_definitions(body, ends), 2)
         if self.declaration.section:
             angle = self._channel(self.declaration.section.channel).value
             reached = f"{self._code(angle, self.row_texts[END])} >= {self._own_row('level')}"
             lines += [
                 "if observed_lanes != 0 and store[RETURNS] > 0.0:",
                 "    for i in packed(W):",
-                f"        {_noted('returning', reached)}",
+                f"        {noted('returning', reached)}",
             ]
         if self.sets:
             observed_sets = (f"{lanes} & observed_lanes" for lanes in self.sets)
@@ -396,10 +192,10 @@ class _ObserverBuilder:
         base = self._base(channel)
         if ("square", name) in self.row_of:
             if base:
-                lines.append(f"_, e2, e4, o1, o3, o5 = {_centred(base, self.number_of[base.name])}")
+                lines.append(f"_, e2, e4, o1, o3, o5 = {centred(base, self.number_of[base.name])}")
                 middle = f"middle_of_rate(e2, e4, o1, o3, o5, per_h, {self._frame(base)})"
             else:
-                middle = _centred(channel, k)
+                middle = centred(channel, k)
             lines += [
                 f"e0, e2, e4, o1, o3, o5 = {middle}",
                 *self._accumulation("square", name, "h * mean_square(e0, e2, e4, o1, o3, o5)"),
@@ -479,9 +275,9 @@ class _ObserverBuilder:
                 f"observed_h if {above0} and {above1} else 0.0",
             ]
             if gate := self.gates.get(event.above.name):
-                lines.append(_noted(gate, f"{above0} and {above1}"))
+                lines.append(noted(gate, f"{above0} and {above1}"))
         lines += [
-            _noted(lanes, " or ".join(f"({x})" for x in cases)) for lanes, cases in happens.items()
+            noted(lanes, " or ".join(f"({x})" for x in cases)) for lanes, cases in happens.items()
         ]
         return lines
 
@@ -493,25 +289,12 @@ class _ObserverBuilder:
         return [
             f"rises = d0_{k} > 0.0 or (d0_{k} == 0.0 and g1_{k} > g0_{k})",
             f"highest = fma(0.5 * h, max(d0_{k}, -d1_{k}), max(g0_{k}, g1_{k}))",
-            _noted(
+            noted(
                 lanes,
                 f"rises and d1_{k} <= 0.0 and highest > {greatest}"
                 + (f" and {followed}" if followed else ""),
             ),
         ]
-
-    def _integral(self, channel: Channel) -> str:
-        """The integral of a channel over the step."""
-        k, base = self.number_of[channel.name], self._base(channel)
-        if base:
-            j = self.number_of[base.name]
-            return f"fma({self._frame(base)}, h, g1_{j} - g0_{j})"
-        if channel.curvature is None:
-            return f"h * fma(h * (1.0 / 12.0), d0_{k} - d1_{k}, 0.5 * (g0_{k} + g1_{k}))"
-        return (
-            f"h * fma(h, fma(h * (1.0 / 120.0), c0_{k} + c1_{k}, 0.1 * (d0_{k} - d1_{k})), "
-            f"0.5 * (g0_{k} + g1_{k}))"
-        )
 
     def _gated_lines(self, mask: str, parts: list[MeanAbove]) -> list[str]:
         """The lines that add the integrals over a step that is above the level as a
@@ -525,7 +308,7 @@ class _ObserverBuilder:
         for part in parts:
             channel = self._channel(part.channel)
             base, row = self._base(channel), self._own_row("part", part.name)
-            lines += _indented(self._ends(base or channel), 2)
+            lines += indented(self._ends(base or channel), 2)
             lines += [
                 f"        total, more = {row}, {self._integral(channel)}",
                 f"        {row} = total + more if is_above else total",
@@ -584,7 +367,7 @@ class _ObserverBuilder:
                 f"    i = lowest_bit({lanes})",
                 f"    {lanes} &= {lanes} - 1",
                 f"    h = {self._row(self.rows.step)}",
-                *_indented(body),
+                *indented(body),
             ]
         return lines
 
@@ -641,7 +424,7 @@ class _ObserverBuilder:
             channel = self._channel(part.channel)
             number = self.number_of[part.channel]
             lines += [
-                *_indented(self._ends(channel)),
+                *indented(self._ends(channel)),
                 f"    {self._own_row('part', part.name)} += h * integral_above(",
                 f"        g0_{number}, h * d0_{number}, g1_{number}, h * d1_{number},",
                 "        first, second, above0, above_inside, above1)",
@@ -682,188 +465,3 @@ class _ObserverBuilder:
             "        h * rate if rising else low_slope, high_slope if rising else h * rate)",
             f"{greatest} = max({greatest}, max(low_value, high_value))",
         ]
-
-    def _polynomial(self, channel: Channel) -> list[str]:
-        """The lines that assign a channel's coefficients p0 to p5 over the step, its
-        values at both ends and its slope at the end."""
-        base, k = self._base(channel), self.number_of[channel.name]
-        lines = [*self._ends(channel), f"begin, end, end_slope = g0_{k}, g1_{k}, h * d1_{k}"]
-        if base is None:
-            return [*lines, f"p0, p1, p2, p3, p4, p5 = {_coefficients(channel, k)}"]
-        j = self.number_of[base.name]
-        return [
-            *lines,
-            *self._ends(base),
-            f"_, p1, p2, p3, p4, p5 = {_coefficients(base, j)}",
-            "p0, p1, p2, p3, p4, p5 = derivative(p1, p2, p3, p4, p5)",
-            "p0, p1, p2, p3, p4 = begin, p1 / h, p2 / h, p3 / h, p4 / h",
-        ]
-
-    def _marker_lines(self) -> list[str]:
-        """The body of the marker: one lane at a mark, whose state and outputs are in
-        the rows of the step's end."""
-        channels_with_peaks, width, states = (
-            self.declaration.channels_with_peaks,
-            len(self.declaration.measured_per_half),
-            len(self.names.states),
-        )
-        first_half = self.lanes * (
-            self.rows.observer
-            + min((self.row_of[key] for key in self.declaration.measured_per_half), default=0)
-        )
-        texts = self.row_texts[MARK]
-        lines = [
-            "peaks, returns = int(store[PEAKS]), int(store[RETURNS])",
-            f"ring_size = {len(channels_with_peaks)} * (peaks + 1)",
-            f"section_size = 1 + {states + 1} * returns if {int(bool(self.declaration.section))} "
-            f"and returns > 0 else 0",
-            "rings, section = RINGS + i * ring_size, RINGS + W * ring_size + i * section_size",
-            "if mark == OPENS:",
-            "    for k in range(ring_size):",
-            "        store[rings + k] = 0.0",
-            "    for k in range(section_size):",
-            "        store[section + k] = 0.0",
-            f"    tolerances = PROMINENCE / "
-            f"{self._row(self.rows.control + CONTROL.index('per_rtol'))}",
-            f"    {self._own_row('growth')} = tolerances",
-        ]
-        for name in channels_with_peaks:
-            if (LOW, name) not in self.row_of:
-                continue
-            channel = self._channel(name)
-            lines += [
-                f"    {self._own_row(LOW, name)} = {self._code(channel.value, texts)}",
-                f"    {self._own_row(HIGH, name)} = -np.inf",
-                f"    {self._own_row(TOP, name)} = np.inf",
-                f"    {self._own_row(MARGIN, name)} = tolerances * {self._scale_text(channel)}",
-            ]
-        if self.declaration.section:
-            angle = self._channel(self.declaration.section.channel)
-            lines += [
-                f"    spacing, angle = {self._spacing()}, {self._code(angle.value, texts)}",
-                f"    {self._own_row('level')} = np.inf",
-                "    if returns > 0 and spacing > 0.0:",
-                f"        {self._own_row('level')} = (np.floor(angle / spacing) + 1.0) * spacing",
-            ]
-        lines += [
-            "else:",
-            *_indented(self._completing_lines()),
-            f"    first = column if mark != CLOSES else column + {width}",
-            f"    for k in range({width}):",
-            f"        outcome[first + k] = b[{first_half} + k * W + i]",
-            "    if mark == CLOSES:",
-            *_indented(self._closing_lines(), 2),
-            "        for k in range(ring_size):",
-            f"            outcome[column + {2 * width} + k] = store[rings + k]",
-            "        for k in range(section_size):",
-            f"            outcome[column + {2 * width} + ring_size + k] = store[section + k]",
-            f"for k in range({width}):",
-            f"    b[{first_half} + k * W + i] = 0.0",
-        ]
-        for name in self.declaration.channels_of(Extremes):
-            lines.append(f"now = {self._code(self._channel(name).value, texts)}")
-            lines += [f"{self._own_row(end, name)} = now" for end in self.declaration.ends_of(name)]
-        for winding in self.declaration.of_kind(Winding):
-            if winding.counted:
-                lines.append(
-                    f"{self._own_row('angle_before', winding.name)} = {self._angle(winding)}"
-                )
-        return lines
-
-    def _angle(self, winding: Winding) -> str:
-        """The angle of the vector at a mark within its half plane, from 0 to pi."""
-        x, y = (
-            self._code(self._channel(name).value, self.row_texts[MARK])
-            for name in (winding.x, winding.y)
-        )
-        return f"math.atan2({y}, {x}) + (math.pi if {y} < 0.0 else 0.0)"
-
-    def _completing_lines(self) -> list[str]:
-        """The lines that complete at a mark what is not compared at each step: extremes
-        of smooth channels, and angles of which only half revolutions are counted."""
-        lines = []
-        for name in self.declaration.channels_of(Extremes):
-            found = self.declaration.extremes_of(name)
-            if found is None or not found.smooth:
-                continue
-            value = self._channel(name).value
-            lines.append(f"now = {self._code(value, self.row_texts[MARK])}")
-            for end in self.declaration.ends_of(name):
-                row = self._own_row(end, name)
-                lines.append(f"{row} = {'min' if end == 'least' else 'max'}({row}, now)")
-        for winding in self.declaration.of_kind(Winding):
-            if winding.counted:
-                row, before = (self._own_row(w, winding.name) for w in ("angle", "angle_before"))
-                lines.append(f"{row} = fma(math.pi, {row}, {self._angle(winding)} - {before})")
-        return lines
-
-    def _closing_lines(self) -> list[str]:
-        """The lines that complete the last maximum of a smooth quantity that has by now
-        fallen by the prominence below it, and the last cycle of a bit that is stuck at
-        the end."""
-        lines = []
-        for number, name in enumerate(self.declaration.channels_with_peaks):
-            if (LOW, name) not in self.row_of:
-                continue
-            channel, found = (self._channel(name), self.declaration.extremes_of(name))
-            stuck, slip = self._slip(channel)
-            low, high, margin, top = (self._own_row(part, name) for part in PEAK_ROWS)
-            ring = f"rings + {number} * (peaks + 1)"
-            if found and found.smooth:
-                lines += [
-                    f"now = {self._code(channel.value, self.row_texts[MARK])}",
-                    f"if {high} - now > fma({self._own_row('growth')}, abs(now), {margin}):",
-                    f"    {top} = record_maximum(store, {ring}, peaks, {low}, {high}, {top}, {stuck}, {slip})",
-                    f"    {low} = now",
-                    f"{low} = min({low}, now)",
-                ]
-            if slip != "np.inf":
-                lines += [
-                    f"if peaks > 0 and {low} <= {stuck} and {slip} < {top} < np.inf:",
-                    f"    store_peak(store, {ring}, peaks, {top})",
-                ]
-        return lines
-
-    def _scale_text(self, channel: Channel) -> str:
-        scale = scale_of(channel, self.names)
-        if scale in self.names.states:
-            return self._row(self.rows.scale + self.names.states.index(str(scale)))
-        return f"abs({self._code(scale, self.row_texts[MARK])})"
-
-    def _spacing(self) -> str:
-        section = self.declaration.section
-        return (
-            f"{self._code(section.spacing, self.row_texts[MARK])} / store[PARTS]"
-            if section
-            else "0.0"
-        )
-
-
-def _coefficients(channel: Channel, k: int) -> str:
-    if channel.curvature is None:
-        return f"cubic(g0_{k}, h * d0_{k}, g1_{k}, h * d1_{k})"
-    return f"quintic(g0_{k}, h * d0_{k}, h * h * c0_{k}, g1_{k}, h * d1_{k}, h * h * c1_{k})"
-
-
-def _centred(channel: Channel, k: int) -> str:
-    return f"middle_of_{_coefficients(channel, k)}"
-
-
-def _noted(lanes: str, condition: str) -> str:
-    """The line that adds the lanes in which the condition holds to a set."""
-    return f"{lanes} |= (1 << i) if {condition} else 0"
-
-
-def _with_definitions(lines: list[str], definitions: list[str]) -> list[str]:
-    """The ``lines`` with these ``definitions``, ``name = value``, each before the line
-    that first needs it: the earlier, the more values would wait in registers."""
-    waiting = {line.split(" = ")[0]: line for line in definitions}
-    found = []
-    for line in lines:
-        found += [waiting.pop(word) for word in re.findall(r"\w+", line) if word in waiting]
-        found.append(line)
-    return found
-
-
-def _indented(lines: list[str], by: int = 1) -> list[str]:
-    return [f"{by * 4 * ' '}{line}" for line in lines]
