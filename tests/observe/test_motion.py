@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.classify import still
-from nsdrill.models.christoforou_yigit.section import in_the_bit_frame
+from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.observe import motion
 from nsdrill.observe.motion import classify_motion, period, zero_one
 from nsdrill.observe.thresholds import Motion

@@ -268,7 +268,7 @@ class Work:
             "method": np.full(len(state_scales), self.simulation.method == "implicit", np.int8),
             # numbered once all starts have been run
             **({"attractor": np.zeros(len(state_scales), np.int16)} if self.plan.starts else {}),
-            **_or_nan(ok, model.peaks(done.outcome, record)),
+            **_or_nan(ok, model.peaks(done.outcome, record, self.variant.fixed)),
             "initial_state": self.to_all_states(self.own_state(done.initial)),
             "final_state": self.to_all_states(self.own_state(done.final)),
         }
