@@ -571,6 +571,10 @@ def plot(
         drawn = read_for_window(source, severity)  # type: ignore[arg-type]
     else:
         drawn = data_in(data, needed(outline, kind, chosen, start))
+        if kind == "window" and isinstance(drawn, Results):
+            from nsdrill.app.window import with_passed_over
+
+            drawn = with_passed_over(drawn)
     behind: Any = None
     if over is not None:
         curves = branches_in(over)
@@ -739,7 +743,7 @@ def window(
     ``nsdrill window --json``.
     """
     from nsdrill.analysis.probability import needed
-    from nsdrill.analysis.window import YIELDS
+    from nsdrill.analysis.window import USES
     from nsdrill.app import window as app
 
     _check_severity(severity)
@@ -747,7 +751,7 @@ def window(
     if not is_dataset(results):
         return app.window(name_in(results), severity, confidence)
     return app.window(
-        results_in(results, "window", ["status", *needed(severity), *YIELDS]), severity, confidence
+        results_in(results, "window", ["status", *needed(severity), *USES]), severity, confidence
     )
 
 

@@ -21,6 +21,8 @@ Array = np.ndarray[Any, np.dtype[Any]]
 IN_MEMORY = "the results"  # how messages name results that are not in a file
 # root attributes: the changes by --set of run, and of classify
 OVERRIDES, THRESHOLDS = "study_overrides", "classification"
+# root attribute of results in memory: the critical speeds below their sweep, as JSON
+PASSED_OVER = "passed_over"
 
 
 def json_text(data: Any, indent: int | None = None) -> str:

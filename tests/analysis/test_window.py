@@ -14,7 +14,7 @@ from nsdrill.analysis.plane import largest_margin, normalised, regions
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results
 from nsdrill.errors import FileError, InputError
-from nsdrill.variables import CHECKS, DIVERGED, OK, POINT, Axis
+from nsdrill.variables import CHECKS, DIVERGED, OK, PENDING, POINT, Axis
 
 from .grids import grid
 
@@ -72,38 +72,114 @@ def test_region_and_recommended_point(both: dict) -> None:
 
 def test_margins_go_to_the_last_safe_point_and_say_what_comes_next(both: dict) -> None:
     margins = both["maps"][0]["recommended"]["margins"]
-    assert margins["rotary_speed"] == {
-        "less": {
-            "margin": 1.0,
-            "safe_to": 2.0,
-            "first_not_safe": 1.0,
-            "why": "critical",
-            "responses": ["stick_slip"],
-        },
-        "more": {
-            "margin": 1.0,
-            "safe_to": 4.0,
-            "first_not_safe": 5.0,
-            "why": "rim",
-            "responses": ["whirl"],
-        },
+
+    def side(margin: float, safe_to: float, beyond: float, why: str, response: str) -> dict:
+        return {
+            "margin": margin,
+            "safe_to": safe_to,
+            "first_not_safe": beyond,
+            "why": why,
+            "responses": [response],
+            "safe_in": ["up"] if why == "rim" else [],
+        }
+
+    told = {
+        axis: {name: {k: v for k, v in one.items() if k != "reason"} for name, one in sides.items()}
+        for axis, sides in margins.items()
     }
-    assert margins["wob"] == {
-        "less": {
-            "margin": 10e3,
-            "safe_to": 20e3,
-            "first_not_safe": 10e3,
-            "why": "critical",
-            "responses": ["stick_slip"],
-        },
-        "more": {
-            "margin": 10e3,
-            "safe_to": 40e3,
-            "first_not_safe": 50e3,
-            "why": "critical",
-            "responses": ["bit_bounce"],
-        },
+    assert told["rotary_speed"] == {
+        "less": side(1.0, 2.0, 1.0, "critical", "stick_slip"),
+        "more": side(1.0, 4.0, 5.0, "rim", "whirl"),
     }
+    assert told["wob"] == {
+        "less": side(10e3, 20e3, 10e3, "critical", "stick_slip"),
+        "more": side(10e3, 40e3, 50e3, "critical", "bit_bounce"),
+    }
+
+
+def carried(up: list[str], down: list[str]) -> dict:
+    """The window of an up-down sweep along the speed: four speeds, weights from the
+    lowest one."""
+    weights = 10e3 * np.arange(1.0, 1 + len(up))
+    made = grid({"up": [up], "down": [down]}, SPEEDS[: len(up[0])], weights)
+    made.attrs["study_resolved"] = json.dumps({"sweep": {"along": "rotary_speed"}})
+    return find_window(made)["maps"][0]["recommended"]["margins"]
+
+
+@pytest.mark.parametrize(
+    ("up", "down", "axis", "side", "expected"),
+    [
+        # At the lower weight the collar reaches the wall at the second speed; at the
+        # upper one the string sticks there, and the collar is free above.
+        (
+            ["swwww", "ss..."],
+            ["swwww", "ss..."],
+            "wob",
+            "less",
+            {"code": "passes_in_stick_slip", "procedure": "up", "value": 2.0},
+        ),
+        # Coming down the collar is on the wall from the greatest speed on.
+        (
+            [".....", "....."],
+            ["...ww", "wwwww"],
+            "wob",
+            "more",
+            {"code": "starts_on_wall", "procedure": "down", "value": 5.0},
+        ),
+        # Coming up it reaches the wall at the fourth speed, coming down it stays there.
+        (
+            ["....ww"],
+            ["..www."],
+            "rotary_speed",
+            "more",
+            {"code": "stays_on_wall", "procedure": "down", "value": 5.0},
+        ),
+        # The bounce lasts on the way down.
+        (
+            ["...bb"],
+            [".bbbb"],
+            "rotary_speed",
+            "more",
+            {"code": "bounce_lasts", "procedure": "down", "value": None},
+        ),
+        (
+            ["ss...."],
+            ["s....."],
+            "rotary_speed",
+            "less",
+            {"code": "sticking_lasts", "procedure": "up", "value": None},
+        ),
+    ],
+)
+def test_a_border_that_surprises_has_its_reason(
+    up: list[str], down: list[str], axis: str, side: str, expected: dict
+) -> None:
+    assert carried(up, down)[axis][side]["reason"] == {"axis": "rotary_speed", **expected}
+
+
+def test_a_border_that_is_what_it_seems_needs_no_reason() -> None:
+    """Whirl that begins there on either way."""
+    assert carried(["...ww"], ["...ww"])["rotary_speed"]["more"]["reason"] is None
+
+
+def test_a_region_of_one_axis_says_what_bounds_it() -> None:
+    [area] = find_window(grid({"same": [["s..w"]]}, SPEEDS[:4]))["maps"][0]["regions"]
+    assert {name: side["responses"] for name, side in area["sides"].items()} == {
+        "less": ["stick_slip"],
+        "more": ["whirl"],
+    }
+
+
+def test_points_that_did_not_settle_and_runs_that_are_missing_are_counted() -> None:
+    data = grid({"up": [UP], "down": [DOWN]}, SPEEDS, WEIGHTS)
+    data.variables["settled"] = np.ones(data["status"].shape, dtype=np.int8)
+    data["settled"][1, 0, 2, 2] = 0  # the recommended point
+    data["settled"][0, 0, 0, 0] = 0  # a critical one
+    note = find_window(data)
+    assert note["unsettled_points"] == 1
+    assert not note["maps"][0]["recommended"]["settled"]
+    data["status"][0, 0, 4, :3] = PENDING
+    assert find_window(data)["pending_runs"] == 3
 
 
 def test_one_procedure_leaves_history_open() -> None:

@@ -77,7 +77,7 @@ def test_no_room_is_said() -> None:
 
 def test_failed_runs_are_counted() -> None:
     text = note(up=["xx" + LINES[0][2:], *LINES[1:]], down=LINES)
-    assert "2 of 70 runs failed, at 2 points." in text
+    assert "2 of 70 runs failed, at 2 points." in " ".join(text.split())
     assert "23 critical (65.7 %), 2 unknown (2 failed, 5.7 %)." in text
     assert "unknown" not in note()
 

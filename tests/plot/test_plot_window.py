@@ -12,9 +12,10 @@ from matplotlib.figure import Figure
 
 from nsdrill import plot
 from nsdrill.analysis.window import find_window
-from nsdrill.data import Results
-from nsdrill.plot.kinds.window import CRITICAL_COLOUR, HISTORY_COLOUR, SAFE_COLOUR
-from nsdrill.variables import WHIRL
+from nsdrill.data import Results, json_text
+from nsdrill.plot.kinds.window import CRITICAL_COLOURS, SAFE_CODE, UNKNOWN_CODE
+from nsdrill.plot.style import GREY, RESPONSES, SAFE_COLOUR
+from nsdrill.variables import STICK_SLIP, WHIRL
 
 
 @pytest.fixture
@@ -38,14 +39,21 @@ def test_areas_are_those_of_the_note(both: Results) -> None:
     figure = plot.draw(both, "window")
     [axes] = panels(figure)
     cells = next(c for c in axes.collections if c.get_gid() == "cells").get_array()
-    good = both["response"][:, 0] == 0
-    np.testing.assert_array_equal(
-        cells, np.where(good.all(axis=0), 2, np.where(good.any(axis=0), 1, 0))
-    )
+    response = both["response"][:, 0].astype(int)
+    good, bits = response == 0, response[0] | response[1]
+    np.testing.assert_array_equal(cells, np.where(good.any(axis=0), SAFE_CODE, bits))
     note = find_window(both)
-    hatched = next(c for c in axes.collections if c.get_gid() == "rim")
-    assert covered(hatched, both["rotary_speed"], both["wob"] / 1e3).sum() == note["rim"] > 0
-    assert f"history-dependent ({100 * note['share']['rim']:.1f} %)" in words(figure)
+    by_history = good.any(axis=0) & ~good.all(axis=0)
+    hatched = 0
+    for code in np.unique(bits[by_history]):
+        [area] = [c for c in axes.collections if c.get_gid() == f"rim:{code}"]
+        shown = covered(area, both["rotary_speed"], both["wob"] / 1e3)
+        np.testing.assert_array_equal(shown, by_history & (bits == code))
+        hatched += shown.sum()
+    assert hatched == note["rim"] > 0
+    assert any(
+        f"history-dependent ({100 * note['share']['rim']:.1f} %)" in word for word in words(figure)
+    )
 
 
 @pytest.mark.parametrize(
@@ -98,7 +106,10 @@ def test_failed_points_and_one_procedure_are_told(both: Results) -> None:
     figure = plot.draw(spoiled, "window")
     assert "unknown (3 failed)" in words(figure)
     note = find_window(spoiled)
-    assert f"critical ({100 * note['share']['critical']:.1f} %)" in words(figure)
+    response = spoiled["response"][:, 0].astype(int)
+    for code in np.unique(response[0] | response[1])[1:]:
+        assert any(RESPONSES[code].name in word for word in words(figure)), code
+    assert note["unknown"] == 3
     [axes] = panels(figure)
     unknown = next(c for c in axes.collections if c.get_gid() == "unknown")
     assert covered(unknown, both["rotary_speed"], both["wob"] / 1e3).sum() == 3
@@ -118,24 +129,68 @@ def test_by_severity(both: Results) -> None:
     assert find_window(both, 1)["safe"] == 0
     [axes] = panels(plot.draw(both, "window", severity=2))
     cells = next(c for c in axes.collections if c.get_gid() == "cells").get_array()
-    assert (np.asarray(cells) == 2).all()
+    assert (np.asarray(cells) == SAFE_CODE).all()
 
 
-def test_the_areas_differ_in_grey() -> None:
-    """Relative luminance (Rec. 709, linear): each at least a factor 1.5 from the next;
-    the history-dependent area is hatched besides."""
+def luminance(colour: str) -> float:
+    """Relative luminance (Rec. 709, linear)."""
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
+    return float(np.dot((0.2126, 0.7152, 0.0722), linear))
 
-    def luminance(colour: str) -> float:
-        linear = [
-            c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)
-        ]
-        return float(np.dot((0.2126, 0.7152, 0.0722), linear))
 
-    dark, middle, light = (
-        luminance(colour) for colour in (CRITICAL_COLOUR, HISTORY_COLOUR, SAFE_COLOUR)
+def test_one_colour_for_safe_and_grey_for_what_is_not_known() -> None:
+    """Safe is the lightest area, that of the map too; a critical one has the colour of
+    its response; grey is neither."""
+    assert RESPONSES[0].colour == SAFE_COLOUR
+    assert CRITICAL_COLOURS[1:] == tuple(style.colour for style in RESPONSES[1:])
+    assert max(map(luminance, CRITICAL_COLOURS)) < luminance(SAFE_COLOUR)
+    assert GREY not in {SAFE_COLOUR, *CRITICAL_COLOURS}
+
+
+def test_every_area_is_named(both: Results) -> None:
+    """By its response or by letters, with a question mark where the history decides, so
+    that the picture is read without colour."""
+    both["response"][:] = 0
+    both["response"][:, 0, :, :5] = STICK_SLIP
+    both["response"][0, 0, :, 10:] = WHIRL
+    figure = plot.draw(both, "window")
+    [axes] = panels(figure)
+    named = {text.get_text() for text in axes.texts}
+    assert named & {"stick-slip", "S"}
+    assert named & {"whirl?", "W?"}
+    assert any("S stick-slip" in word for word in words(figure))
+    assert any("W whirl" in word and "by the history" in word for word in words(figure))
+
+
+def test_the_answer_and_its_warnings_are_in_the_picture(both: Results) -> None:
+    """What the text of the window says in capitals stands in the picture that is sent."""
+    alone = make_results(wob=(1e4, 2e4, 3e4, 4e4), rotary_speed=np.linspace(1, 8, 15))
+    passed = {
+        "axis": "rotary_speed",
+        "name": "wall_speed",
+        "words": "the speed at which the collar reaches the wall",
+        "min": 0.5,
+        "max": 0.7,
+        "from": 1.0,
+        "everywhere": True,
+    }
+    alone.attrs["passed_over"] = json_text([passed])
+    figure = plot.draw(alone, "window")
+    [text] = [figure.legends[0].get_title().get_text().replace("\n  ", "")]
+    for wanted in ("THE SWEEP BEGINS at 1 rad/s", "HISTORY WAS NOT EXAMINED"):
+        assert wanted in text
+    assert plot.draw(alone, "window")._suptitle.get_text().count("No safe point") == (
+        find_window(alone)["safe"] == 0
     )
-    assert 1.5 * dark < middle
-    assert 1.5 * middle < light
+    sent = plot.draw(both, "window")
+    assert "Run at " in sent._suptitle.get_text()
+    assert "HISTORY DECIDES at" in sent.legends[0].get_title().get_text()
+
+
+def test_the_cells_of_failed_runs_are_grey(both: Results) -> None:
+    [axes] = panels(plot.draw(spoil(both, diverged=3, step_limit=0), "window"))
+    cells = next(c for c in axes.collections if c.get_gid() == "cells").get_array()
+    assert (np.asarray(cells) == UNKNOWN_CODE).sum() == 3
 
 
 def test_a_point_without_room_is_a_hint(both: Results) -> None:

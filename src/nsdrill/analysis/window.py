@@ -12,6 +12,7 @@ point. The state of a point:
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -30,10 +31,11 @@ from nsdrill.analysis.probability import (
     run_safety,
     window_state,
 )
-from nsdrill.data import Array, Results, overrides
+from nsdrill.analysis.reasons import reason
+from nsdrill.data import PASSED_OVER, Array, Results, overrides
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import in_words, words_along
-from nsdrill.variables import BIT_BOUNCE, SAMPLE, STICK_SLIP, WHIRL
+from nsdrill.variables import BIT_BOUNCE, OK, PENDING, SAMPLE, STICK_SLIP, WHIRL
 
 # axes of the maps: the first of these that is swept is x, the next one y
 ACROSS = ("rotary_speed", "wob", "depth")
@@ -56,7 +58,12 @@ class Classes:
     - ``yields``: those of :data:`YIELDS` that the file has, as the mean over histories
       and samples, NaN where none has run;
     - ``safety``: with a ``confidence`` the probability of a safe run and the ends of
-      its 95 % interval.
+      its 95 % interval;
+    - ``unsettled``: whether any history was finished and did not settle; with a
+      ``confidence`` whether more runs did not than may be critical.
+
+    ``bits_in`` and ``is_safe_in`` are [procedure, third, y, x]: the responses in each
+    procedure, and whether it is safe.
 
     ``histories`` and ``failed_runs`` are the numbers of histories and of failed runs,
     ``safe_in`` the number of safe points in each procedure by itself.
@@ -74,8 +81,15 @@ class Classes:
     failed_runs: int
     safe_in: dict[str, int]
     yields: dict[str, Array]
+    bits_in: Array
+    is_safe_in: Array
+    unsettled: Array
     confidence: float | None = None
     safety: tuple[Array, ...] = ()
+
+    @property
+    def procedures(self) -> list[str]:
+        return [text(name) for name in self.results.coords["procedure"]]
 
     def values(self, axis: str | None) -> Array:
         """The values of an axis; a single zero for None."""
@@ -84,6 +98,8 @@ class Classes:
 
 # the yields of a point, listed where the file has them
 YIELDS = ("rate_of_penetration", "mechanical_specific_energy")
+# what a window is made of beside the responses, where the file has it
+USES = (*YIELDS, "settled")
 
 
 def axes_of(results: Results) -> tuple[str, str | None, str | None] | None:
@@ -139,6 +155,11 @@ def classes(
     if confidence is not None:
         return _classes_by_confidence(results, severity, confidence, (x, y, third), planes)
     safe = runs.safe
+
+    def of_each(array: Array) -> list[Array]:
+        """The planes of each procedure."""
+        return [planes(part[None]) for part in array]
+
     safe_maps, any_safe, any_unsafe = (
         planes(safe),
         planes(safe).any(axis=-1),
@@ -149,9 +170,8 @@ def classes(
         np.where(any_unsafe, np.where(any_safe, HISTORY_DEPENDENT, CRITICAL), SAFE),
         UNKNOWN,
     )
-    bits = np.bitwise_or.reduce(
-        planes(np.where(known(results["status"]), results["response"], 0).astype(int)), axis=-1
-    )
+    all_bits = np.where(known(results["status"]), results["response"], 0).astype(int)
+    bits_in = np.array([np.bitwise_or.reduce(part, axis=-1) for part in of_each(all_bits)])
     safe_in = {
         text(name): int(
             np.count_nonzero(
@@ -167,14 +187,25 @@ def classes(
         y,
         third,
         state,
-        bits,
+        np.bitwise_or.reduce(bits_in, axis=0),
         np.asarray(planes(runs.failed).any(axis=-1)),
         np.asarray(planes(runs.distrusted).any(axis=-1)),
         safe_maps.shape[-1],
         int(np.count_nonzero(runs.failed)),
         safe_in,
         yields,
+        bits_in,
+        np.array([part.all(axis=-1) for part in of_each(safe)]),
+        planes(_unsettled(results)).any(axis=-1),
     )
+
+
+def _unsettled(results: Results) -> Array:
+    """Whether each run was finished and did not settle; nowhere in a file that does not
+    say."""
+    if "settled" not in results.variables:
+        return np.zeros(results["status"].shape, dtype=bool)
+    return np.asarray((results["status"] == OK) & (results["settled"] == 0))
 
 
 def _classes_by_confidence(
@@ -194,8 +225,13 @@ def _classes_by_confidence(
     def placed(array: Array) -> Array:
         return planes(array[None])[..., 0]
 
-    occurs = probabilities.share[-1, 1:] >= (1.0 - confidence) / 3
-    bits = sum(placed(response).astype(int) << number for number, response in enumerate(occurs))
+    def bits_of(share: Array) -> Array:
+        occurs = share >= (1.0 - confidence) / 3
+        return np.asarray(
+            sum(placed(response).astype(int) << number for number, response in enumerate(occurs))
+        )
+
+    procedures = range(len(results.coords["procedure"]))
     state = np.where(is_safe, SAFE, np.where(is_undecided, UNKNOWN, CRITICAL))
     return Classes(
         results,
@@ -203,7 +239,7 @@ def _classes_by_confidence(
         y,
         third,
         placed(state),
-        np.asarray(bits),
+        bits_of(probabilities.share[-1, 1:]),
         np.asarray(planes(runs.failed).any(axis=-1)),
         np.asarray(planes(runs.distrusted).any(axis=-1)),
         len(results.coords["procedure"]),
@@ -214,6 +250,14 @@ def _classes_by_confidence(
         }
         or {probabilities.histories[0]: int(np.count_nonzero(is_safe))},
         {name: _mean(planes(results[name])) for name in YIELDS if name in results.variables},
+        np.array([bits_of(probabilities.share[number, 1:]) for number in procedures]),
+        np.array(
+            [
+                placed(window_state(probabilities, confidence, name)[0])
+                for name in probabilities.histories[: len(procedures)]
+            ]
+        ),
+        planes(_unsettled(results)).mean(axis=-1) > 1.0 - confidence + 1e-9,
         confidence,
         tuple(placed(part) for part in probabilities.of("safe")),
     )
@@ -256,6 +300,9 @@ def find_window(
         "failed_runs": maps.failed_runs,
         "failed_points": int(np.count_nonzero(maps.failed)),
         "distrusted_points": int(np.count_nonzero(maps.distrusted)),
+        "pending_runs": int(np.count_nonzero(results["status"] == PENDING)),
+        "unsettled_points": int(np.count_nonzero(maps.unsettled & (maps.state == SAFE))),
+        "passed_over": json.loads(results.attrs.get(PASSED_OVER, "[]")),
         **_counts(maps.state),
         "unknown_failed": int(np.count_nonzero((maps.state == UNKNOWN) & maps.failed)),
         "safe_in": maps.safe_in,
@@ -324,6 +371,8 @@ def _map(maps: Classes, state: Array, number: int | None) -> dict[str, Any]:
         }
         if maps.y:
             area[maps.y] = [float(y[top]), float(y[bottom])]
+        else:
+            area["sides"] = _limits(maps, state, number, x, left, lambda index: (0, index))
         connected.append(area)
     best = _recommended(maps, state, number)
     return {
@@ -382,6 +431,9 @@ def _recommended(maps: Classes, state: Array, number: int | None) -> dict[str, A
         **_yields(maps, number, (row, column)),
         "margin": margin,
         "margins": margins,
+        "settled": not np.any(
+            maps.unsettled[(slice(None) if number is None else number, row, column)]
+        ),
     }
 
 
@@ -478,6 +530,8 @@ def _limits(
             "first_not_safe": None,
             "why": "edge",
             "responses": [],
+            "safe_in": [],
+            "reason": None,
         }
         if 0 <= beyond < len(values):
             cell = cell_at(beyond)
@@ -492,6 +546,12 @@ def _limits(
                 "first_not_safe": float(values[beyond]),
                 "why": why,
                 "responses": [] if bits == 0 else response_text(bits).split("+"),
+                "safe_in": [
+                    name
+                    for name, is_safe in zip(maps.procedures, maps.is_safe_in, strict=True)
+                    if np.all(is_safe[cells_behind])
+                ],
+                "reason": reason(maps, number, cell_at(start), cell),
             }
         sides[side] = entry
     return sides

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 from nsdrill.analysis.probability import needed
-from nsdrill.analysis.window import YIELDS, find_window
+from nsdrill.analysis.window import USES, find_window
 from nsdrill.app.check import passed_over
 from nsdrill.app.overrides import with_overrides
-from nsdrill.data import IN_MEMORY, Results, resolved_study
+from nsdrill.data import IN_MEMORY, PASSED_OVER, Results, json_text, resolved_study
 from nsdrill.errors import FileError, InputError, NsdrillError
 from nsdrill.store import read_results
 from nsdrill.study.study import study_from_resolved
@@ -31,14 +32,19 @@ def window(
 def window_of(
     results: Results, severity: int | None = None, confidence: float | None = None
 ) -> dict[str, Any]:
-    """As :func:`nsdrill.analysis.window.find_window`, with the critical speeds
-    ``passed_over``, those below the first speed of the sweep; empty where there are
-    none, or where the file has no study of this version."""
-    summary = find_window(results, severity, confidence)
-    summary["passed_over"] = []
-    with suppress(NsdrillError):  # no study in it, or one of another version
-        summary["passed_over"] = passed_over(study_from_resolved(resolved_study(results.attrs)))
-    return summary
+    """As :func:`nsdrill.analysis.window.find_window`, with the critical speeds that the
+    sweep passes over."""
+    return find_window(with_passed_over(results), severity, confidence)
+
+
+def with_passed_over(results: Results) -> Results:
+    """The ``results`` with the critical speeds below the first speed of their sweep
+    among the root attributes, for the window in words and as a picture; without any
+    where there are none, or where the file has no study of this version."""
+    passed: list[dict[str, Any]] = []
+    with suppress(NsdrillError):
+        passed = passed_over(study_from_resolved(resolved_study(results.attrs)))
+    return replace(results, attrs={**results.attrs, PASSED_OVER: json_text(passed)})
 
 
 def read_for_window(
@@ -52,7 +58,7 @@ def read_for_window(
     results = (
         source
         if isinstance(source, Results)
-        else read_results(source, [*needed(severity), *YIELDS, *TRUST])
+        else read_results(source, [*needed(severity), *USES, *TRUST])
     )
     if lacking := [name for name in needed(severity) if name not in results.variables]:
         raise FileError(
@@ -60,4 +66,4 @@ def read_for_window(
             f"did not write; allowed: "
             "the window without a severity. Or run the study again."
         )
-    return with_overrides(results)
+    return with_passed_over(with_overrides(results))

@@ -239,6 +239,10 @@ def command(
                 )
     else:
         data = read(file, needed(data, kind, point, start))
+        if kind == "window":
+            from nsdrill.app.window import with_passed_over
+
+            data = with_passed_over(data)
     background: Any = None
     if over is not None and is_branches(over):
         from nsdrill.store import open_branches

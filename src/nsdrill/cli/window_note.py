@@ -3,68 +3,31 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator
 from typing import Any
 
 from nsdrill.analysis.window import unknown_words
 from nsdrill.cli.words import count, samples_text
 from nsdrill.cli.words import label_of as name_of
-from nsdrill.quantity import quantity, sign
-from nsdrill.units import from_si
-from nsdrill.variables import AXES
+from nsdrill.plot.answer import ORDER, Formatter, answer, in_order, limit, percent, warnings, why
 
-ORDER = ("depth", "wob", "rotary_speed")  # the order in which drillers name them
 SIDES = {"less": "less", "more": "more"}
 SIDES_OF_DEPTH = {"less": "shallower", "more": "deeper"}
 MAX_ROWS = 24
+WIDTH = 100  # characters of a line of prose
+INDENT = 6 * " "
 CLASS_LABELS = {"rim": "history-dependent"}  # of the keys that are not words of the text
-
-
-def _axis_order(axis: str) -> tuple[int, str]:
-    """The sort key of an axis: :data:`ORDER`, then further axes by name."""
-    return (ORDER.index(axis) if axis in ORDER else len(ORDER), axis)
-
-
-class Formatter:
-    """Values as text in one system of units; a speed in rad/s with the rpm in
-    brackets."""
-
-    def __init__(self, units: str) -> None:
-        self.system = units
-
-    def unit(self, axis: str) -> str:
-        """The sign of the unit of an axis."""
-        return sign(quantity(axis).unit(self.system))
-
-    def number(self, axis: str, value: float) -> str:
-        unit = quantity(axis).unit(self.system)
-        shown = from_si(value, unit) if unit else value
-        return f"{shown:.0f}" if abs(shown) >= 1e4 else f"{shown:.4g}"
-
-    def value(self, axis: str, value: float | str) -> str:
-        if isinstance(value, str):  # a word
-            return value
-        return f"{self.number(axis, value)} {self.unit(axis)}".rstrip() + self._rpm(axis, value)
-
-    def span(self, axis: str, ends: list[float]) -> str:
-        if ends[0] == ends[1]:
-            return f"{name_of(axis)} {self.value(axis, ends[0])}"
-        return (
-            f"{name_of(axis)} {self.number(axis, ends[0])} to {self.number(axis, ends[1])} "
-            f"{self.unit(axis)}" + (self._rpm(axis, *ends))
-        )
-
-    def _rpm(self, axis: str, *values: float) -> str:
-        if self.system == "field" or axis != "rotary_speed":
-            return ""
-        speeds = " to ".join(f"{from_si(value, 'rpm'):.3g}" for value in values)
-        return f" ({speeds} rpm)"
 
 
 def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
     """The lines of the summary in the units ``si`` or ``field``."""
     fmt = Formatter(units)
-    yield from _basis_lines(summary, fmt)
+    yield from textwrap.wrap(answer(summary, units), WIDTH)
+    for warning in warnings(summary, units):
+        yield from textwrap.wrap(warning, WIDTH, initial_indent="  ", subsequent_indent="  ")
+    yield ""
+    yield from _basis_lines(summary)
     yield ""
     held = ", ".join(fmt.value(axis, value) for axis, value in summary["fixed"].items())
     yield f"{f'At {held}' if held else 'In all'}: {_shares(summary)}."
@@ -106,9 +69,7 @@ def _confidence_cost(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
             f"  {100 * row['confidence']:4g} %  {row['safe']:5d} safe ({100 * row['share']:.1f} %)"
         )
         if best := row["fastest"]:
-            axes = sorted(
-                (axis for axis in (*summary["axes"], summary["third"]) if axis), key=_axis_order
-            )
+            axes = in_order((*summary["axes"], summary["third"]))
             where = ", ".join(fmt.value(axis, best[axis]) for axis in axes)
             text += f"; fastest {where}, {_rate(best, fmt)}"
         yield text
@@ -124,24 +85,16 @@ def _by_procedure(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
         best = row.get("recommended")
         where = ""
         if best:
-            at = ", ".join(
-                fmt.value(axis, best[axis]) for axis in sorted(summary["axes"], key=_axis_order)
-            )
-            where = f"; best at {at}, safe with {_percent(best)}"
+            at = ", ".join(fmt.value(axis, best[axis]) for axis in in_order(summary["axes"]))
+            where = f"; best at {at}, safe with {percent(best)}"
         yield (
             f"By itself, {row['procedure']}: {row['safe']} safe ({100 * row['share']['safe']:.1f} "
             f"%){where}."
         )
 
 
-def _percent(best: dict[str, Any]) -> str:
-    """``97.3 % (94.4 to 98.7)``."""
-    ends = " to ".join(f"{100 * best[f'probability_{end}']:.1f}" for end in ("low", "high"))
-    return f"{100 * best['probability']:.1f} % ({ends})"
-
-
-def _basis_lines(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
-    """The meaning of the classes of points, and what the results do not cover."""
+def _basis_lines(summary: dict[str, Any]) -> Iterator[str]:
+    """The meaning of the classes of points."""
     if summary["overrides"]:
         yield (
             f"  overrides "
@@ -161,13 +114,6 @@ def _basis_lines(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
             f"  safe      {100 * summary['confidence']:g} % or more of {samples} of the uncertain "
             f"numbers end well{by} {condition}"
         )
-        if not summary["history_examined"]:
-            yield (
-                f"  HISTORY WAS NOT EXAMINED: the file holds one procedure only "
-                f"({summary['procedures'][0]}). Run the "
-                "study with procedure: up-down\n  to learn whether the window holds whatever came "
-                "before."
-            )
         yield "  critical  fewer of them"
     elif summary["history_examined"]:
         by = " and ".join(summary["procedures"])
@@ -178,42 +124,13 @@ def _basis_lines(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
         yield "            safe in some only: it depends on how one came there"
     else:
         yield f"  safe      the run of the point ended well {condition}"
-        yield (
-            f"  HISTORY WAS NOT EXAMINED: the file holds one procedure only "
-            f"({summary['procedures'][0]}). Run the "
-            "study with procedure: up-down\n  to learn whether the window holds whatever came "
-            "before."
-        )
     if summary["confidence"] is None:
         yield "  critical  no run of the point was safe"
-    for speed in summary.get("passed_over", ()):
-        speeds = fmt.span(speed["axis"], [speed["min"], speed["max"]]).removeprefix(
-            f"{name_of(speed['axis'])} "
-        )
-        where = "" if speed["everywhere"] else " (in a part of the study)"
-        yield (
-            f"  THE SWEEP BEGINS at {fmt.value(speed['axis'], speed['from'])}, above "
-            f"{speed['words']}, "
-            f"{speeds}{where}.\n  A "
-            "string that is brought up to speed passes through that: a point that is safe here "
-            "need not be safe then."
-        )
     if summary["unknown"]:
         yield (
             "  unknown   a run failed or has no severity, and the others leave it open; no window "
             "goes there"
         )
-    if summary["failed_runs"]:
-        points = count(summary["failed_points"], "point")
-        yield f"  {summary['failed_runs']} of {count(summary['runs'], 'run')} failed, at {points}."
-    if summary["distrusted_points"]:
-        is_single = summary["distrusted_points"] == 1
-        predicate = (
-            "is marked as not to be trusted and counts"
-            if is_single
-            else "are marked as not to be trusted and count"
-        )
-        yield f"  {count(summary['distrusted_points'], 'point')} {predicate} as not safe."
 
 
 def _shares(summary: dict[str, Any]) -> str:
@@ -272,15 +189,13 @@ def _no_window(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
         subject = f"Critical responses in {percent:.2g} % of the samples or more, in any history"
     yield result + (f" {subject}: {', '.join(obstacles)} {noun}." if obstacles else "")
     if best := summary["most_probable"]:
-        axes = sorted(
-            (axis for axis in (*summary["axes"], summary["third"]) if axis), key=_axis_order
-        )
+        axes = in_order((*summary["axes"], summary["third"]))
         at = ", ".join(fmt.value(axis, best[axis]) for axis in axes)
         ties = ""
         if best["ties"]:
             first = ", of which this drills fastest" if "rate_of_penetration" in best else ""
             ties = f" {count(best['ties'], 'other point')} as probable{first}."
-        yield f"Most probably safe: {at}, with {_percent(best)}.{_drilling_text(best, fmt)}{ties}"
+        yield f"Most probably safe: {at}, with {percent(best)}.{_drilling_text(best, fmt)}{ties}"
     if summary["severity"] is None:
         yield (
             "How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; "
@@ -317,9 +232,9 @@ def _recommendation(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatt
     if best is None:
         return "none"
     parts = []
-    for axis in sorted(summary["axes"], key=_axis_order):
+    for axis in in_order(summary["axes"]):
         down, up = (fmt.number(axis, best["margins"][axis][side]["margin"]) for side in SIDES)
-        name = f"{name_of(axis)} " if axis not in AXES else ""
+        name = f"{name_of(axis)} " if axis not in ORDER else ""
         value = f"{name}{fmt.number(axis, best[axis])} {fmt.unit(axis)}".rstrip()
         parts.append(f"{value} (-{down} +{up})")
     return ", ".join(parts)
@@ -327,7 +242,7 @@ def _recommendation(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatt
 
 def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -> Iterator[str]:
     """The regions and the recommended point of one map."""
-    axes = sorted(summary["axes"], key=_axis_order)
+    axes = in_order(summary["axes"])
     if len(axes) == 1:
         yield f"Safe {'interval' if len(plane['regions']) == 1 else 'intervals'}:"
         for area in sorted(plane["regions"][:MAX_ROWS], key=lambda area: float(area[axes[0]][0])):
@@ -350,7 +265,7 @@ def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -
     )
     if "probability" in best:
         yield (
-            f"  safe with a probability of {_percent(best)}; in brackets the 95 % interval from "
+            f"  safe with a probability of {percent(best)}; in brackets the 95 % interval from "
             f"the number of samples"
         )
     for axis in axes:
@@ -359,13 +274,12 @@ def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -
         )
         yield f"  {name_of(axis)}{other}:"
         for side, word in (SIDES_OF_DEPTH if axis == "depth" else SIDES).items():
-            yield f"    {word} {_limit_text(axis, best['margins'][axis][side], fmt)}"
-    sides = [side for axis in axes for side in best["margins"][axis].values()]
-    if any(side["margin"] == 0.0 for side in sides):
-        yield (
-            "It has no room to one side or more: a hint, not a setting. A finer map around it "
-            "would tell."
-        )
+            border = best["margins"][axis][side]
+            yield f"    {word} {_limit_text(axis, border, fmt)}"
+            if text := why(axis, border, best, fmt):
+                yield from textwrap.wrap(
+                    text, WIDTH, initial_indent=INDENT, subsequent_indent=INDENT
+                )
     fastest = plane["fastest"]
     if fastest is not None and any(fastest[axis] != best[axis] for axis in axes):
         where = ", ".join(fmt.value(axis, fastest[axis]) for axis in axes)
@@ -389,22 +303,11 @@ def _drilling_text(point: dict[str, Any], fmt: Formatter) -> str:
     return f" {parts[0][0].upper()}{', '.join(parts)[1:]}." if parts else ""
 
 
-def _limit_text(axis: str, limit: dict[str, Any], fmt: Formatter) -> str:
-    text = f"by {fmt.value(axis, limit['margin'])} to {fmt.value(axis, limit['safe_to'])}"
-    if limit["margin"] == 0.0:
-        text = "not at all"
-    if limit["why"] == "edge":
-        return f"{text}: the edge of the map, nothing is known beyond"
-    reason = {
-        "failed": "a run failed",
-        "distrusted": "not to be trusted",
-        "unknown": "no severity is known",
-    }.get(limit["why"], "critical")
-    if limit["responses"] and limit["why"] not in ("failed", "unknown"):
-        reason = ", ".join(_words(name) for name in limit["responses"])
-    if limit["why"] == "rim":
-        reason += ", depending on the history"
-    return f"{text}; at {fmt.value(axis, limit['first_not_safe'])} {reason}"
+def _limit_text(axis: str, side: dict[str, Any], fmt: Formatter) -> str:
+    room = f"by {fmt.value(axis, side['margin'])} to {fmt.value(axis, side['safe_to'])}"
+    if side["margin"] == 0.0:
+        room = "not at all"
+    return f"{room}{': ' if side['why'] == 'edge' else '; '}{limit(axis, side, fmt)}"
 
 
 def _over_depth(summary: dict[str, Any], fmt: Formatter, table: bool) -> Iterator[str]:

@@ -18,9 +18,10 @@ def hatch(
     face: str,
     edge: str,
     gid: str,
+    width: float | None = None,
 ) -> None:
     """Cover the ``selected`` cells [y, x], whose edges are ``cells`` (x, y), with a
-    pattern."""
+    pattern; ``width`` of its lines in points."""
     if not np.any(selected):
         return
     paths = [covering_path(cells, selected)]
@@ -32,12 +33,12 @@ def hatch(
             autolim=False,
         )
     if pattern:
-        axes.add_collection(
-            PathCollection(
-                paths, facecolors="none", edgecolors=edge, linewidths=0, hatch=pattern, gid=gid
-            ),
-            autolim=False,
+        collection = PathCollection(
+            paths, facecolors="none", edgecolors=edge, linewidths=0, hatch=pattern, gid=gid
         )
+        if width is not None and hasattr(collection, "set_hatch_linewidth"):  # of 3.10 on
+            collection.set_hatch_linewidth(width)
+        axes.add_collection(collection, autolim=False)
 
 
 def covering_path(cells: tuple[Array, Array], selected: Array) -> Path:

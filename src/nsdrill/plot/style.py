@@ -1,8 +1,9 @@
 """How the pictures look: palette, fonts, sizes. Nothing here reads data or draws a
 curve.
 
-Colours are Okabe and Ito's, which colour-blind readers can distinguish; each response
-also has a marker of its own, so that a picture can be read in grey.
+Colours are Okabe and Ito's, which colour-blind readers can distinguish, and a pale
+green for safe; each response also has a marker and a letter of its own, so that a
+picture can be read in grey. The pages in a browser have the same colours.
 """
 
 from __future__ import annotations
@@ -41,7 +42,14 @@ RASTER_DPI = 300  # for PNG, and for the markers that are rasterised inside PDF 
 MANY_MARKERS = 20_000
 
 BLUE, SKY, GREEN, ORANGE, VERMILLION = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00"
-WINE, GREY, BLACK = "#882255", "#ABABAB", "#000000"
+PURPLE, WINE, GREY, BLACK = "#CC79A7", "#882255", "#ABABAB", "#000000"
+# Safe has one colour in every picture, and grey is what is not known.
+SAFE_COLOUR = "#A3D58A"
+# From the worst to the best, which is the colour of safe; the lightness rises all the
+# way, so that the scale can be read in grey. A probability has this scale: of a safe
+# run from 0 to 100 %, of a response from 100 % to 0.
+WARNING = "#8A1C00"  # text of a warning: dark, so that it is read in grey as well
+BAD_TO_GOOD = ("#3F1030", "#93394A", "#C9714B", "#D9A95B", SAFE_COLOUR)
 SHADE, SHADE_EDGE = "#FFF3B8", "#C8B560"  # hysteresis: pale behind every marker colour
 REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the set speed
 # colours belong to the responses
@@ -87,26 +95,28 @@ RC: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class ResponseStyle:
-    """How one combination of critical responses, or one kind of motion, is drawn."""
+    """How one combination of critical responses, or one kind of motion, is drawn.
+    ``letters`` stand for a response where there is no room for its name."""
 
     name: str
     colour: str
     marker: str
+    letters: str = ""
 
 
 NO_RESPONSE = "no critical response"
 
 # Indexed by the response bits. One response: a light, strong colour; two: a darker one;
-# all three: black.
+# all three: black. Whirl is not green, which readers take for safe.
 RESPONSES: tuple[ResponseStyle, ...] = (
-    ResponseStyle(NO_RESPONSE, GREY, "o"),
-    ResponseStyle("bit-bounce", SKY, "^"),
-    ResponseStyle("stick-slip", ORANGE, "s"),
-    ResponseStyle("bit-bounce + stick-slip", WINE, "p"),
-    ResponseStyle("whirl", GREEN, "D"),
-    ResponseStyle("bit-bounce + whirl", BLUE, "P"),
-    ResponseStyle("stick-slip + whirl", VERMILLION, "X"),
-    ResponseStyle("bit-bounce + stick-slip + whirl", BLACK, "*"),
+    ResponseStyle(NO_RESPONSE, SAFE_COLOUR, "o"),
+    ResponseStyle("bit-bounce", SKY, "^", "B"),
+    ResponseStyle("stick-slip", ORANGE, "s", "S"),
+    ResponseStyle("bit-bounce + stick-slip", WINE, "p", "BS"),
+    ResponseStyle("whirl", PURPLE, "D", "W"),
+    ResponseStyle("bit-bounce + whirl", BLUE, "P", "BW"),
+    ResponseStyle("stick-slip + whirl", VERMILLION, "X", "SW"),
+    ResponseStyle("bit-bounce + stick-slip + whirl", BLACK, "*", "BSW"),
 )
 # Indexed by the kind of whirl. Paul Tol's light colours: none of them stands for a
 # response or a kind of motion.
@@ -129,6 +139,12 @@ MOTIONS: tuple[ResponseStyle, ...] = (
     ResponseStyle("unsettled", "#DDCC77", "s"),
 )
 assert RESPONSES[BIT_BOUNCE | STICK_SLIP | WHIRL].name.count("+") == 2
+
+
+def ink_on(colour: str) -> str:
+    """Black or white, whichever is easier to read on ``colour``."""
+    red, green, blue = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return BLACK if 0.299 * red + 0.587 * green + 0.114 * blue > 0.5 else "#FFFFFF"
 
 
 @cache

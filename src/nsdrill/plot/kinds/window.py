@@ -1,12 +1,15 @@
-"""The safe window: where every procedure is safe, where only some are, and the
-recommended operating point.
+"""The safe window: where every procedure is safe, where only some are, which response
+bounds it, and the recommended operating point.
 
 There is a panel for each value of a third axis, or a strip where only one axis is
-swept. The areas differ in lightness and pattern as well as in colour.
+swept. Colours are those of the responses; an area that depends on the history is
+hatched in the colour of its response over that of safe. Letters name the responses, so
+that the picture can be read in grey.
 """
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import numpy as np
@@ -16,11 +19,11 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
 
 from nsdrill.analysis.window import (
     CRITICAL,
     HISTORY_DEPENDENT,
-    SAFE,
     UNKNOWN,
     Classes,
     axes_of,
@@ -30,33 +33,44 @@ from nsdrill.analysis.window import (
 )
 from nsdrill.data import Array, Results
 from nsdrill.plot import isolines
+from nsdrill.plot.answer import answer, notes
 from nsdrill.plot.hatching import hatch
 from nsdrill.plot.isolines import RATE_OF_PENETRATION, line_variables
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
+from nsdrill.plot.look import look
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, lies_across
 from nsdrill.plot.registry import MAX_PANELS, PLANE, Kind, longest
 from nsdrill.plot.slices import edges, spaced
 from nsdrill.plot.style import (
+    BAD_TO_GOOD,
     BLACK,
     FULL_WIDTH,
+    GREY,
+    RESPONSES,
+    SAFE_COLOUR,
+    SHORTEST_LINE,
+    WARNING,
+    Picture,
     cell_style,
+    font_size,
+    ink_on,
     new_figure,
     page_width,
     panels_per_row,
     put_title,
 )
 
-SAFE_COLOUR, HISTORY_COLOUR, CRITICAL_COLOUR, UNKNOWN_COLOUR = (
-    "#D3ECFA",
-    "#E69F00",
-    "#6E6E6E",
-    "#FFFFFF",
-)
-COLOURS = ListedColormap(
-    [UNKNOWN_COLOUR, CRITICAL_COLOUR, HISTORY_COLOUR, SAFE_COLOUR], name="window"
-)
-NORM = BoundaryNorm([-1.5, -0.5, 0.5, 1.5, 2.5], 4)
+# Codes of the cells: the response bits of critical points (0: critical by a severity
+# alone), and after them safe and unknown.
+SAFE_CODE, UNKNOWN_CODE = len(RESPONSES), len(RESPONSES) + 1
+CRITICAL_COLOURS = (BAD_TO_GOOD[0], *(style.colour for style in RESPONSES[1:]))
+COLOURS = ListedColormap([*CRITICAL_COLOURS, SAFE_COLOUR, GREY], name="window")
+NORM = BoundaryNorm(np.arange(-0.5, UNKNOWN_CODE + 1), UNKNOWN_CODE + 1)
+RIM_HATCH, UNKNOWN_HATCH = "////", "xxxxxx"
+HATCH_WIDTH = 1.8  # points
+CHARACTER, LINE = 0.075, 0.16  # inches of a letter of an area, and of its line
+SMALLEST_AREA = 0.004  # of the map, from which an area has a letter
 
 
 def draw(
@@ -68,36 +82,20 @@ def draw(
     numbers = find_window(results, severity, confidence)
     classified = classes(results, severity, numbers["confidence"])
     map_numbers = _panels_to_draw(len(classified.state))
-    figure, panels = _new_panels(classified, map_numbers, units)
+    figure, panels = _new_panels(classified, map_numbers, units, answer(numbers, units))
     cells = _cell_edges(classified, units)
     has_lines = False
     for axes, map_number in zip(panels, map_numbers, strict=True):
+        state, bits = classified.state[map_number], classified.bits[map_number]
+        codes = _codes(state, bits)
         axes.pcolormesh(
-            *cells,
-            classified.state[map_number],
-            cmap=COLOURS,
-            norm=NORM,
-            gid="cells",
-            **cell_style(classified.state[map_number].size),
+            *cells, codes, cmap=COLOURS, norm=NORM, gid="cells", **cell_style(codes.size)
         )
-        hatch(
-            axes,
-            cells,
-            classified.state[map_number] == HISTORY_DEPENDENT,
-            "//////",
-            HISTORY_COLOUR,
-            "#3A3A3A",
-            "rim",
-        )
-        hatch(
-            axes,
-            cells,
-            classified.state[map_number] == UNKNOWN,
-            "xxxxxx",
-            UNKNOWN_COLOUR,
-            BLACK,
-            "unknown",
-        )
+        for code in np.unique(bits[state == HISTORY_DEPENDENT]).tolist():
+            chosen = (state == HISTORY_DEPENDENT) & (bits == code)
+            colour = CRITICAL_COLOURS[code]
+            hatch(axes, cells, chosen, RIM_HATCH, "none", colour, f"rim:{code}", HATCH_WIDTH)
+        hatch(axes, cells, state == UNKNOWN, UNKNOWN_HATCH, "none", BLACK, "unknown")
         point, most_probable = (
             numbers["maps"][map_number]["recommended"],
             _most_probable_in(classified, numbers, map_number),
@@ -114,6 +112,7 @@ def draw(
                 axes, x, y, classified.yields[RATE_OF_PENETRATION][map_number], units, points
             )
         _draw_recommended(axes, classified, point, units)
+        _name_areas(axes, classified, cells, map_number, point)
         if most_probable is not None:
             scales = [
                 quantity(axis, units).scale if axis else 1.0
@@ -138,7 +137,118 @@ def draw(
         *([isolines.legend_entry(units)] if has_lines else []),
     ]
     legend_below(figure, handles, 3)
+    _put_warnings(figure, notes(numbers, units))
     return figure
+
+
+def _codes(state: Array, bits: Array) -> Array:
+    """The code of each cell; cells that depend on the history are drawn as safe, with a
+    hatch above."""
+    codes = np.where(state == CRITICAL, bits, SAFE_CODE)
+    return np.asarray(np.where(state == UNKNOWN, UNKNOWN_CODE, codes))
+
+
+def _put_warnings(figure: Figure, texts: list[str]) -> None:
+    """The warnings above the legend, in its width; the figure grows by their height."""
+    if not texts or not figure.legends:
+        return
+    legend, size = figure.legends[-1], font_size(7)
+    characters = int(figure.bbox.width / figure.dpi * 72 / (0.56 * size)) - 4
+    lines = [
+        textwrap.fill(text, max(characters, SHORTEST_LINE), subsequent_indent="   ")
+        for text in texts
+    ]
+    legend.set_title("\n".join(lines), prop={"size": size, "weight": "bold"})
+    legend.get_title().set_color(WARNING)
+    legend.get_title().set_gid("warnings")
+    legend.get_title().set_parse_math(False)
+    if isinstance(figure, Picture) and look.get().height is None:
+        rows = sum(line.count("\n") + 1 for line in lines) + len(legend.get_texts()) / 2
+        figure.set_figheight(figure.get_figheight() + 1.3 * size / 72 * rows)
+
+
+def _name_areas(
+    axes: Axes,
+    classified: Classes,
+    cells: tuple[Array, Array],
+    number: int,
+    point: dict[str, Any] | None,
+) -> None:
+    """The letters, or where there is room the name, of the response of each area; with
+    a question mark where the history decides. Small areas have none but where they
+    bound the recommended point."""
+    from scipy import ndimage
+
+    state, bits = classified.state[number], classified.bits[number]
+    box = axes.get_window_extent()
+    width, height = box.width / axes.figure.dpi, box.height / axes.figure.dpi
+    (left, right), (low, high) = ((edge[0], edge[-1]) for edge in cells)
+    bounding = _beside(classified, point) if point else set()
+    for value in (CRITICAL, HISTORY_DEPENDENT):
+        for code in np.unique(bits[state == value]).tolist():
+            style, mark = RESPONSES[code], "?" if value == HISTORY_DEPENDENT else ""
+            labels, count = ndimage.label((state == value) & (bits == code))
+            for area in range(1, count + 1):
+                inside = labels == area
+                is_bound = any(inside[cell] for cell in bounding)
+                if not is_bound and inside.mean() < SMALLEST_AREA:
+                    continue
+                row, begin, end = _widest(inside)
+                column = (begin + end) // 2
+                room = (cells[0][end] - cells[0][begin]) / (right - left) * width
+                rows = np.flatnonzero(inside[:, column])
+                tall = abs(cells[1][rows[-1] + 1] - cells[1][rows[0]]) / abs(high - low) * height
+                name = (style.name if code else "severity") + mark
+                letters = (style.letters or "!") + mark
+                text = name if room > CHARACTER * (len(name) + 1) else letters
+                if not is_bound and (room < CHARACTER * len(text) or tall < LINE):
+                    continue
+                colour = ink_on(CRITICAL_COLOURS[code]) if value == CRITICAL else BLACK
+                halo = CRITICAL_COLOURS[code] if value == CRITICAL else "white"
+                axes.text(
+                    (cells[0][begin] + cells[0][end]) / 2,
+                    (cells[1][row] + cells[1][row + 1]) / 2
+                    if classified.y or not is_bound
+                    else 0.82,
+                    text,
+                    color=colour,
+                    fontsize=font_size(7),
+                    ha="center",
+                    va="center",
+                    zorder=4,
+                    clip_on=True,
+                    path_effects=[withStroke(linewidth=2.5, foreground=halo)],
+                    gid=f"area:{code}",
+                )
+
+
+def _widest(inside: Array) -> tuple[int, int, int]:
+    """The row of an area, and the ends of its longest run of cells in it: the longest of
+    all, of equal ones the middle one."""
+    runs = []
+    for row in np.flatnonzero(inside.any(axis=1)).tolist():
+        steps = np.flatnonzero(np.diff(np.pad(inside[row].astype(int), 1))).tolist()
+        runs += [(row, begin, end) for begin, end in zip(steps[::2], steps[1::2], strict=True)]
+    longest_run = max(end - begin for _, begin, end in runs)
+    chosen = [run for run in runs if run[2] - run[1] == longest_run]
+    return chosen[len(chosen) // 2]
+
+
+def _beside(classified: Classes, point: dict[str, Any]) -> set[tuple[int, int]]:
+    """The cells (row, column) that bound the recommended point."""
+    at = {
+        axis: int(np.argmin(np.abs(classified.values(axis) - point[axis])))
+        for axis in (classified.x, classified.y)
+        if axis
+    }
+    found = set()
+    for axis in at:
+        for side in point["margins"][axis].values():
+            if side["first_not_safe"] is not None:
+                beyond = int(np.argmin(np.abs(classified.values(axis) - side["first_not_safe"])))
+                place = {**at, axis: beyond}
+                found.add((place.get(str(classified.y), 0), place[classified.x]))
+    return found
 
 
 def _panels_to_draw(count: int) -> list[int]:
@@ -150,7 +260,7 @@ def _panels_to_draw(count: int) -> list[int]:
 
 
 def _new_panels(
-    classified: Classes, map_numbers: list[int], units: str
+    classified: Classes, map_numbers: list[int], units: str, sentence: str
 ) -> tuple[Figure, list[Axes]]:
     panel_columns = panels_per_row(COLUMNS_OF_PANELS.get(len(map_numbers), 4), PANEL_WIDTH)
     panel_rows = -(-len(map_numbers) // panel_columns)
@@ -196,14 +306,8 @@ def _new_panels(
     panels[0].set_ylim(
         (y_edges[-1], y_edges[0]) if classified.y == "depth" else (y_edges[0], y_edges[-1])
     )
-    put_title(
-        figure,
-        heading(
-            classified.results.attrs,
-            operating_point(fixed_values(classified.results), units),
-            width=80,
-        ),
-    )
+    point = operating_point(fixed_values(classified.results), units)
+    put_title(figure, f"{heading(classified.results.attrs, point, width=80)}\n{sentence}")
     return figure, panels
 
 
@@ -285,38 +389,40 @@ def _legend_entries(classified: Classes, numbers: dict[str, Any]) -> list[Artist
         else f"no severity above {numbers['severity']}"
     )
     procedures = " and ".join(numbers["procedures"])
-    labels = {
-        SAFE: f"safe: {criterion}, {procedures}",
-        HISTORY_DEPENDENT: "history-dependent",
-        CRITICAL: "critical",
-    }
+    label = f"safe: {criterion}, {procedures}"
     if not numbers["history_examined"]:
-        labels[SAFE] = f"safe: {criterion}; history not examined"
+        label = f"safe: {criterion}; history not examined"
     if numbers["confidence"] is not None:
         history = f"in {procedures}" if numbers["history_examined"] else "history not examined"
-        labels[SAFE] = f"safe with {100 * numbers['confidence']:g} %: {criterion}, {history}"
-    handles: list[Artist] = []
-    for value, name in ((SAFE, "safe"), (HISTORY_DEPENDENT, "rim"), (CRITICAL, "critical")):
-        if value == HISTORY_DEPENDENT and (
-            not numbers["history_examined"] or numbers["confidence"] is not None
-        ):
-            continue
+        label = f"safe with {100 * numbers['confidence']:g} %: {criterion}, {history}"
+    share = numbers["share"]
+    border: dict[str, Any] = {"edgecolor": "#3A3A3A", "linewidth": 0.4}
+    handles: list[Artist] = [
+        Patch(facecolor=SAFE_COLOUR, label=f"{label} ({100 * share['safe']:.1f} %)", **border)
+    ]
+    critical, by_history = (classified.state == value for value in (CRITICAL, HISTORY_DEPENDENT))
+    for code in np.unique(classified.bits[critical | by_history]).tolist():
+        here = classified.bits == code
+        parts = [
+            f"{100 * (area & here).mean():.1f} %{words}"
+            for area, words in ((critical, ""), (by_history, " by the history"))
+            if np.any(area & here)
+        ]
+        name = f"{RESPONSES[code].letters} {RESPONSES[code].name}" if code else "! severity"
+        label = f"{name} ({', '.join(parts)})"
+        handles.append(Patch(facecolor=CRITICAL_COLOURS[code], label=label, **border))
+    if np.any(by_history):
+        label = f"hatched, with ?: history-dependent ({100 * share['rim']:.1f} %)"
         handles.append(
-            Patch(
-                facecolor=COLOURS(NORM(value)),
-                edgecolor="#3A3A3A",
-                linewidth=0.4,
-                hatch="//////" if value == HISTORY_DEPENDENT else None,
-                label=f"{labels[value]} ({100 * numbers['share'][name]:.1f} %)",
-            )
+            Patch(facecolor=SAFE_COLOUR, edgecolor=BLACK, linewidth=0, hatch=RIM_HATCH, label=label)
         )
     if numbers["unknown"]:
         handles.append(
             Patch(
-                facecolor=UNKNOWN_COLOUR,
+                facecolor=GREY,
                 edgecolor=BLACK,
                 linewidth=0.4,
-                hatch="xxxxxx",
+                hatch=UNKNOWN_HATCH,
                 label=f"unknown ({unknown_words(numbers)})",
             )
         )
@@ -368,7 +474,7 @@ KINDS = (
         of=PLANE,
         place=_place,
         draw=draw,
-        uses=line_variables,
+        uses=lambda model: (*line_variables(model), "settled"),
         takes=("severity", "confidence"),
         across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
     ),

@@ -1,0 +1,329 @@
+"""The answer of a safe window in words: where to run, what bounds it and why, and what
+one must know before relying on it.
+
+The text of ``nsdrill window``, its picture and the report have the same words. The data
+are those of :func:`nsdrill.analysis.window.find_window`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from nsdrill.analysis import reasons
+from nsdrill.analysis.window import unknown_words
+from nsdrill.quantity import quantity, sign
+from nsdrill.units import from_si
+
+ORDER = ("depth", "wob", "rotary_speed")  # the order in which drillers name them
+VERBS = {"bit_bounce": "bounce", "stick_slip": "stick", "whirl": "whirl"}  # what it may do
+WAYS = {"up": "coming up", "down": "coming down"}
+FEW_SAMPLES = 0.1  # half of the interval of a probability, from which a warning says so
+
+
+def in_order(axes: Any) -> list[str]:
+    """The axes in the order in which drillers name them, further ones by name."""
+    return sorted(
+        (axis for axis in axes if axis),
+        key=lambda axis: (ORDER.index(axis) if axis in ORDER else len(ORDER), axis),
+    )
+
+
+class Formatter:
+    """Values as text in one system of units; a speed in rad/s with the rpm in
+    brackets."""
+
+    def __init__(self, units: str) -> None:
+        self.system = units
+
+    def unit(self, axis: str) -> str:
+        """The sign of the unit of an axis."""
+        return sign(quantity(axis).unit(self.system))
+
+    def number(self, axis: str, value: float) -> str:
+        unit = quantity(axis).unit(self.system)
+        shown = from_si(value, unit) if unit else value
+        return f"{shown:.0f}" if abs(shown) >= 1e4 else f"{shown:.4g}"
+
+    def value(self, axis: str, value: float | str) -> str:
+        if isinstance(value, str):  # a word
+            return value
+        return f"{self.number(axis, value)} {self.unit(axis)}".rstrip() + self._rpm(axis, value)
+
+    def range(self, axis: str, ends: list[float]) -> str:
+        """``105 to 150 rpm``; of two equal ends one."""
+        if ends[0] == ends[1]:
+            return self.value(axis, ends[0])
+        numbers = " to ".join(self.number(axis, end) for end in ends)
+        return f"{numbers} {self.unit(axis)}".rstrip() + self._rpm(axis, *ends)
+
+    def span(self, axis: str, ends: list[float]) -> str:
+        """As :meth:`range`, with the name of the axis before it."""
+        return f"{quantity(axis).words} {self.range(axis, ends)}"
+
+    def setting(self, point: Mapping[str, Any], axes: Any) -> str:
+        """The values of a point, in order: ``25 klbf, 125 rpm``; further axes with
+        their names."""
+        return ", ".join(
+            self.value(axis, point[axis])
+            if axis in ORDER
+            else f"{quantity(axis).words} {self.value(axis, point[axis])}"
+            for axis in in_order(axes)
+        )
+
+    def _rpm(self, axis: str, *values: float) -> str:
+        if self.system == "field" or axis != "rotary_speed":
+            return ""
+        speeds = " to ".join(f"{from_si(value, 'rpm'):.3g}" for value in values)
+        return f" ({speeds} rpm)"
+
+
+def percent(point: Mapping[str, Any]) -> str:
+    """``97.3 % (94.4 to 98.7)``: a probability with its interval."""
+    ends = " to ".join(f"{100 * point[f'probability_{end}']:.1f}" for end in ("low", "high"))
+    return f"{100 * point['probability']:.1f} % ({ends})"
+
+
+def response_words(names: Any) -> str:
+    """``stick-slip, whirl``."""
+    return ", ".join(name.replace("_", "-") for name in names)
+
+
+def answer(summary: Mapping[str, Any], units: str) -> str:
+    """The answer in one sentence."""
+    fmt = Formatter(units)
+    plane = chosen_map(summary)
+    if plane is None or plane["recommended"] is None:
+        return _nothing_safe(summary, fmt)
+    best, axes = plane["recommended"], summary["axes"]
+    speed = axes[0]
+    at = plane.get("at") or {}
+    where = f" at {fmt.setting(at, at)}" if at else ""
+    if summary["third"] and not at:
+        where = f", at every {quantity(summary['third']).words} of the file"
+    setting = " and ".join(fmt.setting(best, axes).split(", "))
+    text = f"Run{where} at {setting}" if at else f"Run at {setting}{where}"
+    sides = best["margins"][speed]
+    ends = [sides["less"]["safe_to"], sides["more"]["safe_to"]]
+    if ends[0] == ends[1]:
+        text += f"; no other {quantity(speed).words} next to it is safe"
+    else:
+        text += f"; safe from {fmt.range(speed, ends)}"
+    if summary["confidence"] is not None:
+        text += f"; with a probability of {percent(best)}"
+    text += ", whatever the history" if summary["history_examined"] else ", of one history alone"
+    words = {
+        side: _side_verb(sides[side], "below" if side == "less" else "above")
+        for side in ("less", "more")
+    }
+    return f"{text}; {words['less']}, {words['more']}."
+
+
+def chosen_map(summary: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """The map that the answer is about: the only one; of several what is safe
+    throughout, else the one with the most safe points."""
+    maps = summary["maps"]
+    if len(maps) == 1:
+        return {**maps[0], "at": {}}
+    if summary["throughout"] and summary["throughout"]["safe"]:
+        return {**summary["throughout"], "at": {}}
+    best: Mapping[str, Any] = max(maps, key=lambda one: one["safe"])
+    return best
+
+
+def _side_verb(side: Mapping[str, Any], where: str) -> str:
+    """``below it sticks``, ``above the map ends``."""
+    if side["why"] == "edge":
+        return f"{where} the map ends"
+    if side["why"] in ("failed", "unknown", "distrusted"):
+        return f"{where} nothing is known"
+    depends = side["why"] == "rim"
+    verbs = [VERBS[name] + ("" if depends else "s") for name in side["responses"]]
+    if not verbs:
+        return f"{where} it {'may be' if depends else 'is'} critical"
+    return f"{where} it {'may ' if depends else ''}{' and '.join(verbs)}"
+
+
+def _nothing_safe(summary: Mapping[str, Any], fmt: Formatter) -> str:
+    known = summary["points"] - summary["unknown"]
+    if not known:
+        return "No answer: no run that decides on a point ended well."
+    what = "whatever the history" if summary["history_examined"] else "in the history that was run"
+    text = f"No safe point: none of {summary['points']} is safe {what}"
+    if summary["confidence"] is not None:
+        text = (
+            f"No safe point: none of {summary['points']} is safe with a probability of "
+            f"{100 * summary['confidence']:g} %"
+        )
+        if best := summary["most_probable"]:
+            at = fmt.setting(best, (*summary["axes"], summary["third"]))
+            text += f"; the most probable one is {at}, with {percent(best)}"
+        return text + "."
+    found = [
+        f"{name.replace('_', '-')} at {count}"
+        for name, count in summary["obstacles"].items()
+        if count
+    ]
+    if summary["rim"]:
+        text += f"; {summary['rim']} are on some histories"
+    return f"{text}; {', '.join(found)}." if found else f"{text}."
+
+
+def limit(axis: str, side: Mapping[str, Any], fmt: Formatter) -> str:
+    """What lies behind one side of the window: ``65 rpm: stick-slip coming up, none
+    coming down``."""
+    if side["why"] == "edge":
+        return "the edge of the map, nothing is known beyond"
+    what = {
+        "failed": "a run failed",
+        "distrusted": "not to be trusted",
+        "unknown": "no severity is known",
+    }.get(side["why"], "critical")
+    if side["responses"] and side["why"] not in ("failed", "unknown"):
+        what = response_words(side["responses"])
+    if side["why"] == "rim":
+        what += ", depending on the history"
+        if safe := [WAYS[name] for name in side["safe_in"] if name in WAYS]:
+            what += f" (safe {' and '.join(safe)})"
+    return f"at {fmt.value(axis, side['first_not_safe'])} {what}"
+
+
+def why(axis: str, side: Mapping[str, Any], best: Mapping[str, Any], fmt: Formatter) -> str | None:
+    """The reason for a border that may surprise, in a sentence; None where it needs
+    none or the file does not tell it."""
+    found = side["reason"]
+    if found is None:
+        return None
+    way = WAYS[found["procedure"]].capitalize()
+    if found["code"] == reasons.BOUNCE_LASTS:
+        return (
+            f"{way} the bit bounces already and goes on, as its axial motion is lightly damped; "
+            "the other way it never begins."
+        )
+    if found["code"] == reasons.STICKING_LASTS:
+        return (
+            f"{way} the bit sticks already and goes on sticking: rock holds a standing bit "
+            "more firmly than a turning one."
+        )
+    at = fmt.value(found["axis"], found["value"])
+    if found["code"] == reasons.PASSES_IN_STICK_SLIP:
+        here, there = (fmt.value(axis, value) for value in (best[axis], side["first_not_safe"]))
+        return (
+            f"{way}, the collar at {there} reaches the wall at {at} and stays on it; at {here} "
+            "the string passes that in stick-slip, and the collar does not stay. It is safe only "
+            "while nothing brings the collar to the wall."
+        )
+    if found["code"] == reasons.STARTS_ON_WALL:
+        return (
+            f"{way}, the sweep starts on the wall at {at}, and a collar that rolls there stays: "
+            "little damps it."
+        )
+    return f"{way}, the collar reaches the wall at {at} and stays on it: little damps its rolling."
+
+
+def warnings(summary: Mapping[str, Any], units: str) -> Iterator[str]:
+    """All that one must know before relying on the window, a sentence or two each."""
+    fmt = Formatter(units)
+    for speed in summary["passed_over"]:
+        axis = speed["axis"]
+        yield (
+            f"THE SWEEP BEGINS at {fmt.value(axis, speed['from'])}, above {speed['words']}, "
+            f"{fmt.range(axis, [speed['min'], speed['max']])}"
+            f"{'' if speed['everywhere'] else ' (in a part of the study)'}. A string that is "
+            "brought up to speed passes through that: a point that is safe here need not be "
+            "safe then."
+        )
+    if not summary["history_examined"]:
+        yield (
+            "HISTORY WAS NOT EXAMINED: the file holds one procedure only "
+            f"({summary['procedures'][0]}). Run the study with procedure: up-down to learn "
+            "whether the window holds whatever came before."
+        )
+    if summary["pending_runs"]:
+        yield (
+            f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "
+            "and their points are unknown."
+        )
+    if failed := summary["failed_runs"] - summary["pending_runs"]:
+        points = _count(summary["failed_points"], "point")
+        yield f"FAILED: {failed} of {summary['runs']} runs failed, at {points}. No window goes there."
+    if inferred := summary["unknown"] - summary["unknown_failed"]:
+        yield (
+            f"NOT KNOWN at {_count(inferred, 'point')} ({unknown_words(summary)}); no window "
+            "goes there."
+        )
+    if distrusted := summary["distrusted_points"]:
+        is_one = distrusted == 1
+        yield (
+            f"CHECKS DISAGREE at {_count(distrusted, 'point')}, which "
+            f"{'is' if is_one else 'are'} not to be trusted and {'counts' if is_one else 'count'} "
+            "as not safe."
+        )
+    if summary["unsettled_points"]:
+        plane = chosen_map(summary)
+        best = plane and plane["recommended"]
+        which = "" if not best or best["settled"] else ", the recommended one among them,"
+        yield (
+            f"NOT SETTLED: at {summary['unsettled_points']} of "
+            f"{_count(summary['safe'], 'safe point')}{which} a motion was still changing when it "
+            "was observed. A longer simulation.transient would tell."
+        )
+    if share := summary["share"]["rim"]:
+        yield (
+            f"HISTORY DECIDES at {_count(summary['rim'], 'point')} ({100 * share:.1f} %): there "
+            "the setting is safe or not by how one came to it."
+        )
+    yield from _of_recommended(summary, fmt)
+
+
+def _of_recommended(summary: Mapping[str, Any], fmt: Formatter) -> Iterator[str]:
+    plane = chosen_map(summary)
+    best = plane and plane["recommended"]
+    if not best:
+        return
+    edges, tight = [], False
+    for axis in in_order(summary["axes"]):
+        for side in best["margins"][axis].values():
+            tight |= side["margin"] == 0.0
+            if side["why"] == "edge":
+                edges.append(fmt.value(axis, side["safe_to"]))
+    if tight:
+        yield (
+            "NO ROOM to one side or more of the recommended point: a hint, not a setting. A finer "
+            "map around it would tell."
+        )
+    if edges:
+        yield (
+            f"THE MAP ENDS at {' and '.join(edges)}, and the window with it: nothing is known "
+            "beyond."
+        )
+    if "probability" in best:
+        half = (best["probability_high"] - best["probability_low"]) / 2
+        if half > FEW_SAMPLES:
+            yield (
+                f"FEW SAMPLES: {summary['counted']} give the probability to about "
+                f"{100 * half:.0f} %; four times as many halve that."
+            )
+
+
+def explained(summary: Mapping[str, Any], units: str) -> Iterator[str]:
+    """The borders of the recommended point that may surprise, each with its reason; a
+    reason once."""
+    fmt, plane, told = Formatter(units), chosen_map(summary), set()
+    best = plane and plane["recommended"]
+    for axis in in_order(summary["axes"]) if best else ():
+        for side in best["margins"][axis].values():
+            text = why(axis, side, best, fmt)
+            if text is not None and side["reason"]["code"] not in told:
+                told.add(side["reason"]["code"])
+                yield f"At {fmt.value(axis, side['first_not_safe'])}: {text}"
+
+
+def notes(summary: Mapping[str, Any], units: str) -> list[str]:
+    """The warnings and reasons without their advice, for a picture."""
+    texts = [*warnings(summary, units), *explained(summary, units)]
+    return [f"{text.partition('. ')[0].rstrip('.')}." for text in texts]
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
