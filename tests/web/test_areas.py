@@ -6,13 +6,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from nsdrill.analysis import window
 from nsdrill.analysis.probability import SAFE, probabilities_of
 from nsdrill.analysis.window import classes
 from nsdrill.app.run import run_in_memory
 from nsdrill.data import Results
+from nsdrill.plot.style import BAD_TO_GOOD, RESPONSES, SAFE_COLOUR
 from nsdrill.study import parse_study
 from nsdrill.web.areas import (
-    WINDOW_CLASSES,
     basin_area,
     evenly_spaced,
     probability_areas,
@@ -57,6 +58,13 @@ def test_probabilities_over_two_axes(uncertain: Results) -> None:
     head, columns = areas["Probability: safe"]
     assert np.allclose(columns["values"][0], 100 * found.of(SAFE)[0][0])  # [y, x] is wob, speed
     assert (head["x"]["unit"], head["y"]["unit"], head["limits"]) == ("rpm", "klbf", [0.0, 100.0])
+    # the scale of the picture: good is 100 % of safe and 0 % of a response
+    assert tuple(head["scale"]) == BAD_TO_GOOD
+    assert all(
+        tuple(one["scale"]) == BAD_TO_GOOD[::-1]
+        for words, (one, _) in areas.items()
+        if words != "Probability: safe"
+    )
     occurring = [name for name in found.outcomes[1:] if found.of(name)[0].any()]
     assert len(areas) == 1 + len(occurring) > 1
     turned = dict(probability_areas(uncertain, "si", "wob", "rotary_speed"))["Probability: safe"][1]
@@ -80,8 +88,22 @@ def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube: Results) -> No
         f"Safe window, measured depth {depth} m" for depth in (1000, 3000, 5000)
     ]
     for number, (_, (head, columns)) in enumerate(areas):
-        names = [head["classes"][int(code)]["name"] for code in columns["values"].ravel()]
-        assert names == [WINDOW_CLASSES[state][0] for state in found.state[number].ravel()]
+        shown = [head["classes"][int(code)] for code in columns["values"].ravel()]
+        state, bits = found.state[number].ravel(), found.bits[number].ravel()
+        for one, is_what, response in zip(shown, state, bits, strict=True):
+            style = RESPONSES[response]
+            assert (
+                one
+                == {
+                    window.SAFE: {"name": "safe", "colour": SAFE_COLOUR},
+                    window.CRITICAL: {"name": style.name, "colour": style.colour},
+                    window.HISTORY_DEPENDENT: {
+                        "name": f"{style.name}, by the history",
+                        "colour": SAFE_COLOUR,
+                        "stripes": style.colour,
+                    },
+                }[is_what]
+            )
         assert columns["values"].shape == (1, 2, 4)
     assert len(np.unique(found.state)) > 1
     assert list(window_areas(run("sweep: {rotary_speed: [4 rad/s, 8 rad/s]}\n"), "si")) == []

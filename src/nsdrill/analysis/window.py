@@ -196,7 +196,7 @@ def classes(
         yields,
         bits_in,
         np.array([part.all(axis=-1) for part in of_each(safe)]),
-        planes(_unsettled(results)).any(axis=-1),
+        np.asarray(planes(_unsettled(results)).any(axis=-1)),
     )
 
 
@@ -257,7 +257,7 @@ def _classes_by_confidence(
                 for name in probabilities.histories[: len(procedures)]
             ]
         ),
-        planes(_unsettled(results)).mean(axis=-1) > 1.0 - confidence + 1e-9,
+        np.asarray(planes(_unsettled(results)).mean(axis=-1) > 1.0 - confidence + 1e-9),
         confidence,
         tuple(placed(part) for part in probabilities.of("safe")),
     )

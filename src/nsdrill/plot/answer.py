@@ -249,7 +249,7 @@ def warnings(summary: Mapping[str, Any], units: str) -> Iterator[str]:
         yield f"FAILED: {failed} of {summary['runs']} runs failed, at {points}. No window goes there."
     if inferred := summary["unknown"] - summary["unknown_failed"]:
         yield (
-            f"NOT KNOWN at {_count(inferred, 'point')} ({unknown_words(summary)}); no window "
+            f"NOT KNOWN at {_count(inferred, 'point')} ({unknown_words(dict(summary))}); no window "
             "goes there."
         )
     if distrusted := summary["distrusted_points"]:
@@ -309,9 +309,12 @@ def _of_recommended(summary: Mapping[str, Any], fmt: Formatter) -> Iterator[str]
 def explained(summary: Mapping[str, Any], units: str) -> Iterator[str]:
     """The borders of the recommended point that may surprise, each with its reason; a
     reason once."""
-    fmt, plane, told = Formatter(units), chosen_map(summary), set()
-    best = plane and plane["recommended"]
-    for axis in in_order(summary["axes"]) if best else ():
+    fmt, plane = Formatter(units), chosen_map(summary)
+    told: set[str] = set()
+    if not plane or not plane["recommended"]:
+        return
+    best = plane["recommended"]
+    for axis in in_order(summary["axes"]):
         for side in best["margins"][axis].values():
             text = why(axis, side, best, fmt)
             if text is not None and side["reason"]["code"] not in told:

@@ -22,6 +22,7 @@ from typing import Any, Literal, cast
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -139,6 +140,9 @@ MOTIONS: tuple[ResponseStyle, ...] = (
     ResponseStyle("unsettled", "#DDCC77", "s"),
 )
 assert RESPONSES[BIT_BOUNCE | STICK_SLIP | WHIRL].name.count("+") == 2
+
+
+GOODNESS = LinearSegmentedColormap.from_list("goodness", BAD_TO_GOOD)
 
 
 def ink_on(colour: str) -> str:

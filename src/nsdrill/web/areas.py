@@ -14,7 +14,7 @@ import numpy as np
 
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.analysis.probability import EVERY, SAFE, Probabilities, probabilities_of
-from nsdrill.analysis.window import CRITICAL, HISTORY_DEPENDENT, UNKNOWN, classes
+from nsdrill.analysis.window import CRITICAL, HISTORY_DEPENDENT, classes
 from nsdrill.analysis.window import SAFE as SAFE_STATE
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
@@ -30,7 +30,8 @@ from nsdrill.observe.trust import (
 )
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import edges
-from nsdrill.plot.style import GREY, ORANGE, SKY, VERMILLION, WINE
+from nsdrill.plot.style import BAD_TO_GOOD, GREY, SAFE_COLOUR
+from nsdrill.plot.style import RESPONSES as RESPONSE_STYLES
 from nsdrill.variables import RESPONSES
 from nsdrill.web.diagrams import Reply, axis_data
 from nsdrill.web.shown import quantity_data, response_styles
@@ -38,19 +39,32 @@ from nsdrill.web.shown import quantity_data, response_styles
 TitledReply = tuple[str, Reply]
 MAX_MAPS = 4  # over a third axis
 
-# The colours are those of the pictures (nsdrill.plot.kinds.window).
-WINDOW_CLASSES = {
-    UNKNOWN: ("not known", "#FFFFFF"),
-    CRITICAL: ("critical", "#6E6E6E"),
-    HISTORY_DEPENDENT: ("depends on the history", "#E69F00"),
-    SAFE_STATE: ("safe", "#D3ECFA"),
+# The areas of a window as in its picture: critical ones in the colour of their response,
+# those that depend on the history striped with it over the colour of safe.
+SAFE_CODE, UNKNOWN_CODE = 2 * len(RESPONSE_STYLES), 2 * len(RESPONSE_STYLES) + 1
+WINDOW_CLASSES: dict[int, tuple[str, ...]] = {
+    **{
+        code: (style.name, style.colour) if code else ("critical by severity", BAD_TO_GOOD[0])
+        for code, style in enumerate(RESPONSE_STYLES)
+    },
+    **{
+        len(RESPONSE_STYLES) + code: (
+            f"{style.name}, by the history" if code else "by the history",
+            SAFE_COLOUR,
+            style.colour if code else BAD_TO_GOOD[0],
+        )
+        for code, style in enumerate(RESPONSE_STYLES)
+    },
+    SAFE_CODE: ("safe", SAFE_COLOUR),
+    UNKNOWN_CODE: ("not known", GREY),
 }
+# None of the colours is that of a response: a check that agrees is not a safe point.
 VERDICT_CLASSES = {
     UNCHECKED: ("not checked", GREY),
-    AGREES: ("checks agree", SKY),
-    FEATURES_DIFFER: ("response holds, numbers differ", ORANGE),
-    RESPONSE_DIFFERS: ("response differs", VERMILLION),
-    CHECK_FAILED: ("a check failed", WINE),
+    AGREES: ("checks agree", "#DDE6F0"),
+    FEATURES_DIFFER: ("response holds, numbers differ", "#8899BB"),
+    RESPONSE_DIFFERS: ("response differs", "#223366"),
+    CHECK_FAILED: ("a check failed", "#000000"),
 }
 
 
@@ -65,14 +79,24 @@ def window_areas(results: Results, units: str) -> Iterator[TitledReply]:
     if window.y is None or len(results.swept) > 3:
         return
     x, y = (axis_data(results, axis, units) for axis in (window.x, window.y))
-    names = {state - UNKNOWN: words for state, words in WINDOW_CLASSES.items()}
     for number in evenly_spaced(len(window.state)):
         where = ""
         if window.third:
             third = quantity(window.third, units)
             value = third.value(float(window.values(window.third)[number]))
             where = f", {third.words.lower()} {value}"
-        yield f"Safe window{where}", _area(x, y, window.state[number] - UNKNOWN, "Window", names)
+        codes = window_codes(window.state[number], window.bits[number])
+        yield f"Safe window{where}", _area(x, y, codes, "Window", WINDOW_CLASSES)
+
+
+def window_codes(state: Array, bits: Array) -> Array:
+    """The class of each point of a window among :data:`WINDOW_CLASSES`."""
+    code = np.select(
+        [state == CRITICAL, state == HISTORY_DEPENDENT, state == SAFE_STATE],
+        [bits, len(RESPONSE_STYLES) + bits, SAFE_CODE],
+        UNKNOWN_CODE,
+    )
+    return np.asarray(code)
 
 
 def verdict_areas(results: Results, units: str, x: str, y: str) -> Iterator[TitledReply]:
@@ -101,6 +125,7 @@ def probability_areas(results: Results, units: str, x: str, y: str) -> Iterator[
         head, columns = _area(x_axis, y_axis, share, f"Probability: {words}", None)
         head["colour"] |= {"unit": "%"}
         head["limits"] = [0.0, 100.0]
+        head["scale"] = BAD_TO_GOOD if name == SAFE else BAD_TO_GOOD[::-1]
         yield f"Probability: {words}", (head, columns)
 
 
@@ -187,10 +212,10 @@ def _area(
     y: Mapping[str, Any],
     values: Array,
     words: str,
-    styles: Mapping[int, tuple[str, str]] | None,
+    styles: Mapping[int, tuple[str, ...]] | None,
 ) -> Reply:
-    """``values`` [y, x] as a map: of classes, whose names and colours ``styles`` gives,
-    or of numbers."""
+    """``values`` [y, x] as a map: of classes, whose names, colours and stripes
+    ``styles`` gives, or of numbers."""
     failed = values < 0 if styles else np.zeros(values.shape, bool)
     head = {
         "x": dict(x),
@@ -200,7 +225,10 @@ def _area(
         "place": None,
         "x_edges": edges(np.asarray(x["values"])),
         "y_edges": edges(np.asarray(y["values"])),
-        "classes": [{"name": name, "colour": colour} for name, colour in _in_order(styles)]
+        "classes": [
+            dict(zip(("name", "colour", "stripes"), style, strict=False))
+            for style in _in_order(styles)
+        ]
         if styles
         else None,
         "limits": None,
@@ -212,5 +240,5 @@ def _area(
     }
 
 
-def _in_order(styles: Mapping[int, tuple[str, str]]) -> Sequence[tuple[str, str]]:
+def _in_order(styles: Mapping[int, tuple[str, ...]]) -> Sequence[tuple[str, ...]]:
     return [styles[code] for code in range(len(styles))]

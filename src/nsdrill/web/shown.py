@@ -86,18 +86,13 @@ def classes(name: str) -> list[dict[str, str]]:
     if name == "motion":
         return [{"name": motion.name, "colour": motion.colour} for motion in style.MOTIONS]
     words = (BY_NAME[name].flag_meanings or "").split()
-    colours = (
-        style.GREY,
-        style.SKY,
-        style.GREEN,
-        style.ORANGE,
-        style.VERMILLION,
-        style.WINE,
-        style.BLUE,
-        style.BLACK,
-    )
+    if name.endswith("_severity"):  # from none to the worst
+        colours: tuple[str, ...] = style.BAD_TO_GOOD[::-1]
+    else:
+        colours = (*(colour for _, colour in style.WHIRLS), style.WINE, style.BLACK)
     return [
-        {"name": word.replace("_", " "), "colour": colours[i % 8]} for i, word in enumerate(words)
+        {"name": word.replace("_", " "), "colour": colours[i % len(colours)]}
+        for i, word in enumerate(words)
     ]
 
 

@@ -1,8 +1,9 @@
 """The probability of a safe run and of each response: as maps over two axes, with bands
 along one axis, else as points.
 
-All panels have one colour scale from 0 to 100 %, whose lightness is the same for
-colour-blind readers (cividis). A line surrounds the safe window at the confidence.
+All panels have one colour scale, from bad to good: 100 % of a safe run is as good as 0 %
+of a response. Its lightness rises all the way, so that it is read in grey and by
+colour-blind readers. A line surrounds the safe window at the confidence.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from nsdrill.plot.registry import SAMPLES, Kind, has_samples, longest, needs_sam
 from nsdrill.plot.slices import edges, name_words, positions, spaced
 from nsdrill.plot.style import (
     BLACK,
+    GOODNESS,
     REFERENCE,
     RESPONSES,
     cell_style,
@@ -40,7 +42,6 @@ from nsdrill.plot.style import (
 from nsdrill.variables import RESPONSES as RESPONSE_NAMES
 from nsdrill.variables import SAMPLE
 
-COLOUR_MAP = "cividis"
 PERCENT_NORM = Normalize(0.0, 100.0)
 BAND_STYLE: dict[str, Any] = {"alpha": 0.16, "linewidth": 0}
 EDGE_DASHES: tuple[Any, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
@@ -101,15 +102,16 @@ def _draw_maps(
         first = panels[0] if panels else None
         axes = figure.add_subplot(grid[divmod(place, panel_columns)], sharex=first, sharey=first)
         share = 100.0 * plane(probabilities.of(outcome)[0])
-        mesh = axes.pcolormesh(
+        cells = axes.pcolormesh(
             x_edges,
             y_edges,
             share,
-            cmap=COLOUR_MAP,
+            cmap=GOODNESS if outcome == SAFE else GOODNESS.reversed(),
             norm=PERCENT_NORM,
             gid=f"probability:{outcome}",
             **cell_style(share.size),
         )
+        mesh = cells if outcome == SAFE else mesh
         _draw_outline(axes, x_edges, y_edges, plane(inside))
         axes.set_title(_style(outcome)[0], pad=3)
         is_lowest, is_leftmost = (
@@ -125,7 +127,9 @@ def _draw_maps(
     panels[0].set_xlim(x_edges[0], x_edges[-1])
     downwards = y_axis == "depth" or bool(words_along(y_axis))
     panels[0].set_ylim((y_edges[-1], y_edges[0]) if downwards else (y_edges[0], y_edges[-1]))
-    figure.colorbar(mesh, ax=panels, label="Probability [%]", aspect=30, pad=0.01)
+    bar = figure.colorbar(mesh, ax=panels, aspect=30, pad=0.01, ticks=range(0, 101, 20))
+    bar.set_label("Probability of a safe run / of a response [%]")
+    bar.set_ticklabels([f"{tick} / {100 - tick}" for tick in range(0, 101, 20)])
     safe_share = 100.0 * np.count_nonzero(inside) / inside.size
     label = f"safe with {100 * confidence:g} % or more ({safe_share:.1f} % of the points)"
     handle = Line2D(

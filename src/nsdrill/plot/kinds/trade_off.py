@@ -1,4 +1,4 @@
-"""The price of safety: the rate of penetration of every operating point against the
+"""The cost of safety: the rate of penetration of every operating point against the
 probability of a safe run there.
 
 The points that no other point beats in both, the Pareto front, are joined by a line and

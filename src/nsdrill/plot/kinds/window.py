@@ -17,6 +17,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
@@ -158,7 +159,7 @@ def _put_warnings(figure: Figure, texts: list[str]) -> None:
         textwrap.fill(text, max(characters, SHORTEST_LINE), subsequent_indent="   ")
         for text in texts
     ]
-    legend.set_title("\n".join(lines), prop={"size": size, "weight": "bold"})
+    legend.set_title("\n".join(lines), prop=FontProperties(size=size, weight="bold"))
     legend.get_title().set_color(WARNING)
     legend.get_title().set_gid("warnings")
     legend.get_title().set_parse_math(False)
