@@ -571,7 +571,7 @@ def plot(
         drawn = read_for_window(source, severity)  # type: ignore[arg-type]
     else:
         drawn = data_in(data, needed(outline, kind, chosen, start))
-        if kind == "window" and isinstance(drawn, Results):
+        if kind == "window" and not isinstance(drawn, Trace):
             from nsdrill.app.window import with_passed_over
 
             drawn = with_passed_over(drawn)

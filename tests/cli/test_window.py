@@ -167,3 +167,30 @@ def test_an_unfinished_run(call: Call, shared: Path) -> None:
     answer = call("window", "out.h5")
     assert answer.code == 2
     assert "--resume" in answer.err
+
+
+def test_two_studies_are_compared(call: Call, shared: Path, tmp_path: Path) -> None:
+    """A file with itself: nothing is gained; with one of other axes: refused."""
+    map_file = shared / "map.h5"
+    out = call("window", map_file, map_file, "--units", "field").out
+    assert "The studies are the same." in out
+    assert "0 gained, 0 lost" in out
+    found = json.loads(call("window", map_file, map_file, "--json").out)
+    assert (found["gained"], found["lost"], found["both"]) == (0, 0, found["windows"][0]["safe"])
+    assert all(row["lower"]["moved"] == row["upper"]["moved"] == 0.0 for row in found["borders"])
+    picture = tmp_path / "two.svg"
+    assert call("window", map_file, map_file, "--picture", picture).code == 0
+    text = picture.read_text()
+    assert "safe in a" in text
+    assert "map.h5" in text
+    answer = call("window", map_file, shared / "small.h5")
+    assert answer.code == 2
+    assert "the same axes" in answer.err
+
+
+def test_the_picture_has_two_options(call: Call, shared: Path, tmp_path: Path) -> None:
+    """``--picture``, and ``-o`` for scripts that are older."""
+    for option in ("--picture", "-o"):
+        picture = tmp_path / f"{option.strip('-')}.png"
+        assert call("window", shared / "map.h5", option, picture).code == 0
+        assert picture.exists()

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from nsdrill import plot
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results, json_text
-from nsdrill.plot.kinds.window import CRITICAL_COLOURS, SAFE_CODE, UNKNOWN_CODE
+from nsdrill.plot.named_areas import CRITICAL_COLOURS, SAFE_CODE, UNKNOWN_CODE
 from nsdrill.plot.style import GREY, RESPONSES, SAFE_COLOUR
 from nsdrill.variables import STICK_SLIP, WHIRL
 

@@ -278,10 +278,7 @@ def find_window(
     keys are described on the page on the window. For results with samples the window
     has a ``confidence``, by default 0.9; InputError for a ``confidence`` without
     samples."""
-    if SAMPLE in results.coords:
-        confidence = USUAL_CONFIDENCE if confidence is None else confidence
-    elif confidence is not None:
-        check_samples(results, "--confidence")
+    confidence = usual_confidence(results, confidence)
     maps = classes(results, severity, confidence)
     axes = [axis for axis in (maps.x, maps.y) if axis]
     names = response_text(BIT_BOUNCE | STICK_SLIP | WHIRL).split("+")
@@ -336,6 +333,16 @@ def find_window(
         summary["throughout"] = _map(maps, throughout, None)
     worded: dict[str, Any] = in_words(summary)
     return worded
+
+
+def usual_confidence(results: Results, confidence: float | None) -> float | None:
+    """The confidence of a window: for results with samples by default 0.9; InputError
+    for one without samples."""
+    if SAMPLE in results.coords:
+        return USUAL_CONFIDENCE if confidence is None else confidence
+    if confidence is not None:
+        check_samples(results, "--confidence")
+    return None
 
 
 def unknown_words(summary: dict[str, Any]) -> str:

@@ -270,6 +270,12 @@ def output(text: str, required: bool = True, stream: bool = False) -> Decorator:
     )
 
 
+def picture(text: str) -> Decorator:
+    """A picture beside the answer: --picture, or -o as in earlier versions."""
+    names = ("--picture", "-o", "--output", "output")
+    return click.option(*names, type=FileName(), metavar="FILE", help=text)
+
+
 def check_not_input(source: str, output: str) -> None:
     """InputError where the output is the input file, also with ``--overwrite``."""
     if "-" in (source, output):

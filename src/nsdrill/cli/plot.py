@@ -239,7 +239,7 @@ def command(
                 )
     else:
         data = read(file, needed(data, kind, point, start))
-        if kind == "window" and isinstance(data, Results):
+        if kind == "window" and not isinstance(data, Trace):
             from nsdrill.app.window import with_passed_over
 
             data = with_passed_over(data)

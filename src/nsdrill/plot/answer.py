@@ -40,6 +40,10 @@ class Formatter:
         """The sign of the unit of an axis."""
         return sign(quantity(axis).unit(self.system))
 
+    def name(self, axis: str) -> str:
+        """The name of an axis in a sentence."""
+        return quantity(axis).words
+
     def number(self, axis: str, value: float) -> str:
         unit = quantity(axis).unit(self.system)
         shown = from_si(value, unit) if unit else value
@@ -116,6 +120,8 @@ def answer(summary: Mapping[str, Any], units: str) -> str:
         side: _side_verb(sides[side], "below" if side == "less" else "above")
         for side in ("less", "more")
     }
+    if all(side["why"] == "edge" for side in sides.values()):
+        return f"{text}; the map ends on both sides."
     return f"{text}; {words['less']}, {words['more']}."
 
 

@@ -112,7 +112,7 @@ def _draw_maps(
             **cell_style(share.size),
         )
         mesh = cells if outcome == SAFE else mesh
-        _draw_outline(axes, x_edges, y_edges, plane(inside))
+        draw_outline(axes, x_edges, y_edges, plane(inside))
         axes.set_title(_style(outcome)[0], pad=3)
         is_lowest, is_leftmost = (
             place + panel_columns >= len(probabilities.outcomes),
@@ -133,18 +133,18 @@ def _draw_maps(
     safe_share = 100.0 * np.count_nonzero(inside) / inside.size
     label = f"safe with {100 * confidence:g} % or more ({safe_share:.1f} % of the points)"
     handle = Line2D(
-        [], [], color="white", linewidth=1.2, path_effects=_outline_effects(), label=label
+        [], [], color="white", linewidth=1.2, path_effects=outline_effects(), label=label
     )
     legend_below(figure, [handle], 1)
     put_title(figure, _title(results, probabilities, units))
     return figure
 
 
-def _outline_effects() -> list[Any]:
+def outline_effects() -> list[Any]:
     return [Stroke(linewidth=2.6, foreground=BLACK), Normal()]
 
 
-def _draw_outline(axes: Axes, x_edges: Array, y_edges: Array, inside: Array) -> None:
+def draw_outline(axes: Axes, x_edges: Array, y_edges: Array, inside: Array) -> None:
     """Draw the border of the cells that are ``inside`` [y, x], white within black, which
     is visible on every colour."""
     padded = np.pad(inside, 1)
@@ -159,7 +159,7 @@ def _draw_outline(axes: Axes, x_edges: Array, y_edges: Array, inside: Array) -> 
     outline = LineCollection(
         [*vertical, *horizontal], colors="white", linewidths=1.2, capstyle="round", gid="confidence"
     )
-    outline.set_path_effects(_outline_effects())
+    outline.set_path_effects(outline_effects())
     outline.set_clip_on(False)
     axes.add_collection(outline)
 

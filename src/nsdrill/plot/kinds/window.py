@@ -15,12 +15,10 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
 
 from nsdrill.analysis.window import (
     CRITICAL,
@@ -41,10 +39,20 @@ from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
 from nsdrill.plot.look import look
 from nsdrill.plot.maps import COLUMNS_OF_PANELS, PANEL_WIDTH, lies_across
+from nsdrill.plot.named_areas import (
+    COLOURS,
+    CRITICAL_COLOURS,
+    HATCH_WIDTH,
+    NORM,
+    RIM_HATCH,
+    SAFE_CODE,
+    UNKNOWN_CODE,
+    UNKNOWN_HATCH,
+    name_areas,
+)
 from nsdrill.plot.registry import MAX_PANELS, PLANE, Kind, longest
 from nsdrill.plot.slices import edges, spaced
 from nsdrill.plot.style import (
-    BAD_TO_GOOD,
     BLACK,
     FULL_WIDTH,
     GREY,
@@ -55,23 +63,11 @@ from nsdrill.plot.style import (
     Picture,
     cell_style,
     font_size,
-    ink_on,
     new_figure,
     page_width,
     panels_per_row,
     put_title,
 )
-
-# Codes of the cells: the response bits of critical points (0: critical by a severity
-# alone), and after them safe and unknown.
-SAFE_CODE, UNKNOWN_CODE = len(RESPONSES), len(RESPONSES) + 1
-CRITICAL_COLOURS = (BAD_TO_GOOD[0], *(style.colour for style in RESPONSES[1:]))
-COLOURS = ListedColormap([*CRITICAL_COLOURS, SAFE_COLOUR, GREY], name="window")
-NORM = BoundaryNorm(np.arange(-0.5, UNKNOWN_CODE + 1), UNKNOWN_CODE + 1)
-RIM_HATCH, UNKNOWN_HATCH = "////", "xxxxxx"
-HATCH_WIDTH = 1.8  # points
-CHARACTER, LINE = 0.075, 0.16  # inches of a letter of an area, and of its line
-SMALLEST_AREA = 0.004  # of the map, from which an area has a letter
 
 
 def draw(
@@ -84,62 +80,69 @@ def draw(
     classified = classes(results, severity, numbers["confidence"])
     map_numbers = _panels_to_draw(len(classified.state))
     figure, panels = _new_panels(classified, map_numbers, units, answer(numbers, units))
-    cells = _cell_edges(classified, units)
     has_lines = False
     for axes, map_number in zip(panels, map_numbers, strict=True):
-        state, bits = classified.state[map_number], classified.bits[map_number]
-        codes = _codes(state, bits)
-        axes.pcolormesh(
-            *cells, codes, cmap=COLOURS, norm=NORM, gid="cells", **cell_style(codes.size)
-        )
-        for code in np.unique(bits[state == HISTORY_DEPENDENT]).tolist():
-            chosen = (state == HISTORY_DEPENDENT) & (bits == code)
-            colour = CRITICAL_COLOURS[code]
-            hatch(axes, cells, chosen, RIM_HATCH, "none", colour, f"rim:{code}", HATCH_WIDTH)
-        hatch(axes, cells, state == UNKNOWN, UNKNOWN_HATCH, "none", BLACK, "unknown")
-        point, most_probable = (
-            numbers["maps"][map_number]["recommended"],
-            _most_probable_in(classified, numbers, map_number),
-        )
-        if classified.y and RATE_OF_PENETRATION in classified.yields:
-            scale = {axis: quantity(axis, units).scale for axis in (classified.x, classified.y)}
-            x, y = (classified.values(axis) / scale[axis] for axis in scale)
-            points = [
-                tuple(shown_point[axis] / scale[axis] for axis in scale)
-                for shown_point in (point, most_probable)
-                if shown_point
-            ]
-            has_lines |= isolines.draw_lines(
-                axes, x, y, classified.yields[RATE_OF_PENETRATION][map_number], units, points
-            )
-        _draw_recommended(axes, classified, point, units)
-        _name_areas(axes, classified, cells, map_number, point)
-        if most_probable is not None:
-            scales = [
-                quantity(axis, units).scale if axis else 1.0
-                for axis in (classified.x, classified.y)
-            ]
-            height = most_probable[classified.y] / scales[1] if classified.y else 0.5
-            for colour, size in (("white", 8.0), (BLACK, 6.0)):
-                name = "most_probable" if colour == BLACK else "halo"
-                axes.plot(
-                    [most_probable[classified.x] / scales[0]],
-                    [height],
-                    linestyle="none",
-                    marker="D",
-                    markersize=size,
-                    color=colour,
-                    zorder=5,
-                    clip_on=False,
-                    gid=name,
-                )
+        has_lines |= draw_map(axes, classified, numbers, map_number, units)
     handles = [
-        *_legend_entries(classified, numbers),
+        *legend_entries(classified, numbers),
         *([isolines.legend_entry(units)] if has_lines else []),
     ]
     legend_below(figure, handles, 3)
-    _put_warnings(figure, notes(numbers, units))
+    put_warnings(figure, notes(numbers, units))
     return figure
+
+
+def draw_map(
+    axes: Axes, classified: Classes, numbers: dict[str, Any], map_number: int, units: str
+) -> bool:
+    """Draw one map of a window into a panel: its areas with their names, the lines of
+    equal rate of penetration, the recommended point. Returns whether there are such
+    lines."""
+    cells, has_lines = cell_edges(classified, units), False
+    state, bits = classified.state[map_number], classified.bits[map_number]
+    codes = _codes(state, bits)
+    axes.pcolormesh(*cells, codes, cmap=COLOURS, norm=NORM, gid="cells", **cell_style(codes.size))
+    for code in np.unique(bits[state == HISTORY_DEPENDENT]).tolist():
+        chosen = (state == HISTORY_DEPENDENT) & (bits == code)
+        colour = CRITICAL_COLOURS[code]
+        hatch(axes, cells, chosen, RIM_HATCH, "none", colour, f"rim:{code}", HATCH_WIDTH)
+    hatch(axes, cells, state == UNKNOWN, UNKNOWN_HATCH, "none", BLACK, "unknown")
+    point, most_probable = (
+        numbers["maps"][map_number]["recommended"],
+        _most_probable_in(classified, numbers, map_number),
+    )
+    if classified.y and RATE_OF_PENETRATION in classified.yields:
+        scale = {axis: quantity(axis, units).scale for axis in (classified.x, classified.y)}
+        x, y = (classified.values(axis) / scale[axis] for axis in scale)
+        points = [
+            tuple(shown_point[axis] / scale[axis] for axis in scale)
+            for shown_point in (point, most_probable)
+            if shown_point
+        ]
+        has_lines = isolines.draw_lines(
+            axes, x, y, classified.yields[RATE_OF_PENETRATION][map_number], units, points
+        )
+    _draw_recommended(axes, classified, point, units)
+    name_areas(axes, classified, cells, map_number, point)
+    if most_probable is not None:
+        scales = [
+            quantity(axis, units).scale if axis else 1.0 for axis in (classified.x, classified.y)
+        ]
+        height = most_probable[classified.y] / scales[1] if classified.y else 0.5
+        for colour, size in (("white", 8.0), (BLACK, 6.0)):
+            name = "most_probable" if colour == BLACK else "halo"
+            axes.plot(
+                [most_probable[classified.x] / scales[0]],
+                [height],
+                linestyle="none",
+                marker="D",
+                markersize=size,
+                color=colour,
+                zorder=5,
+                clip_on=False,
+                gid=name,
+            )
+    return has_lines
 
 
 def _codes(state: Array, bits: Array) -> Array:
@@ -149,7 +152,7 @@ def _codes(state: Array, bits: Array) -> Array:
     return np.asarray(np.where(state == UNKNOWN, UNKNOWN_CODE, codes))
 
 
-def _put_warnings(figure: Figure, texts: list[str]) -> None:
+def put_warnings(figure: Figure, texts: list[str]) -> None:
     """The warnings above the legend, in its width; the figure grows by their height."""
     if not texts or not figure.legends:
         return
@@ -166,90 +169,6 @@ def _put_warnings(figure: Figure, texts: list[str]) -> None:
     if isinstance(figure, Picture) and look.get().height is None:
         rows = sum(line.count("\n") + 1 for line in lines) + len(legend.get_texts()) / 2
         figure.set_figheight(figure.get_figheight() + 1.3 * size / 72 * rows)
-
-
-def _name_areas(
-    axes: Axes,
-    classified: Classes,
-    cells: tuple[Array, Array],
-    number: int,
-    point: dict[str, Any] | None,
-) -> None:
-    """The letters, or where there is room the name, of the response of each area; with
-    a question mark where the history decides. Small areas have none but where they
-    bound the recommended point."""
-    from scipy import ndimage
-
-    state, bits = classified.state[number], classified.bits[number]
-    box = axes.get_window_extent()
-    width, height = box.width / axes.figure.dpi, box.height / axes.figure.dpi
-    (left, right), (low, high) = ((edge[0], edge[-1]) for edge in cells)
-    bounding = _beside(classified, point) if point else set()
-    for value in (CRITICAL, HISTORY_DEPENDENT):
-        for code in np.unique(bits[state == value]).tolist():
-            style, mark = RESPONSES[code], "?" if value == HISTORY_DEPENDENT else ""
-            labels, count = ndimage.label((state == value) & (bits == code))
-            for area in range(1, count + 1):
-                inside = labels == area
-                is_bound = any(inside[cell] for cell in bounding)
-                if not is_bound and inside.mean() < SMALLEST_AREA:
-                    continue
-                row, begin, end = _widest(inside)
-                column = (begin + end) // 2
-                room = (cells[0][end] - cells[0][begin]) / (right - left) * width
-                rows = np.flatnonzero(inside[:, column])
-                tall = abs(cells[1][rows[-1] + 1] - cells[1][rows[0]]) / abs(high - low) * height
-                name = (style.name if code else "severity") + mark
-                letters = (style.letters or "!") + mark
-                text = name if room > CHARACTER * (len(name) + 1) else letters
-                if not is_bound and (room < CHARACTER * len(text) or tall < LINE):
-                    continue
-                colour = ink_on(CRITICAL_COLOURS[code]) if value == CRITICAL else BLACK
-                halo = CRITICAL_COLOURS[code] if value == CRITICAL else "white"
-                axes.text(
-                    (cells[0][begin] + cells[0][end]) / 2,
-                    (cells[1][row] + cells[1][row + 1]) / 2
-                    if classified.y or not is_bound
-                    else 0.82,
-                    text,
-                    color=colour,
-                    fontsize=font_size(7),
-                    ha="center",
-                    va="center",
-                    zorder=4,
-                    clip_on=True,
-                    path_effects=[withStroke(linewidth=2.5, foreground=halo)],
-                    gid=f"area:{code}",
-                )
-
-
-def _widest(inside: Array) -> tuple[int, int, int]:
-    """The row of an area, and the ends of its longest run of cells in it: the longest of
-    all, of equal ones the middle one."""
-    runs = []
-    for row in np.flatnonzero(inside.any(axis=1)).tolist():
-        steps = np.flatnonzero(np.diff(np.pad(inside[row].astype(int), 1))).tolist()
-        runs += [(row, begin, end) for begin, end in zip(steps[::2], steps[1::2], strict=True)]
-    longest_run = max(end - begin for _, begin, end in runs)
-    chosen = [run for run in runs if run[2] - run[1] == longest_run]
-    return chosen[len(chosen) // 2]
-
-
-def _beside(classified: Classes, point: dict[str, Any]) -> set[tuple[int, int]]:
-    """The cells (row, column) that bound the recommended point."""
-    at = {
-        axis: int(np.argmin(np.abs(classified.values(axis) - point[axis])))
-        for axis in (classified.x, classified.y)
-        if axis
-    }
-    found = set()
-    for axis in at:
-        for side in point["margins"][axis].values():
-            if side["first_not_safe"] is not None:
-                beyond = int(np.argmin(np.abs(classified.values(axis) - side["first_not_safe"])))
-                place = {**at, axis: beyond}
-                found.add((place.get(str(classified.y), 0), place[classified.x]))
-    return found
 
 
 def _panels_to_draw(count: int) -> list[int]:
@@ -277,7 +196,7 @@ def _new_panels(
     grid = figure.add_gridspec(panel_rows, panel_columns)
     x = quantity(classified.x, units)
     panels: list[Axes] = []
-    x_edges, y_edges = _cell_edges(classified, units)
+    x_edges, y_edges = cell_edges(classified, units)
     for place, map_number in enumerate(map_numbers):
         first = panels[0] if panels else None
         axes = figure.add_subplot(grid[divmod(place, panel_columns)], sharex=first, sharey=first)
@@ -312,7 +231,7 @@ def _new_panels(
     return figure, panels
 
 
-def _cell_edges(classified: Classes, units: str) -> tuple[Array, Array]:
+def cell_edges(classified: Classes, units: str) -> tuple[Array, Array]:
     """The edges of the cells along x and y, in the shown units; a strip of height one
     where only one axis is swept."""
     y_edges = (
@@ -381,7 +300,7 @@ def _margins(point: dict[str, Any], axis: str, scale: float) -> list[list[float]
     return [[point["margins"][axis][side]["margin"] / scale] for side in ("less", "more")]
 
 
-def _legend_entries(classified: Classes, numbers: dict[str, Any]) -> list[Artist]:
+def legend_entries(classified: Classes, numbers: dict[str, Any]) -> list[Artist]:
     """The legend entries of the areas, with their meaning in this file and their shares
     of all points, and of the points drawn."""
     criterion = (

@@ -1,0 +1,255 @@
+"""Two studies compared as an engineer compares them: their windows, what bounds these,
+where the responses begin, and the rate of penetration."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from nsdrill.analysis import contrast as analysis
+from nsdrill.app.window import read_for_window
+from nsdrill.data import Results, resolved_study
+from nsdrill.plot.answer import (
+    WAYS,
+    Formatter,
+    answer,
+    chosen_map,
+    in_order,
+    percent,
+    response_words,
+    warnings,
+)
+from nsdrill.study.write import changes
+from nsdrill.variables import MODEL
+
+MAX_LINES = 24
+MAX_CHANGES = 6
+Source = Results | str | os.PathLike[str]
+
+
+def contrast(
+    a: Source, b: Source, severity: int | None = None, confidence: float | None = None
+) -> dict[str, Any]:
+    """The windows of two results, or results files, against each other as plain data in
+    SI units: that of :func:`nsdrill.analysis.contrast.contrast`, the ``study`` keys in
+    which they differ, and the ``models`` of the two. InputError where the axes of the
+    sweeps differ."""
+    data = [read_for_window(one, severity) for one in (a, b)]
+    found = analysis.contrast(data[0], data[1], severity, confidence)
+    studies = [resolved_study(one.attrs) for one in data]
+    found["study"] = [
+        {"key": key, "a": old, "b": new} for key, old, new in changes(*studies) if key != "title"
+    ]
+    found["models"] = [str(one.attrs.get("model") or MODEL) for one in data]
+    return found
+
+
+def sentence(found: Mapping[str, Any], units: str) -> str:
+    """What b wins and costs against a, in one sentence."""
+    fmt = Formatter(units)
+    text = (
+        f"With b {found['both'] + found['gained']} of {found['points']} common points are safe, "
+        f"with a {found['both'] + found['lost']}: {found['gained']} gained, {found['lost']} lost"
+    )
+    text += "; " + "; ".join(filter(None, (_moves(found, fmt), _cost(found, fmt))))
+    return text.rstrip("; ") + "."
+
+
+def _moves(found: Mapping[str, Any], fmt: Formatter) -> str:
+    """How far the borders of the window moved on average along the first axis."""
+    axis, parts = found["windows"][0]["axes"][0], []
+    for end in ("lower", "upper"):
+        moved = [row[end]["moved"] for row in found["borders"] if row[end]["moved"] is not None]
+        if not moved or not any(moved):
+            continue
+        mean = sum(moved) / len(moved)
+        way = "up" if mean > 0 else "down"
+        parts.append(f"its {end} border lies {fmt.value(axis, abs(mean))} further {way}")
+    return f"on average {' and '.join(parts)}" if parts else ""
+
+
+def _cost(found: Mapping[str, Any], fmt: Formatter) -> str:
+    rate = found["rate"] and found["rate"]["recommended"]
+    if not rate or None in rate.values():
+        return ""
+    change = _change("rate_of_penetration", rate, fmt)
+    return f"rate of penetration at the recommended point {change}"
+
+
+def _change(name: str, pair: Mapping[str, float | None], fmt: Formatter) -> str:
+    """``30.4 ft/h for 32.2 ft/h (-5.5 %)``: b for a."""
+    a, b = pair["a"], pair["b"]
+    if a is None or b is None:
+        texts = ["none" if value is None else fmt.value(name, value) for value in (b, a)]
+        return f"{texts[0]} for {texts[1]}"
+    relative = f" ({100 * (b - a) / a:+.1f} %)" if a > 0.0 else ""
+    return f"{fmt.value(name, b)} for {fmt.value(name, a)}{relative}"
+
+
+def difference(found: Mapping[str, Any]) -> str:
+    """The keys in which the studies differ, in one line."""
+    rows = found["study"]
+    if not rows:
+        return "The studies are the same."
+    told = [
+        f"{row['key']}: {row['a'] or 'nothing'} in a, {row['b'] or 'nothing'} in b" for row in rows
+    ]
+    more = f"; and {len(told) - MAX_CHANGES} more" if len(told) > MAX_CHANGES else ""
+    return f"What differs: {'; '.join(told[:MAX_CHANGES])}{more}."
+
+
+def notes(found: Mapping[str, Any], units: str) -> Iterator[str]:
+    """What one must know before relying on the comparison: of both windows, and of two
+    that are not alike."""
+    if found["models"][0] != found["models"][1]:
+        yield (
+            f"TWO MODELS: a is of {found['models'][0]}, b of {found['models'][1]}. A border may "
+            "move because the equations differ."
+        )
+    histories = [window["procedures"] for window in found["windows"]]
+    if histories[0] != histories[1]:
+        yield (
+            f"OTHER HISTORIES: a was run {' and '.join(histories[0])}, b "
+            f"{' and '.join(histories[1])}. A point may be gained or lost by that alone."
+        )
+    if found["unknown"]:
+        yield f"NOT KNOWN in one of them: {found['unknown']} of {found['points']} common points."
+    if not found["points"]:
+        yield "NO COMMON POINT: the axes of the two have no value in common."
+    for name, window in zip(("a", "b"), found["windows"], strict=True):
+        yield from (f"{name}: {text}" for text in warnings(window, units))
+
+
+def rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
+    """The two windows side by side: what, in a, in b."""
+    fmt = Formatter(units)
+    windows = found["windows"]
+    table: list[tuple[str, ...]] = [("answer", *(answer(window, units) for window in windows))]
+    table.append(
+        (
+            "safe points",
+            *(f"{w['safe']} of {w['points']} ({100 * w['share']['safe']:.1f} %)" for w in windows),
+        )
+    )
+    planes = [chosen_map(window) for window in windows]
+    bests = [plane["recommended"] if plane else None for plane in planes]
+    axes = in_order(windows[0]["axes"])
+    table.append(("recommended", *(fmt.setting(best, axes) if best else "none" for best in bests)))
+    for axis in axes:
+        ends = [
+            fmt.range(axis, [best["margins"][axis][side]["safe_to"] for side in ("less", "more")])
+            if best
+            else "none"
+            for best in bests
+        ]
+        table.append((f"safe there, {fmt.name(axis)}", ends[0], ends[1]))
+    if any(best and "probability" in best for best in bests):
+        table.append(("probability", *(percent(best) if best else "none" for best in bests)))
+    rate = found["rate"] or {}
+    words = {
+        "recommended": "rate of penetration there",
+        "fastest": "fastest safe point",
+        "both_safe": "where both are safe, mean",
+    }
+    for key, label in words.items():
+        if key in rate and any(value is not None for value in rate[key].values()):
+            shown = [
+                "none" if value is None else fmt.value("rate_of_penetration", value)
+                for value in rate[key].values()
+            ]
+            table.append((label, shown[0], shown[1]))
+    return table
+
+
+def border_rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
+    """The safe intervals of every line of the map: where, in a, in b, and how far the
+    ends moved, with the responses beyond them."""
+    fmt, table = Formatter(units), []
+    for row in found["borders"]:
+        axis = row["axis"]
+        where = fmt.setting(row["at"], row["at"]) or "in all"
+        spans = []
+        for side in ("a", "b"):
+            ends = [row["lower"][side], row["upper"][side]]
+            spans.append("not safe" if ends[0] is None else fmt.range(axis, ends))
+        moves = [_moved(axis, row[end], fmt) for end in ("lower", "upper")]
+        table.append((where, *spans, *moves))
+    return table
+
+
+def _moved(axis: str, end: Mapping[str, Any], fmt: Formatter) -> str:
+    if end["moved"] is None:
+        side = "a" if end["a"] is not None else "b"
+        beyond = response_words(end[f"responses_{side}"]) or "edge of the map"
+        return f"{'lost' if side == 'a' else 'gained'} (beyond: {beyond})"
+    if end["moved"]:
+        sign = "+" if end["moved"] > 0 else "-"
+        text = f"{sign}{fmt.value(axis, abs(end['moved']))}"
+    else:
+        text = "same"
+    beyond_a, beyond_b = (
+        response_words(end[f"responses_{side}"]) or "edge of the map" for side in ("a", "b")
+    )
+    return f"{text} ({beyond_a if beyond_a == beyond_b else f'{beyond_a}, now {beyond_b}'})"
+
+
+def onset_rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
+    """Where each response occurs in a and in b, on every line where that differs: the
+    place, the way, the response, in a, in b."""
+    fmt, table = Formatter(units), []
+    for row in found["onsets"]:
+        if row["a"] == row["b"]:
+            continue
+        spans = ["none" if row[s] is None else fmt.range(row["axis"], row[s]) for s in ("a", "b")]
+        where = fmt.setting(row["at"], row["at"]) or "in all"
+        way = WAYS.get(row["procedure"], row["procedure"])
+        table.append((where, way, row["response"].replace("_", "-"), *spans))
+    return table
+
+
+def lines(found: Mapping[str, Any], units: str, names: Sequence[str] = ()) -> Iterator[str]:
+    """The comparison as lines of text, at most :data:`MAX_LINES` of each table."""
+    import textwrap
+
+    for letter, name in zip(("a", "b"), names, strict=False):
+        yield f"{letter}: {name}"
+    yield from textwrap.wrap(difference(found), 100)
+    yield ""
+    yield from textwrap.wrap(sentence(found, units), 100)
+    for note in notes(found, units):
+        yield from textwrap.wrap(note, 100, initial_indent="  ", subsequent_indent="  ")
+    (_, answer_a, answer_b), *table = rows(found, units)
+    yield ""
+    yield from textwrap.wrap(f"a: {answer_a}", 100, subsequent_indent="   ")
+    yield from textwrap.wrap(f"b: {answer_b}", 100, subsequent_indent="   ")
+    yield ""
+    yield from aligned([("", "a", "b"), *table])
+    axis = Formatter(units).name(found["windows"][0]["axes"][0])
+    for heading, head, body in (
+        (
+            f"Safe intervals along the {axis}, and how far their ends moved from a to b:",
+            ("", "a", "b", "lower end", "upper end"),
+            border_rows(found, units),
+        ),
+        (
+            f"Where along the {axis} a response occurs, where that changed:",
+            ("", "", "", "a", "b"),
+            onset_rows(found, units),
+        ),
+    ):
+        if body:
+            yield ""
+            yield heading
+            yield from aligned([head, *body[:MAX_LINES]])
+            if len(body) > MAX_LINES:
+                yield f"  and {len(body) - MAX_LINES} more (all with --json)"
+
+
+def aligned(table: Sequence[tuple[str, ...]]) -> Iterator[str]:
+    """The rows of a table with its columns aligned."""
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    for row in table:
+        yield (
+            "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        ).rstrip()

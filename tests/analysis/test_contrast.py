@@ -1,0 +1,86 @@
+"""Two windows against each other, in maps in which gains, losses and moves can be counted
+by eye."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from nsdrill.analysis.contrast import contrast
+from nsdrill.errors import InputError
+
+from .grids import grid
+
+SPEEDS, WEIGHTS = np.arange(1.0, 7.0), np.array([10e3, 20e3])
+# Two weights, the lowest first: with b the bit sticks less, and whirls earlier at the upper.
+A = ["ss..ww", "sss..w"]
+B = ["s...ww", "s..www"]
+
+
+@pytest.fixture
+def found() -> dict:
+    return contrast(grid({"up": [A]}, SPEEDS, WEIGHTS), grid({"up": [B]}, SPEEDS, WEIGHTS))
+
+
+def test_points_are_gained_and_lost(found: dict) -> None:
+    """Gained: the second speed of the lower weight, the second and third of the upper;
+    lost: the fourth and fifth of the upper one."""
+    assert (found["points"], found["both"]) == (12, 2)
+    assert (found["gained"], found["lost"]) == (1 + 2, 2)
+
+
+def test_every_border_says_how_far_it_moved_and_what_lies_beyond(found: dict) -> None:
+    low, *upper = found["borders"]
+    assert low["at"] == {"wob": 10e3}
+    assert low["lower"] == {
+        "a": 3.0,
+        "b": 2.0,
+        "moved": -1.0,
+        "responses_a": ["stick_slip"],
+        "responses_b": ["stick_slip"],
+    }
+    assert (low["upper"]["moved"], low["upper"]["responses_b"]) == (0.0, ["whirl"])
+    # at the upper weight the intervals 4 to 5 and 2 to 3 do not meet: one lost, one gained
+    assert [(row["lower"]["a"], row["lower"]["b"]) for row in upper] == [(4.0, None), (None, 2.0)]
+    assert all(row["upper"]["moved"] is None for row in upper)
+
+
+def test_onsets_are_where_a_response_occurs(found: dict) -> None:
+    spans = {(row["at"]["wob"], row["response"]): (row["a"], row["b"]) for row in found["onsets"]}
+    assert spans == {
+        (10e3, "stick_slip"): ([1.0, 2.0], [1.0, 1.0]),
+        (10e3, "whirl"): ([5.0, 6.0], [5.0, 6.0]),
+        (20e3, "stick_slip"): ([1.0, 3.0], [1.0, 1.0]),
+        (20e3, "whirl"): ([6.0, 6.0], [4.0, 6.0]),
+    }
+
+
+def test_the_rate_is_compared_at_the_best_point_and_where_both_are_safe() -> None:
+    a, b = (grid({"up": [lines]}, SPEEDS, WEIGHTS) for lines in (A, B))
+    for data, factor in ((a, 1.0), (b, 2.0)):
+        rate = np.broadcast_to(factor * SPEEDS, data["status"].shape).copy()
+        data.variables["rate_of_penetration"] = rate
+    found = contrast(a, b)["rate"]
+    best = [contrast(a, b)["windows"][side]["maps"][0]["recommended"] for side in (0, 1)]
+    assert found["recommended"] == {"a": best[0]["rotary_speed"], "b": 2 * best[1]["rotary_speed"]}
+    assert found["fastest"] == {"a": 5.0, "b": 2 * 4.0}
+    assert found["both_safe"] == {"a": 3.5, "b": 7.0}  # the third and fourth of the lower weight
+
+
+def test_axes_that_differ_in_their_values_meet_where_they_can() -> None:
+    coarse = grid({"up": [[line[::2] for line in B]]}, SPEEDS[::2], WEIGHTS)
+    found = contrast(grid({"up": [A]}, SPEEDS, WEIGHTS), coarse)
+    assert found["points"] == 6
+    none = contrast(grid({"up": [A]}, SPEEDS, WEIGHTS), grid({"up": [B]}, SPEEDS + 0.5, WEIGHTS))
+    assert (none["points"], none["gained"], none["lost"]) == (0, 0, 0)
+
+
+def test_other_axes_are_refused() -> None:
+    with pytest.raises(InputError, match="the same axes"):
+        contrast(grid({"up": [A]}, SPEEDS, WEIGHTS), grid({"up": [A[0]]}, SPEEDS))
+
+
+def test_it_is_plain_data(found: dict) -> None:
+    json.dumps(found, allow_nan=False)
