@@ -245,6 +245,12 @@ def warnings(summary: Mapping[str, Any], units: str) -> Iterator[str]:
             f"({summary['procedures'][0]}). Run the study with procedure: up-down to learn "
             "whether the window holds whatever came before."
         )
+    if len(summary["axes"]) == 1 and not summary["third"]:
+        held = fmt.setting(summary["fixed"], summary["fixed"])
+        yield (
+            f"ONE AXIS ONLY: the {quantity(summary['axes'][0]).words} was swept"
+            f"{f', at {held}' if held else ''}. Of other settings nothing is known."
+        )
     if summary["pending_runs"]:
         yield (
             f"NOT ALL HAS RUN: {summary['pending_runs']} of {summary['runs']} runs are missing, "

@@ -3,6 +3,7 @@ not written at all."""
 
 from __future__ import annotations
 
+import io
 import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -59,3 +60,13 @@ def save(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = True
         without_glyph_warnings(),
     ):
         figure.savefig(file, format=suffix[1:], metadata=FORMATS[suffix])
+
+
+def svg(figure: Figure) -> str:
+    """The figure as the text of an SVG file, whose words are text."""
+    from nsdrill.plot.style import house_style, without_glyph_warnings
+
+    text = io.StringIO()
+    with house_style(getattr(figure, "settings", None)), without_glyph_warnings():
+        figure.savefig(text, format="svg", metadata=FORMATS[".svg"])
+    return text.getvalue()

@@ -1,5 +1,5 @@
 """The report: results as one self-contained page of HTML, to send, to read and to
-print.
+print. The answer stands first, then what it rests on; at the end how it was made.
 
 Text and tables are plain HTML. The scripts of the explorer draw diagrams and motions in
 the browser, from the same bodies (:mod:`nsdrill.web.packet`), which the page holds in
@@ -21,14 +21,14 @@ from typing import Any
 import numpy as np
 
 from nsdrill.analysis.outcome import outcome
-from nsdrill.app.overrides import study_of
 from nsdrill.data import Array, Results, json_text
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import Line, edges
-from nsdrill.variables import AXES, INFERRED, OK, SAMPLE
+from nsdrill.variables import INFERRED, OK, SAMPLE
+from nsdrill.web.answers import Answer, answer_of, comparison, file_answer
 from nsdrill.web.areas import (
     MAX_MAPS,
     TitledReply,
@@ -37,10 +37,10 @@ from nsdrill.web.areas import (
     probability_areas,
     probability_lines,
     verdict_areas,
-    window_areas,
 )
 from nsdrill.web.branches import END_POINT, REGULAR, Branches
 from nsdrill.web.diagrams import Reply, axis_data, longest, member_dimension, plane
+from nsdrill.web.origin import origin_rows, study_details
 from nsdrill.web.packet import packed
 from nsdrill.web.server import static
 from nsdrill.web.session import Session
@@ -88,27 +88,93 @@ class _Page:
 def report(parts: Sequence[Part], command: str, motions: int) -> str:
     """The page as HTML. ``command`` is the command line that writes it again; of each
     file up to ``motions`` points are drawn moving."""
-    page = _Page()
-    titles = [part.session.title for part in parts]
+    page, units = _Page(), parts[0].session.units
+    names = _names([part.session.path for part in parts])
+    titles = [_title(part.session) for part in parts]
+    answers = [
+        None if part.session.results is None else answer_of(part.session.results) for part in parts
+    ]
+    is_one = len(set(titles)) == 1
     page.add(
-        f"<header><div><h1>{_text(titles[0] if len(titles) == 1 else 'Results of nsdrill')}</h1>"
+        f"<header><div><h1>{_text(titles[0] if is_one else ' and '.join(titles))}</h1>",
+        f"<p>{_text(', '.join(names))}</p></div></header><main>",
     )
-    if len(titles) > 1:
-        rows = [f'<li><a href="#file{i}">{_text(title)}</a></li>' for i, title in enumerate(titles)]
-        page.add(f"<ol>{''.join(rows)}</ol>")
-    page.add("</div></header><main>")
+    tables = _add_comparison(page, parts, names, units)
+    letters = "ab" if len(parts) == 2 else [str(i) for i in range(1, len(parts) + 1)]
+    for number, (part, found) in enumerate(zip(parts, answers, strict=True)):
+        page.add(f'<section class="first" id="answer{number}">')
+        if len(parts) > 1:
+            page.add(f"<h2>{letters[number]}: {_text(names[number])}</h2>")
+            page.add("" if is_one else f"<p>{_text(titles[number])}</p>")
+        _add_answer(page, part.session, found, units)
+        page.add("</section>")
+    page.add(tables)
+    if len(parts) > 1:
+        rows = [
+            f'<li><a href="#file{i}">{_text(name)}: {_text(title)}</a></li>'
+            for i, (name, title) in enumerate(zip(names, titles, strict=True))
+        ]
+        page.add(f"<h2>What it rests on</h2><ol>{''.join(rows)}</ol>")
     stems = _stems([part.session.path for part in parts])
+    made: list[tuple[str, list[str]]] = []
     for number, part in enumerate(parts):
         page.add(f'<section id="file{number}">')
         if len(parts) > 1:
-            page.add(f"<h2>{_text(titles[number])}</h2>")
-        _add_file(page, part, motions, stems[number])
+            page.add(f"<h2>{_text(names[number])}: {_text(titles[number])}</h2>")
+        made.append((names[number], _add_file(page, part, motions, stems[number])))
         page.add("</section>")
-    page.add(
-        "<section><h2>How to reproduce this page</h2>",
-        f"<p><code>{_text(command)}</code></p></section></main>",
-    )
+    page.add('<section id="made"><h2>How this was made</h2>')
+    for part, (name, commands) in zip(parts, made, strict=True):
+        page.add(f"<h3>{_text(name)}</h3>" if len(parts) > 1 else "")
+        page.add(
+            _table(origin_rows(part.session)),
+            f"<p>To make it again:</p><pre>{_text(chr(10).join(commands))}</pre>",
+            study_details(part.session),
+        )
+    page.add(f"<p>This page: <code>{_text(command)}</code></p></section></main>")
     return _document(titles[0], page)
+
+
+def _add_answer(page: _Page, session: Session, found: Answer | None, units: str) -> None:
+    if session.results is not None and found is not None:
+        page.add(file_answer(session.results, found, units))
+    elif (branches := session.branches) is not None:
+        x = quantity(branches.along, units)
+        ends = " to ".join(x.value(float(end(branches.numbers))) for end in (np.min, np.max))
+        special = np.count_nonzero((branches.label != REGULAR) & (branches.label != END_POINT))
+        page.add(
+            f'<p class="answer">{len(branches.sizes)} branches of motions along the '
+            f"{_text(plain(x.words).lower())}, {_text(ends)}, with {special} special points. "
+            "Branches say which motions there are and where they lose their stability, not "
+            "which of them a string has: for a window run a sweep.</p>"
+        )
+
+
+def _add_comparison(page: _Page, parts: Sequence[Part], names: Sequence[str], units: str) -> str:
+    """The first lines of the comparison of two results; returns its tables."""
+    results = [part.session.results for part in parts]
+    if len(results) != 2 or results[0] is None or results[1] is None:
+        return ""
+    first, tables = comparison([results[0], results[1]], names, units)
+    if not first:
+        page.add(tables)
+        return ""
+    page.add(f'<section class="first">{first}</section>')
+    return f'<section id="compared"><h2>The two compared</h2>{tables}</section>'
+
+
+def _title(session: Session) -> str:
+    """The title of the study in the words of the user; of one without a title the name
+    of the file."""
+    return " ".join(session.study.title.split()) or Path(session.path).name
+
+
+def _names(paths: Sequence[str]) -> list[str]:
+    """The names of the files; where two are equal, with their folders."""
+    names = [Path(path).name for path in paths]
+    return [
+        name if names.count(name) == 1 else path for name, path in zip(names, paths, strict=True)
+    ]
 
 
 def _stems(paths: Sequence[str]) -> list[str]:
@@ -121,9 +187,9 @@ def _stems(paths: Sequence[str]) -> list[str]:
     ]
 
 
-def _add_file(page: _Page, part: Part, motions: int, stem: str) -> None:
-    """The section of one file; the names of the files that its command lines write
-    begin with ``stem``."""
+def _add_file(page: _Page, part: Part, motions: int, stem: str) -> list[str]:
+    """The section of one file: diagrams, motions, numbers. Returns the command lines
+    that make it again; the names of the files that they write begin with ``stem``."""
     session = part.session
     results = session.results
     if results is None:
@@ -131,14 +197,10 @@ def _add_file(page: _Page, part: Part, motions: int, stem: str) -> None:
             raise InputError(
                 f"{session.path}: found a study; allowed: results. Run it first: nsdrill run."
             )
-        _add_branches(page, session, session.branches, stem)
-        return
+        return _add_branches(page, session, session.branches, stem)
     places = representatives(results, motions)
-    _add_origin(page, session, results)
     page.add("<h3>Diagrams</h3>", '<p class="screen">Point at a diagram for its numbers.</p>')
     _add_diagrams(page, session, results)
-    for heading, lines in part.summaries:
-        page.add(f"<h3>{_text(heading)}</h3>", f"<pre>{_text(chr(10).join(lines))}</pre>")
     study, again = (shlex.quote(f"{stem}_{name}") for name in ("study.yaml", "again.h5"))
     commands = [
         f"nsdrill show {shlex.quote(session.path)} --study > {study}",
@@ -151,75 +213,9 @@ def _add_file(page: _Page, part: Part, motions: int, stem: str) -> None:
             commands.append(
                 _add_motion(page, session, place).replace(" -o trace.h5", f" -o {trace}")
             )
-    page.add("<h3>From the command line</h3>")
-    page.add(
-        f"<p>Study, results, and the motions above:</p><pre>{_text(chr(10).join(commands))}</pre>"
-    )
-    _add_study(page, session, results.attrs)
-
-
-def _add_study(page: _Page, session: Session, attrs: Mapping[str, Any]) -> None:
-    text = _text(study_of(session.path, attrs))
-    page.add(f"<details><summary>The study, every key</summary><pre>{text}</pre></details>")
-
-
-def _add_origin(page: _Page, session: Session, results: Results) -> None:
-    """The sweep, and what computed it."""
-    meta, attrs = session.meta(), results.attrs
-    rows = [("File", session.path), ("Model", meta["model"])]
-    for name in results.axes:
-        axis = quantity_data(name, session.units)
-        values = results.coords[name] / quantity(name, session.units).scale
-        if words_along(name):
-            rows.append(
-                (
-                    axis["words"],
-                    ", ".join(quantity(name).value(value) for value in results.coords[name]),
-                )
-            )
-            continue
-        span = f"{values[0]:.6g} to {values[-1]:.6g}" if len(values) > 1 else f"{values[0]:.6g}"
-        ends = f"{span} {axis['unit']}".strip() + (
-            f", {len(values)} values" if len(values) > 1 else ""
-        )
-        rows.append((axis["words"], ends))
-    procedures = [str(name) for name in results.coords["procedure"]]
-    rows.append(
-        (
-            "State",
-            "carried " + " and ".join(procedures)
-            if procedures != ["same"]
-            else "the same at every start",
-        )
-    )
-    if member := member_dimension(results):
-        rows.append(
-            (f"{member.capitalize()}s", f"{len(results.coords[member])} of every operating point")
-        )
-    simulation = session.study.simulation
-    rows.append(
-        ("Each run", f"{simulation.transient:g} s, then observed for {simulation.observe:g} s")
-    )
-    rows.append(("Changed by --set", "; ".join(meta["overrides"]) or "nothing"))
-    rows.append(
-        ("Made", f"{attrs.get('created', '')} by nsdrill {attrs.get('nsdrill_version', '')}")
-    )
-    versions = (
-        "python_version",
-        "numpy_version",
-        "llvmlite",
-        "h5py_version",
-        "processor",
-        "model_digest",
-    )
-    software = [
-        f"{name.removesuffix('_version').replace('_', ' ')} {attrs[name]}"
-        for name in versions
-        if name in attrs
-    ]
-    rows.append(("With", ", ".join(software)))
-    rows.append(("Study", f"SHA-256 {attrs.get('study_sha256', '')}"))
-    page.add("<h3>What was run</h3>", _table(rows))
+    for heading, lines in part.summaries:
+        page.add(f"<h3>{_text(heading)}</h3>", f"<pre>{_text(chr(10).join(lines))}</pre>")
+    return commands
 
 
 def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
@@ -266,8 +262,6 @@ def _add_diagrams(page: _Page, session: Session, results: Results) -> None:
                 if p.greatest in results.variables
             ]
             page.add_drawing("lines", replies, more, f"Peaks along {names[0]} {words}")
-    if SAMPLE not in results.coords:
-        _add_maps(page, window_areas(results, units))
     if len(names) == 2 and not member_dimension(results):
         _add_maps(page, verdict_areas(results, units, names[0], names[1]))
 
@@ -279,27 +273,11 @@ def _add_maps(page: _Page, areas: Iterable[TitledReply]) -> None:
         page.add_drawing("map", [reply], {"responses": response_styles(), "procedure": 0}, words)
 
 
-def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) -> None:
-    """The section of a file of branches: their curves and special points."""
-    x, meta = quantity(branches.along, session.units), session.meta()
-    rows = [("File", session.path), ("Model", meta["model"])]
-    ends = [float(branches.attrs.get(name, np.nan)) for name in ("continue_from", "continue_to")]
-    ends = (
-        ends
-        if np.all(np.isfinite(ends))
-        else [float(branches.numbers.min()), float(branches.numbers.max())]
-    )
-    rows.append((f"Along {plain(x.words).lower()}", " to ".join(map(x.value, ends))))
-    for name in AXES:
-        if name != branches.along and name in branches.features:
-            shown = quantity(name, session.units)
-            rows.append((plain(shown.words), shown.value(float(branches.features[name][0]))))
-    rows.append(("Points", f"{len(branches.label)} on {len(branches.sizes)} branches"))
-    rows.append(("Changed by --set", "; ".join(meta["overrides"]) or "nothing"))
-    version = str(branches.attrs.get("nsdrill_version", ""))
-    rows.append(("Made", f"{branches.attrs.get('created', '')} by nsdrill {version}"))
-    rows.append(("Study", f"SHA-256 {branches.attrs.get('study_sha256', '')}"))
-    page.add("<h3>What was run</h3>", _table(rows), "<h3>Branches</h3>")
+def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) -> list[str]:
+    """The section of a file of branches: their curves and special points. Returns the
+    command lines that make it again."""
+    x = quantity(branches.along, session.units)
+    page.add("<h3>Branches</h3>")
     panels = [p for p in drawn_in(branches.attrs).panels if p.greatest in branches.features]
     replies = [session.diagram({"y": p.peaks}) for p in panels]
     page.add_drawing(
@@ -325,23 +303,18 @@ def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) 
                 )
                 branch_rows.append(("", f"{words} (point {point})"))
         first += size
-    page.add(_table(branch_rows), "<h3>From the command line</h3>")
+    page.add(_table(branch_rows))
     file, study, again, orbit = map(
         shlex.quote,
         (session.path, *(f"{stem}_{name}" for name in ("study.yaml", "again.h5", "orbit.h5"))),
     )
-    commands = [
+    return [
         f"nsdrill show {file} --study > {study}",
+        "# where the branches were seeded from results, with --seeds FILE",
         f"nsdrill continue {study} -o {again}",
+        "# the motion of a point, whose number may be any of the table",
         f"nsdrill simulate {study} --orbit {file} --point 0 -o {orbit}",
     ]
-    words = (
-        "Study, branches, and the motion of a point, whose number may be any of the table. Where "
-        "branches were seeded "
-        "from a results file, continue needs it again: --seeds FILE."
-    )
-    page.add(f"<p>{words}</p><pre>{_text(chr(10).join(commands))}</pre>")
-    _add_study(page, session, branches.attrs)
 
 
 def _held_values(
@@ -550,7 +523,7 @@ def _document(title: str, page: _Page) -> str:
             '<meta name="generator" content="nsdrill">\n',
             f'<title>{_text(title)} – nsdrill</title>\n<link rel="icon" '
             f'href="data:,">\n<style>{style}</style>\n</head>\n',
-            f'<body class="report">\n{chr(10).join(page.pieces)}\n',
+            f'<body class="report paper">\n{chr(10).join(page.pieces)}\n',
             "<noscript>The diagrams need JavaScript; all text is here without.</noscript>\n",
             bodies,
             f"<!-- uPlot, which draws the axes:\n{licence.replace('--', '- -')}\n-->\n",

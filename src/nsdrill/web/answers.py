@@ -1,0 +1,222 @@
+"""The head of a report: the answer of each file, what bounds it, what to know before
+relying on it, and the comparison of two files."""
+
+from __future__ import annotations
+
+import base64
+import html
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from nsdrill.app.contrast import border_rows, contrast, difference, notes, onset_rows, sentence
+from nsdrill.app.contrast import rows as contrast_rows
+from nsdrill.app.sensitivity import sensitivity
+from nsdrill.app.window import window_of, with_passed_over
+from nsdrill.data import Results
+from nsdrill.errors import InputError, NsdrillError
+from nsdrill.plot import draw
+from nsdrill.plot.answer import (
+    Formatter,
+    answer,
+    chosen_map,
+    in_order,
+    limit,
+    percent,
+    warnings,
+    why,
+)
+from nsdrill.plot.saving import svg
+from nsdrill.variables import SAMPLE
+
+MAX_ROWS = 40  # of a table of the comparison
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The answer of one file: its ``window``, None with the reason in ``lacking`` where
+    there is none."""
+
+    window: dict[str, Any] | None
+    lacking: str = ""
+
+
+def answer_of(results: Results) -> Answer:
+    """The answer that results give."""
+    try:
+        return Answer(window_of(results))
+    except NsdrillError as error:  # a single point, four axes, a part of a design
+        return Answer(None, str(error).removeprefix("window: "))
+
+
+def file_answer(results: Results, found: Answer, units: str) -> str:
+    """The answer of one file as HTML: the sentence, the warnings, the borders, the
+    picture."""
+    if found.window is None:
+        return paragraph(f"No window: {found.lacking}", "answer")
+    window = found.window
+    pieces = [
+        paragraph(answer(window, units), "answer"),
+        warning_list(warnings(window, units)),
+        _borders(window, units),
+        _doubt(results, window, units),
+        picture(with_passed_over(results), "window", answer(window, units), units),
+    ]
+    if SAMPLE in results.coords and 0 < len(results.swept) < 3:
+        pieces.append(picture(results, "probability", "How probable each outcome is", units))
+    return "".join(pieces)
+
+
+def warning_list(texts: Iterable[str]) -> str:
+    """Warnings as a list that cannot be overlooked; "" where there are none."""
+    items = "".join(f"<li>{escaped(text)}</li>" for text in texts)
+    return f'<ul class="warnings">{items}</ul>' if items else ""
+
+
+def picture(results: Results, kind: str, words: str, units: str, **options: Any) -> str:
+    """A picture of the program as vectors; a sentence where it cannot be drawn."""
+    try:
+        return image(svg(draw(results, kind, units=units, **options)), words)
+    except NsdrillError as error:
+        return paragraph(str(error))
+
+
+def image(text: str, words: str) -> str:
+    """The text of an SVG file as an image, which keeps its styles and names to itself."""
+    data = base64.b64encode(text.encode()).decode()
+    return f'<img class="vectors" alt="{escaped(words)}" src="data:image/svg+xml;base64,{data}">'
+
+
+def _borders(window: Mapping[str, Any], units: str) -> str:
+    """The recommended point, how far each axis may change, and what lies beyond."""
+    fmt, plane = Formatter(units), chosen_map(window)
+    best = plane and plane["recommended"]
+    if not best:
+        return ""
+    rows, reasons = [], []
+    for axis in in_order(window["axes"]):
+        sides = best["margins"][axis]
+        rows.append(
+            (
+                fmt.name(axis).capitalize(),
+                fmt.value(axis, best[axis]),
+                fmt.range(axis, [sides[side]["safe_to"] for side in ("less", "more")]),
+                *(limit(axis, sides[side], fmt) for side in ("less", "more")),
+            )
+        )
+        for side in sides.values():
+            if text := why(axis, side, best, fmt):
+                reasons.append(f"At {fmt.value(axis, side['first_not_safe'])}: {text}")
+    pieces = [table(("", "recommended", "safe", "below that", "above that"), rows)]
+    if drilling := _drilling(best, fmt):
+        pieces.append(paragraph(drilling))
+    pieces += [paragraph(text) for text in dict.fromkeys(reasons)]
+    return "".join(pieces)
+
+
+def _drilling(best: Mapping[str, Any], fmt: Formatter) -> str:
+    words = {
+        "rate_of_penetration": "rate of penetration",
+        "mechanical_specific_energy": "specific energy",
+    }
+    parts = [
+        f"{word} {fmt.value(name, best[name])}" for name, word in words.items() if name in best
+    ]
+    return f"There: {', '.join(parts)}." if parts else ""
+
+
+def _doubt(results: Results, window: Mapping[str, Any], units: str) -> str:
+    """The probability of the recommended point, and the unknown that it hangs on."""
+    if window["confidence"] is None:
+        return ""
+    plane = chosen_map(window)
+    best = (plane and plane["recommended"]) or window["most_probable"]
+    texts = []
+    if best:
+        texts.append(
+            f"A run there is safe with a probability of {percent(best)}: in brackets the 95 % "
+            f"interval from {window['counted']} samples."
+        )
+    try:
+        found = sensitivity(results)
+    except NsdrillError as error:
+        return paragraph(" ".join([*texts, str(error)]))
+    fmt = Formatter(units)
+    if first := found["measure_first"]:
+        texts.append(
+            f"It hangs mostly on {fmt.name(first['key'])}, which alone makes "
+            f"{100 * first['first']:.0f} % of the doubt: measure that first."
+        )
+    else:
+        texts.append("So few samples cannot tell which unknown it hangs on most.")
+    return paragraph(" ".join(texts))
+
+
+def comparison(results: Sequence[Results], names: Sequence[str], units: str) -> tuple[str, str]:
+    """Two files against each other: the first lines, and the tables, as HTML; ("", the
+    reason) where they cannot be compared."""
+    try:
+        found = contrast(results[0], results[1])
+    except InputError as error:
+        return "", paragraph(f"The two windows are not compared: {error}")
+    from nsdrill.plot.two_windows import draw_two
+
+    body, head = contrast_rows(found, units)[1:], ("", f"a: {names[0]}", f"b: {names[1]}")
+    axis = Formatter(units).name(found["windows"][0]["axes"][0])
+    first = "".join(
+        [
+            paragraph(sentence(found, units), "answer"),
+            paragraph(difference(found)),
+            warning_list(
+                text for text in notes(found, units) if not text.startswith(("a: ", "b: "))
+            ),
+        ]
+    )
+    drawn = draw_two(with_passed_over(results[0]), with_passed_over(results[1]), names, units)
+    pieces = [table(head, body), image(svg(drawn), sentence(found, units))]
+    for heading, columns, rows in (
+        (
+            f"Safe intervals along the {axis}, and how far their ends moved",
+            ("", "a", "b", "lower end", "upper end"),
+            border_rows(found, units),
+        ),
+        (
+            f"Where along the {axis} a response occurs, where that changed",
+            ("", "way", "response", "a", "b"),
+            onset_rows(found, units),
+        ),
+    ):
+        if rows:
+            pieces.append(f"<h3>{escaped(heading)}</h3>{table(columns, rows[:MAX_ROWS])}")
+            if len(rows) > MAX_ROWS:
+                pieces.append(
+                    paragraph(f"And {len(rows) - MAX_ROWS} more: nsdrill window A.h5 B.h5 --json.")
+                )
+    return first, "".join(pieces)
+
+
+# ---- HTML
+
+
+def escaped(text: str) -> str:
+    return html.escape(str(text), quote=True)
+
+
+def paragraph(text: str, style: str = "") -> str:
+    return f"<p{f' class={chr(34)}{style}{chr(34)}' if style else ''}>{escaped(text)}</p>"
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table whose rows become blocks, with the names of the columns, on a narrow
+    page."""
+    top = "".join(f"<th scope='col'>{escaped(name)}</th>" for name in head)
+    body = "".join(
+        f"<tr><th scope='row'>{escaped(row[0])}</th>"
+        + "".join(
+            f"<td data-column='{escaped(name)}'>{escaped(cell)}</td>"
+            for name, cell in zip(head[1:], row[1:], strict=True)
+        )
+        + "</tr>"
+        for row in rows
+    )
+    return f"<table class='blocks'><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
