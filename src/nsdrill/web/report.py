@@ -499,6 +499,7 @@ def _document(title: str, page: _Page) -> str:
     scripts = [
         static(name).decode() for name in ("uplot/uPlot.iife.min.js", "charts.js", "report.js")
     ]
+    scripts.insert(-1, static("paper.js").decode())  # before what draws
     style = (
         static("uplot/uPlot.min.css").decode()
         + static("style.css").decode()
