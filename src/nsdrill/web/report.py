@@ -499,7 +499,7 @@ def _document(title: str, page: _Page) -> str:
     scripts = [
         static(name).decode() for name in ("uplot/uPlot.iife.min.js", "charts.js", "report.js")
     ]
-    scripts.insert(-1, static("paper.js").decode())  # before what draws
+    scripts[-1:-1] = [static(name).decode() for name in ("vector.js", "paper.js")]
     style = (
         static("uplot/uPlot.min.css").decode()
         + static("style.css").decode()

@@ -3,7 +3,7 @@
 // window. On paper the vectors stand in place of the canvases (report.css), whatever the window was; their words are text.
 (() => {
   const N = window.nsdrill;
-  if (!N.Vector) { document.body.classList.remove("paper"); return; }
+  if (!N.outline) { document.body.classList.remove("paper"); return; } // charts that are not painted as vectors
   const figures = new Map(); // the charts of each drawing, from the top
   const keep = (box, figure) => {
     const place = box.closest(".drawing");
