@@ -17,7 +17,7 @@
   document.addEventListener("DOMContentLoaded", async () => {
     for (const [place, charts] of figures) {
       const legend = place.querySelector(".legend"), motion = charts.find((one) => one.parts);
-      const columns = motion ? motion.parts() : [[...charts, ...(legend ? N.legendBoxes(legend, place.clientWidth) : [])]];
+      const columns = motion ? [motion.parts()] : [[...charts, ...(legend ? N.legendBoxes(legend, place.clientWidth) : [])]];
       const picture = N.make("img", { class: "printed", alt: place.getAttribute("aria-label") });
       picture.src = URL.createObjectURL(await N.picture(columns, "", [], "svg"));
       place.append(picture);
