@@ -26,6 +26,7 @@ from nsdrill.plot.answer import (
     warnings,
     why,
 )
+from nsdrill.plot.look import Look
 from nsdrill.plot.saving import svg
 from nsdrill.variables import SAMPLE
 
@@ -49,9 +50,9 @@ def answer_of(results: Results) -> Answer:
         return Answer(None, str(error).removeprefix("window: "))
 
 
-def file_answer(results: Results, found: Answer, units: str) -> str:
-    """The answer of one file as HTML: the sentence, the warnings, the borders, the
-    picture."""
+def file_answer(results: Results, found: Answer, units: str, is_drawn: bool = True) -> str:
+    """The answer of one file as HTML: the sentence, the warnings, the borders, and if
+    ``is_drawn`` the picture."""
     if found.window is None:
         return paragraph(f"No window: {found.lacking}", "answer")
     window = found.window
@@ -60,7 +61,7 @@ def file_answer(results: Results, found: Answer, units: str) -> str:
         warning_list(warnings(window, units)),
         _borders(window, units),
         _doubt(results, window, units),
-        picture(with_passed_over(results), "window", answer(window, units), units),
+        picture(results, "window", answer(window, units), units) if is_drawn else "",
     ]
     if SAMPLE in results.coords and 0 < len(results.swept) < 3:
         pieces.append(picture(results, "probability", "How probable each outcome is", units))
@@ -73,10 +74,12 @@ def warning_list(texts: Iterable[str]) -> str:
     return f'<ul class="warnings">{items}</ul>' if items else ""
 
 
-def picture(results: Results, kind: str, words: str, units: str, **options: Any) -> str:
-    """A picture of the program as vectors; a sentence where it cannot be drawn."""
+def picture(results: Results, kind: str, words: str, units: str) -> str:
+    """A picture of the program as vectors, without the title, which the page has; a
+    sentence where it cannot be drawn."""
     try:
-        return image(svg(draw(results, kind, units=units, **options)), words)
+        drawn = draw(with_passed_over(results), kind, units=units, look=Look(title=False))
+        return image(svg(drawn), words)
     except NsdrillError as error:
         return paragraph(str(error))
 

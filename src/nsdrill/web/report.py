@@ -90,6 +90,7 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
     file up to ``motions`` points are drawn moving."""
     page, units = _Page(), parts[0].session.units
     names = _names([part.session.path for part in parts])
+    letters = "ab" if len(parts) == 2 else [str(i) for i in range(1, len(parts) + 1)]
     titles = [_title(part.session) for part in parts]
     answers = [
         None if part.session.results is None else answer_of(part.session.results) for part in parts
@@ -97,16 +98,18 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
     is_one = len(set(titles)) == 1
     page.add(
         f"<header><div><h1>{_text(titles[0] if is_one else ' and '.join(titles))}</h1>",
-        f"<p>{_text(', '.join(names))}</p></div></header><main>",
+        f"<p>{_text(', '.join(map(': '.join, zip(letters, names, strict=True))))}</p>"
+        if len(parts) > 1
+        else f"<p>{_text(names[0])}</p>",
+        "</div></header><main>",
     )
     tables = _add_comparison(page, parts, names, units)
-    letters = "ab" if len(parts) == 2 else [str(i) for i in range(1, len(parts) + 1)]
     for number, (part, found) in enumerate(zip(parts, answers, strict=True)):
         page.add(f'<section class="first" id="answer{number}">')
         if len(parts) > 1:
             page.add(f"<h2>{letters[number]}: {_text(names[number])}</h2>")
             page.add("" if is_one else f"<p>{_text(titles[number])}</p>")
-        _add_answer(page, part.session, found, units)
+        _add_answer(page, part.session, found, units, not tables)
         page.add("</section>")
     page.add(tables)
     if len(parts) > 1:
@@ -135,9 +138,11 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
     return _document(titles[0], page)
 
 
-def _add_answer(page: _Page, session: Session, found: Answer | None, units: str) -> None:
+def _add_answer(
+    page: _Page, session: Session, found: Answer | None, units: str, is_drawn: bool
+) -> None:
     if session.results is not None and found is not None:
-        page.add(file_answer(session.results, found, units))
+        page.add(file_answer(session.results, found, units, is_drawn))
     elif (branches := session.branches) is not None:
         x = quantity(branches.along, units)
         ends = " to ".join(x.value(float(end(branches.numbers))) for end in (np.min, np.max))
