@@ -50,6 +50,27 @@ def test_two_studies(call: Call, shared: Path) -> None:
     assert radius["undefined"] == failed
 
 
+def test_what_changed_for_the_driller_is_said_first(call: Call, shared: Path) -> None:
+    """The windows before the numbers; the bits only where they are asked for. Without
+    the whirl of the greatest speed the window ends there."""
+    shutil.copy(shared / "small.h5", "calm.h5")
+    with h5py.File("calm.h5", "r+") as file:
+        file["response"][...] = 0
+        file["response"][..., 0] = 2
+    answer = call("diff", shared / "small.h5", "calm.h5")
+    found = nsdrill.diff(shared / "small.h5", "calm.h5")
+    assert found["same_study"]
+    first, _, numbers = answer.out.partition("Compared: all 16 points.")
+    assert "With b 7 of 8 common points are safe, with a " in " ".join(first.split())
+    assert "moved borders" in first
+    assert "Variables: " in numbers
+    assert "--bits names the others." in numbers
+    assert "largest difference" not in answer.out
+    bits = call("diff", shared / "small.h5", "calm.h5", "--bits").out
+    assert re.search(r"\n  response +\d+", bits)
+    assert json.loads(call("diff", shared / "small.h5", "calm.h5", "--json").out) == found
+
+
 def test_two_axes_and_no_common_point(call: Call, shared: Path) -> None:
     answer = call("diff", shared / "small.h5", shared / "map.h5")
     assert answer.code == 0
@@ -81,7 +102,7 @@ def test_two_weights_are_compared_and_samples_by_their_values(call: Call) -> Non
         in answer.out
     )
     assert "Compared: all 4 points." in answer.out
-    assert "28.6479 rpm, sample 0" in answer.out
+    assert "28.6479 rpm, sample 0" in call("diff", "a.h5", "b.h5", "--units", "field", "--bits").out
     answer = call("diff", "a.h5", "c.h5")
     assert "sample: 2 and 2 samples, 0 with the same values of the unknowns." in answer.out
     assert "The samples differ, so their runs are not compared one by one." in answer.out

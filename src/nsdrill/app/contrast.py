@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from nsdrill.analysis import contrast as analysis
-from nsdrill.app.window import read_for_window
+from nsdrill.app.window import read_for_window, with_passed_over
 from nsdrill.data import Results, resolved_study
 from nsdrill.plot.answer import (
     WAYS,
@@ -24,6 +24,7 @@ from nsdrill.study.write import changes
 from nsdrill.variables import MODEL
 
 MAX_LINES = 24
+ENDS = ("lower", "upper")
 MAX_CHANGES = 6
 Source = Results | str | os.PathLike[str]
 
@@ -35,7 +36,10 @@ def contrast(
     SI units: that of :func:`nsdrill.analysis.contrast.contrast`, the ``study`` keys in
     which they differ, and the ``models`` of the two. InputError where the axes of the
     sweeps differ."""
-    data = [read_for_window(one, severity) for one in (a, b)]
+    data = [
+        with_passed_over(one) if isinstance(one, Results) else read_for_window(one, severity)
+        for one in (a, b)
+    ]
     found = analysis.contrast(data[0], data[1], severity, confidence)
     studies = [resolved_study(one.attrs) for one in data]
     found["study"] = [
@@ -59,7 +63,7 @@ def sentence(found: Mapping[str, Any], units: str) -> str:
 def _moves(found: Mapping[str, Any], fmt: Formatter) -> str:
     """How far the borders of the window moved on average along the first axis."""
     axis, parts = found["windows"][0]["axes"][0], []
-    for end in ("lower", "upper"):
+    for end in ENDS:
         moved = [row[end]["moved"] for row in found["borders"] if row[end]["moved"] is not None]
         if not moved or not any(moved):
             continue
@@ -173,9 +177,15 @@ def border_rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
         for side in ("a", "b"):
             ends = [row["lower"][side], row["upper"][side]]
             spans.append("not safe" if ends[0] is None else fmt.range(axis, ends))
-        moves = [_moved(axis, row[end], fmt) for end in ("lower", "upper")]
+        moves = [_moved(axis, row[end], fmt) for end in ENDS]
         table.append((where, *spans, *moves))
     return table
+
+
+def moved_rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
+    """As :func:`border_rows`, where a border moved, or an interval is only in one."""
+    table = zip(found["borders"], border_rows(found, units), strict=True)
+    return [text for row, text in table if any(row[end]["moved"] != 0.0 for end in ENDS)]
 
 
 def _moved(axis: str, end: Mapping[str, Any], fmt: Formatter) -> str:

@@ -16,25 +16,31 @@ MAX_CHANGES = 12
 @click.command(
     "diff",
     epilog=options.examples(
-        "diff a.h5 b.h5",
+        "diff ideal.h5 soft_torque.h5 --units field",
+        "diff a.h5 b.h5 --bits",
         "diff a.h5 b.h5 --json | jq .study",
         "diff --exit-code before.h5 after.h5 && echo reproduced",
     ),
 )
 @options.file_argument("a")
 @options.file_argument("b")
-@click.option("--json", "as_json", is_flag=True, help="The same for programs.")
+@click.option(
+    "--bits", is_flag=True, help="Which numbers differ, to the bit, and who made the files."
+)
+@click.option("--json", "as_json", is_flag=True, help="All of it for programs, also the bits.")
 @options.units
 @click.option(
     "--exit-code", is_flag=True, help="Exit with 1 where the studies or any numbers differ."
 )
-def command(a: str, b: str, as_json: bool, units: str, exit_code: bool) -> int:
+def command(a: str, b: str, bits: bool, as_json: bool, units: str, exit_code: bool) -> int:
     """Say what differs between the files A and B: results, .part files of runs that go
     on, or traces.
 
-    The keys of the studies, versions and machines; the axes; and on the points that
-    both have every variable, to the bit. The exit code is 0 whatever was found, unless
-    --exit-code is given. Titles, times, versions and machines do not count for it.
+    First the keys of the studies, and what changed for the driller: the safe points,
+    the borders of the window, the responses; then whether the numbers are the same.
+    With --bits also versions and machines, and every variable that differs, to the bit.
+    The exit code is 0 whatever was found, unless --exit-code is given. Titles, times,
+    versions and machines do not count for it.
     """
     from nsdrill.app.diff import diff
     from nsdrill.cli.words import in_units
@@ -53,8 +59,10 @@ def command(a: str, b: str, as_json: bool, units: str, exit_code: bool) -> int:
 
         click.echo(json_text(in_units(differences, units), indent=2))
     else:
-        for line in _lines(differences, units):
-            click.echo(line)
+        from nsdrill.errors import printable
+
+        for line in _lines(differences, units, bits):
+            click.echo(printable(line))
     return int(exit_code and not (differences["same_study"] and differences["same_numbers"]))
 
 
@@ -68,7 +76,7 @@ def _attribute_text(name: str, text: str | None, units: str) -> str | None:
     return value_text(name, float(text.split()[0]), units)
 
 
-def _lines(d: dict[str, Any], units: str) -> Iterator[str]:
+def _lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
     from nsdrill.cli.words import count as number_of
 
     yield f"a: {d['files'][0]}"
@@ -76,7 +84,7 @@ def _lines(d: dict[str, Any], units: str) -> Iterator[str]:
     rows = [
         ("Study", [(row["key"], row["a"], row["b"]) for row in d["study"]]),
         ("Run", [(row["name"], row["a"], row["b"]) for row in d["run"]]),
-        ("Made by", [(row["name"], row["a"], row["b"]) for row in d["made"]]),
+        ("Made by", [(row["name"], row["a"], row["b"]) for row in d["made"] if bits]),
     ]
     for heading, differing in rows:
         if differing:
@@ -96,7 +104,35 @@ def _lines(d: dict[str, Any], units: str) -> Iterator[str]:
         subject = "numbers" if d["study"] or d["run"] or d["made"] else "files"
         yield f"The {subject} are the same to the bit: {count}, {len(d['variables'])} variables."
     else:
-        yield from _number_lines(d, units)
+        if d["kinds"][0] == "results":
+            yield from _window_lines(d, units)
+        yield from _number_lines(d, units, bits)
+
+
+def _window_lines(d: dict[str, Any], units: str) -> Iterator[str]:
+    """What changed for the driller: the windows of two sweeps over the same axes."""
+    import textwrap
+
+    from nsdrill.app.contrast import aligned, contrast, moved_rows, onset_rows, sentence
+    from nsdrill.app.reading import read_any
+    from nsdrill.cli.window_note import WIDTH
+    from nsdrill.errors import InputError
+
+    try:
+        found = contrast(*(read_any(file) for file in d["files"]))  # type: ignore[arg-type]
+    except InputError:  # other axes, or a single point: there are no two windows
+        return
+    yield from textwrap.wrap(sentence(found, units), WIDTH)
+    borders = moved_rows(found, units)
+    for head, rows in (
+        (("moved borders", "a", "b", "lower end", "upper end"), borders),
+        (("responses", "", "", "in a", "in b"), onset_rows(found, units)),
+    ):
+        if rows:
+            yield from aligned([head, *rows[:MAX_CHANGES]])
+            if len(rows) > MAX_CHANGES:
+                yield f"  and {len(rows) - MAX_CHANGES} more: nsdrill window A.h5 B.h5"
+    yield ""
 
 
 def _cell(name: str, value: str | None) -> str:
@@ -105,8 +141,9 @@ def _cell(name: str, value: str | None) -> str:
     return f"{value[:12]}..." if name in ("study_sha256", "model_digest") else value
 
 
-def _number_lines(d: dict[str, Any], units: str) -> Iterator[str]:
-    """Axes, responses and variables of two files of one kind that differ."""
+def _number_lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
+    """Axes, responses and variables of two files of one kind that differ; the variables
+    one by one with ``bits``, which traces, of numbers alone, always have."""
     from nsdrill.cli.words import count as number_of
 
     trace = d["kinds"][0] == "trace"
@@ -158,11 +195,11 @@ def _number_lines(d: dict[str, Any], units: str) -> Iterator[str]:
                 f"{row['name']}: {sizes['a']} and {sizes['b']} values of {sizes['of']}, not "
                 f"compared."
             )
-    differing = [row for row in d["variables"] if row["points"]]
+    differing = [row for row in d["variables"] if row["points"]] if bits or trace else []
     equal = sum(row["same"] for row in d["variables"])
     yield (
         f"Variables: {equal} of {len(d['variables'])} are equal to the "
-        f"bit{'.' if not differing else '; the others:'}"
+        f"bit{'; the others:' if differing else '; --bits names the others.'}"
     )
     if differing:
         headings = (
