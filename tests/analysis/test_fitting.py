@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from nsdrill.analysis.fitting import posterior
+from nsdrill.analysis.fitting import end_pressed, posterior
+from nsdrill.plot.fitted import bins_for, effective_number
 
 LINEAR = np.array(
     [[1.0, 0.5, 0.0], [0.0, 1.0, 0.3], [0.2, 0.0, 1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 0.0]]
@@ -125,3 +126,32 @@ def test_data_that_no_run_gives_have_a_large_misfit():
         lambda z: np.repeat(z[:, :1], 2, axis=1), np.array([1.0, -1.0]), np.array([0.05, 0.05]), 1
     )
     assert found.misfit > 100
+
+
+@pytest.mark.parametrize(
+    ("draw", "width", "expected"),
+    [
+        # half a normal distribution in front of the end, a tenth of the prior wide
+        (lambda z: 1.0 - 0.1 * np.abs(z), 0.3, "high"),
+        (lambda z: 0.1 * np.abs(z), 0.3, "low"),
+        # a whole one, three of its deviations from the end
+        (lambda z: np.clip(0.85 - 0.05 * z, 0.0, 1.0), 0.2, None),
+        # as wide as the prior: the data say nothing of it
+        (lambda z: 0.5 + 0.5 * np.clip(z / 3, -1, 1), 0.95, None),
+        # all at the end
+        (lambda z: 1.0 - 0.001 * np.abs(z), 0.1, "high"),
+    ],
+)
+@pytest.mark.parametrize("count", [60, 1000])
+def test_an_unknown_that_presses_against_an_end_is_told(draw, width, expected, count) -> None:
+    """Of sixty samples as of a thousand: the mass lies at the end although little of it
+    is in the outermost hundredths."""
+    z = np.random.default_rng(3).standard_normal(count)
+    assert end_pressed(draw(z), np.full(count, 1 / count), width) == expected
+
+
+def test_few_samples_are_drawn_in_few_bins() -> None:
+    """Sixty in eight (2 * 60^(1/3) = 7.8), copies counted once; a million in thirty at
+    most."""
+    assert (bins_for(60), bins_for(1000), bins_for(1e6)) == (8, 20, 30)
+    assert effective_number({"a": np.repeat(np.arange(5.0), 4)}) == pytest.approx(5.0)

@@ -37,6 +37,10 @@ NEIGHBOUR_GROUPS, RUNS_PER_GROUP = 4, 5
 LEAST_GAIN, GOOD_GAIN = 0.9, 0.5
 TIGHT = 0.8  # correlation of two unknowns of which the data determine a combination
 AT_THE_END = 0.02  # probability of the prior at each of its ends
+# A posterior that is cut off where its prior ends: its median lies in the outermost part
+# of the prior, and its outer tail is this short relative to the way from there to the
+# median. That of half a normal distribution is 0.10, of a whole one 1.4.
+OUTERMOST, CUT_OFF = 0.2, 0.2
 SURE = 1e-3  # probability of the misfit below which the model cannot explain the data
 
 
@@ -191,6 +195,27 @@ def posterior(
         failed,
         float(squares.min()),
     )
+
+
+def end_pressed(u: Array, weights: Array, width: float) -> str | None:
+    """The end of its prior, "low" or "high", against which an unknown presses; None
+    where it presses against neither, or the data say nothing of it. ``u`` are its
+    samples as cumulative probabilities of the prior, ``width`` that of the posterior
+    over that of the prior."""
+    for end, outward in (("low", u), ("high", 1.0 - u)):
+        if float(weights @ (outward < AT_THE_END)) > 10 * AT_THE_END:
+            return end
+        if width >= LEAST_GAIN:
+            continue
+        order = np.argsort(outward)
+        edges = np.cumsum(weights[order])
+        outer, median = (
+            float(outward[order[min(int(np.searchsorted(edges, q)), len(edges) - 1)]])
+            for q in (0.05, 0.5)
+        )
+        if median < OUTERMOST and outer < CUT_OFF * (median - outer):
+            return end
+    return None
 
 
 @dataclass(frozen=True)

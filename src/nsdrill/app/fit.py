@@ -12,7 +12,6 @@ import numpy as np
 from scipy.stats import chi2
 
 from nsdrill.analysis.fitting import (
-    AT_THE_END,
     GOOD_GAIN,
     LEAST_GAIN,
     SURE,
@@ -20,6 +19,7 @@ from nsdrill.analysis.fitting import (
     Array,
     Measured,
     Posterior,
+    end_pressed,
     posterior,
 )
 from nsdrill.app.rounds import Rounds
@@ -331,10 +331,6 @@ def _fit_summary(
         marginal = [
             float(ranked[min(int(np.searchsorted(edges, q)), len(edges) - 1)]) for q in QUANTILES
         ]
-        low, high = (
-            float(fitted.weights @ side)
-            for side in (quantiles[:, i] < AT_THE_END, quantiles[:, i] > 1 - AT_THE_END)
-        )
         width, unknown = float(widths[i]), next(one for one in study.unknowns if one.short == key)
         unknowns.append(
             {
@@ -346,11 +342,7 @@ def _fit_summary(
                 ).tolist(),
                 "width": width,
                 "told": "well" if width < GOOD_GAIN else "partly" if width < LEAST_GAIN else "not",
-                "at_the_end": "low"
-                if low > 10 * AT_THE_END
-                else "high"
-                if high > 10 * AT_THE_END
-                else None,
+                "at_the_end": end_pressed(quantiles[:, i], fitted.weights, width),
             }
         )
     names = [row["key"] for row in unknowns]

@@ -32,7 +32,7 @@ from nsdrill.plot.style import (
 COLUMNS = 3
 MAX_NAMED = 6  # points up to which their operating values are written out
 PANEL_HEIGHT = 1.5  # inches
-BINS = 30
+BINS = 30  # of the distributions before, and at most of those after
 
 
 def draw(
@@ -70,12 +70,16 @@ def _draw_figure(
     grid = figure.add_gridspec(
         unknown_rows + feature_rows, 1, height_ratios=[1.0] * (unknown_rows + feature_rows)
     )
-    keys = list(samples)
+    keys, number = list(samples), effective_number(samples)
     for row in range(unknown_rows):
         cells = grid[row].subgridspec(1, COLUMNS)
         for column, key in enumerate(keys[row * COLUMNS : (row + 1) * COLUMNS]):
             _draw_unknown(
-                figure.add_subplot(cells[column]), quantity(key, units), prior[key], samples[key]
+                figure.add_subplot(cells[column]),
+                quantity(key, units),
+                prior[key],
+                samples[key],
+                bins_for(number),
             )
     panels = [figure.add_subplot(grid[unknown_rows + row]) for row in range(feature_rows)]
     for axes, name in zip(panels, measured.values, strict=True):
@@ -83,18 +87,37 @@ def _draw_figure(
         axes.tick_params(labelbottom=axes is panels[-1])
     _label_points(panels[-1], measured, units, with_names)
     put_title(figure, title)
-    legend_below(figure, _handles(), 3)
+    legend_below(figure, _handles(number), 3)
     return figure
 
 
-def _draw_unknown(axes: Axes, shown: Shown, prior: Array, samples: Array) -> None:
+def effective_number(samples: Mapping[str, Array]) -> float:
+    """How many independent samples these are worth: those of great weight are among
+    them several times (Kish 1965)."""
+    repeats = np.unique(np.column_stack(list(samples.values())), axis=0, return_counts=True)[1]
+    return float(repeats.sum() ** 2 / np.sum(repeats.astype(float) ** 2))
+
+
+def bins_for(number: float) -> int:
+    """The number of bins in which so many samples show a distribution, not their own
+    noise (Rice's rule, 2 n^(1/3))."""
+    return int(np.clip(round(2.0 * number ** (1.0 / 3.0)), 1, BINS))
+
+
+def _draw_unknown(axes: Axes, shown: Shown, prior: Array, samples: Array, after_bins: int) -> None:
     before, after = prior / shown.scale, samples / shown.scale
     low, high = np.percentile(before, [0.5, 99.5])
     low, high = min(low, after.min()), max(high, after.max())
     bins: Any = np.linspace(low, high, BINS + 1)
     axes.hist(before, bins=bins, density=True, color=GREY, alpha=0.6, gid="before")
     axes.hist(
-        after, bins=bins, density=True, histtype="stepfilled", color=BLUE, alpha=0.7, gid="after"
+        after,
+        bins=after_bins,
+        density=True,
+        histtype="stepfilled",
+        color=BLUE,
+        alpha=0.7,
+        gid="after",
     )
     axes.set_yticks([])
     axes.ticklabel_format(axis="x", style="plain")
@@ -149,10 +172,10 @@ def _label_points(axes: Axes, measured: Measured, units: str, with_names: bool) 
     axes.set_xticklabels([text.replace(", ", "\n") for text in texts])
 
 
-def _handles() -> list[Any]:
+def _handles(number: float) -> list[Any]:
     return [
         Patch(facecolor=GREY, alpha=0.6, label="before: what the study says"),
-        Patch(facecolor=BLUE, alpha=0.7, label="after"),
+        Patch(facecolor=BLUE, alpha=0.7, label=f"after, worth {number:.0f} samples"),
         Line2D(
             [],
             [],
