@@ -185,8 +185,8 @@ def _no_window(summary: dict[str, Any], fmt: Formatter) -> Iterator[str]:
     result, subject = "There is no safe point.", "Critical responses, in any history"
     if summary["confidence"] is not None:
         result = f"No point is safe with {100 * summary['confidence']:g} %."
-        percent = 100 * (1 - summary["confidence"]) / 3
-        subject = f"Critical responses in {percent:.2g} % of the samples or more, in any history"
+        least = 100 * (1 - summary["confidence"]) / 3
+        subject = f"Critical responses in {least:.2g} % of the samples or more, in any history"
     yield result + (f" {subject}: {', '.join(obstacles)} {noun}." if obstacles else "")
     if best := summary["most_probable"]:
         axes = in_order((*summary["axes"], summary["third"]))

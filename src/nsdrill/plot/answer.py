@@ -115,7 +115,11 @@ def answer(summary: Mapping[str, Any], units: str) -> str:
         text += f"; safe from {fmt.range(speed, ends)}"
     if summary["confidence"] is not None:
         text += f"; with a probability of {percent(best)}"
-    text += ", whatever the history" if summary["history_examined"] else ", of one history alone"
+    text += (
+        ", whatever the history"
+        if summary["history_examined"]
+        else ", on the one history that was run"
+    )
     words = {
         side: _side_verb(sides[side], "below" if side == "less" else "above")
         for side in ("less", "more")
@@ -331,7 +335,8 @@ def explained(summary: Mapping[str, Any], units: str) -> Iterator[str]:
             text = why(axis, side, best, fmt)
             if text is not None and side["reason"]["code"] not in told:
                 told.add(side["reason"]["code"])
-                yield f"At {fmt.value(axis, side['first_not_safe'])}: {text}"
+                at = fmt.value(axis, side["first_not_safe"])
+                yield f"At {at}: {text[0].lower()}{text[1:]}"
 
 
 def notes(summary: Mapping[str, Any], units: str) -> list[str]:

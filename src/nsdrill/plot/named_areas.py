@@ -67,7 +67,7 @@ def name_areas(
                 axes.text(
                     (cells[0][begin] + cells[0][end]) / 2,
                     (cells[1][row] + cells[1][row + 1]) / 2
-                    if classified.y or not is_bound
+                    if classified.y or room > 2 * CHARACTER * len(text)
                     else 0.82,
                     text,
                     color=colour,

@@ -20,11 +20,11 @@ from nsdrill.plot.answer import (
     Formatter,
     answer,
     chosen_map,
+    explained,
     in_order,
     limit,
     percent,
     warnings,
-    why,
 )
 from nsdrill.plot.look import Look
 from nsdrill.plot.saving import svg
@@ -96,7 +96,7 @@ def _borders(window: Mapping[str, Any], units: str) -> str:
     best = plane and plane["recommended"]
     if not best:
         return ""
-    rows, reasons = [], []
+    rows = []
     for axis in in_order(window["axes"]):
         sides = best["margins"][axis]
         rows.append(
@@ -107,13 +107,10 @@ def _borders(window: Mapping[str, Any], units: str) -> str:
                 *(limit(axis, sides[side], fmt) for side in ("less", "more")),
             )
         )
-        for side in sides.values():
-            if text := why(axis, side, best, fmt):
-                reasons.append(f"At {fmt.value(axis, side['first_not_safe'])}: {text}")
     pieces = [table(("", "recommended", "safe", "below that", "above that"), rows)]
     if drilling := _drilling(best, fmt):
         pieces.append(paragraph(drilling))
-    pieces += [paragraph(text) for text in dict.fromkeys(reasons)]
+    pieces += [paragraph(text) for text in explained(window, units)]
     return "".join(pieces)
 
 

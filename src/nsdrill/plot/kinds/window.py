@@ -69,6 +69,8 @@ from nsdrill.plot.style import (
     put_title,
 )
 
+ALLOWED_LEGEND = 0.5  # inches of a legend for which there is room anyway
+
 
 def draw(
     results: Results,
@@ -153,22 +155,24 @@ def _codes(state: Array, bits: Array) -> Array:
 
 
 def put_warnings(figure: Figure, texts: list[str]) -> None:
-    """The warnings above the legend, in its width; the figure grows by their height."""
-    if not texts or not figure.legends:
+    """The warnings above the legend, in its width; the figure grows by the height of
+    both, and of its title."""
+    if not figure.legends:
         return
     legend, size = figure.legends[-1], font_size(7)
-    characters = int(figure.bbox.width / figure.dpi * 72 / (0.56 * size)) - 4
-    lines = [
-        textwrap.fill(text, max(characters, SHORTEST_LINE), subsequent_indent="   ")
-        for text in texts
-    ]
-    legend.set_title("\n".join(lines), prop=FontProperties(size=size, weight="bold"))
-    legend.get_title().set_color(WARNING)
-    legend.get_title().set_gid("warnings")
-    legend.get_title().set_parse_math(False)
+    title, width = legend.get_title(), figure.bbox.width - 12.0 * figure.dpi / 72
+    title.set(color=WARNING, gid="warnings", parse_math=False)
+    for characters in range(140, SHORTEST_LINE, -4):
+        lines = [textwrap.fill(text, characters, subsequent_indent="   ") for text in texts]
+        legend.set_title("\n".join(lines), prop=FontProperties(size=size, weight="bold"))
+        if title.get_window_extent().width <= width:
+            break
     if isinstance(figure, Picture) and look.get().height is None:
-        rows = sum(line.count("\n") + 1 for line in lines) + len(legend.get_texts()) / 2
-        figure.set_figheight(figure.get_figheight() + 1.3 * size / 72 * rows)
+        heading_lines = figure.get_suptitle().count("\n")
+        grown = legend.get_window_extent().height / figure.dpi - ALLOWED_LEGEND
+        figure.set_figheight(
+            figure.get_figheight() + max(0.0, grown) + heading_lines * 1.4 * font_size(9) / 72
+        )
 
 
 def _panels_to_draw(count: int) -> list[int]:
@@ -188,7 +192,7 @@ def _new_panels(
     height = (
         1.3 + panel_rows * (min(0.8 * width, 3.4) if panel_rows == 1 else 0.72 * width)
         if classified.y
-        else 1.6
+        else 0.8 + 0.9 * panel_rows
     )
     figure = new_figure(
         page_width(FULL_WIDTH if len(map_numbers) > 1 or not classified.y else 5.0), height
