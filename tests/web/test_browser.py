@@ -400,10 +400,13 @@ def test_the_report_opens_without_a_network(page: Any, shared: Path, tmp_path: P
     assert done.exit_code == 0, done.output
     opened(page, out.as_uri())
     assert page.locator("section h2").all_inner_texts() == [
-        "Small",
-        "Small map",
-        "Small",
-        "How to reproduce this page",
+        "1: small.h5",
+        "2: map.h5",
+        "3: failing.h5",
+        "small.h5: Small",
+        "map.h5: Small map",
+        "failing.h5: Small",
+        "How this was made",
     ]
     page.locator(".u-over").first.scroll_into_view_if_needed()
     page.mouse.move(*place(page, 0.5, chart=".u-over"))
