@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from analysis.grids import grid
 
+import nsdrill
 from nsdrill.analysis.window import find_window
 from nsdrill.app.trajectory import replay
 from nsdrill.cli.window_note import lines
@@ -194,3 +195,30 @@ def test_the_picture_has_two_options(call: Call, shared: Path, tmp_path: Path) -
         picture = tmp_path / f"{option.strip('-')}.png"
         assert call("window", shared / "map.h5", option, picture).code == 0
         assert picture.exists()
+
+
+ABOVE_THE_WALL = """
+title: Above the wall
+drillstring: {eccentricity: 12.7 mm}
+bit: {lobes: 1}
+operation: {depth: 3000 m}
+sweep: {wob: [40 kN, 80 kN], rotary_speed: [7 rad/s, 8 rad/s], procedure: up, along: rotary_speed}
+simulation: {transient: 1 s, observe: 1 s}
+"""
+
+
+def test_every_picture_of_a_window_says_where_the_sweep_begins(call: Call) -> None:
+    """The warning of the text, in capitals: by ``window``, by ``plot`` and in Python, as the
+    picture is what is sent."""
+    Path("above.yaml").write_text(ABOVE_THE_WALL)
+    assert call("run", "above.yaml", "-o", "above.h5", "--quiet").code == 0
+    assert "THE SWEEP BEGINS at 7 rad/s" in " ".join(call("window", "above.h5").out.split())
+    assert call("window", "above.h5", "--picture", "one.svg").code == 0
+    assert call("plot", "above.h5", "--kind", "window", "-o", "two.svg").code == 0
+    figure = nsdrill.plot("above.h5", "window")
+    texts = [
+        *(Path(name).read_text() for name in ("one.svg", "two.svg")),
+        figure.legends[0].get_title().get_text(),
+    ]
+    for text in texts:
+        assert "THE SWEEP BEGINS at 7 rad/s" in text
