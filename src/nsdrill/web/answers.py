@@ -140,7 +140,8 @@ def _doubt(results: Results, window: Mapping[str, Any], units: str) -> str:
     try:
         found = sensitivity(results)
     except NsdrillError as error:
-        return paragraph(" ".join([*texts, str(error)]))
+        reason = str(error).removeprefix("sensitivity: ")
+        return paragraph(" ".join([*texts, f"Which unknown it hangs on is not known: {reason}"]))
     fmt = Formatter(units)
     if first := found["measure_first"]:
         texts.append(
