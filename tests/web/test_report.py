@@ -21,7 +21,7 @@ from nsdrill.cli.main import group
 from nsdrill.data import Results
 from nsdrill.plot.answer import answer, warnings
 from nsdrill.store import read_results
-from nsdrill.web.answers import answer_of, file_answer
+from nsdrill.web.answers import file_answer
 from nsdrill.web.report import representatives
 
 
@@ -242,10 +242,9 @@ def test_what_is_wrong_with_the_input_is_in_the_first_lines(shared: Path, tmp_pa
     assert made(shared / "failing.h5", "-o", tmp_path / "c.html").exit_code == 0
     assert "runs failed, at" in first_lines(tmp_path / "c.html")
     data["response"][:] = 4
-    found = answer_of(data)
-    assert "No safe point" in words_of(file_answer(data, found, "si", False))
+    assert "No safe point" in words_of(file_answer(data, "si", False))
     data["status"][:, :, :, 2] = 0
-    text = words_of(file_answer(data, answer_of(data), "si", False))
+    text = words_of(file_answer(data, "si", False))
     assert "NOT ALL HAS RUN: 2 of 16 runs are missing" in text
     lone = {name: values[:1] for name, values in data.coords.items() if name in data.grid}
     point = Results(
@@ -256,9 +255,7 @@ def test_what_is_wrong_with_the_input_is_in_the_first_lines(shared: Path, tmp_pa
         },
         data.attrs,
     )
-    assert "No window: found a single operating point" in words_of(
-        file_answer(point, answer_of(point), "si")
-    )
+    assert "No window: found a single operating point" in words_of(file_answer(point, "si"))
 
 
 def test_the_window_is_a_picture_of_vectors_with_words(page: str) -> None:

@@ -4,7 +4,7 @@ where the responses begin, and the rate of penetration."""
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from nsdrill.analysis import contrast as analysis
@@ -23,7 +23,6 @@ from nsdrill.plot.answer import (
 from nsdrill.study.write import changes
 from nsdrill.variables import MODEL
 
-MAX_LINES = 24
 ENDS = ("lower", "upper")
 MAX_CHANGES = 6
 Source = Results | str | os.PathLike[str]
@@ -216,50 +215,3 @@ def onset_rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
         way = WAYS.get(row["procedure"], row["procedure"])
         table.append((where, way, row["response"].replace("_", "-"), *spans))
     return table
-
-
-def lines(found: Mapping[str, Any], units: str, names: Sequence[str] = ()) -> Iterator[str]:
-    """The comparison as lines of text, at most :data:`MAX_LINES` of each table."""
-    import textwrap
-
-    for letter, name in zip(("a", "b"), names, strict=False):
-        yield f"{letter}: {name}"
-    yield from textwrap.wrap(difference(found), 100)
-    yield ""
-    yield from textwrap.wrap(sentence(found, units), 100)
-    for note in notes(found, units):
-        yield from textwrap.wrap(note, 100, initial_indent="  ", subsequent_indent="  ")
-    (_, answer_a, answer_b), *table = rows(found, units)
-    yield ""
-    yield from textwrap.wrap(f"a: {answer_a}", 100, subsequent_indent="   ")
-    yield from textwrap.wrap(f"b: {answer_b}", 100, subsequent_indent="   ")
-    yield ""
-    yield from aligned([("", "a", "b"), *table])
-    axis = Formatter(units).name(found["windows"][0]["axes"][0])
-    for heading, head, body in (
-        (
-            f"Safe intervals along the {axis}, and how far their ends moved from a to b:",
-            ("", "a", "b", "lower end", "upper end"),
-            border_rows(found, units),
-        ),
-        (
-            f"Where along the {axis} a response occurs, where that changed:",
-            ("", "", "", "a", "b"),
-            onset_rows(found, units),
-        ),
-    ):
-        if body:
-            yield ""
-            yield heading
-            yield from aligned([head, *body[:MAX_LINES]])
-            if len(body) > MAX_LINES:
-                yield f"  and {len(body) - MAX_LINES} more (all with --json)"
-
-
-def aligned(table: Sequence[tuple[str, ...]]) -> Iterator[str]:
-    """The rows of a table with its columns aligned."""
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-    for row in table:
-        yield (
-            "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        ).rstrip()

@@ -9,6 +9,7 @@ import click
 
 from nsdrill.cli import options
 from nsdrill.cli.show import in_words
+from nsdrill.cli.words import aligned
 
 MAX_CHANGES = 12
 
@@ -90,7 +91,7 @@ def _lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
         if differing:
             yield ""
             yield f"{heading}:"
-            yield from _table(
+            yield from aligned(
                 [
                     ("", "a", "b"),
                     *((name, _cell(name, x), _cell(name, y)) for name, x, y in differing),
@@ -113,7 +114,7 @@ def _window_lines(d: dict[str, Any], units: str) -> Iterator[str]:
     """What changed for the driller: the windows of two sweeps over the same axes."""
     import textwrap
 
-    from nsdrill.app.contrast import aligned, contrast, moved_rows, onset_rows, sentence
+    from nsdrill.app.contrast import contrast, moved_rows, onset_rows, sentence
     from nsdrill.app.reading import read_any
     from nsdrill.cli.window_note import WIDTH
     from nsdrill.errors import InputError
@@ -209,7 +210,7 @@ def _number_lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
             "relative",
             "from" if trace else "at",
         )
-        yield from _table([headings, *(_row(row, swept, units) for row in differing)])
+        yield from aligned([headings, *(_row(row, swept, units) for row in differing)])
 
 
 def _probability_lines(
@@ -227,7 +228,7 @@ def _probability_lines(
         where = _place_text(row["at"], [name for name in swept if name in row["at"]], units)
         apart = f"at {number_of(row['apart'], 'point')}"
         rows.append((in_words(row["name"]), *means, f"{100 * row['largest']:+.1f} %", where, apart))
-    yield from _table(rows)
+    yield from aligned(rows)
 
 
 def _response_lines(
@@ -292,11 +293,3 @@ def _row(row: dict[str, Any], swept: list[str], units: str) -> tuple[str, ...]:
     ):
         difference = amount(largest, known.unit(units), 3)
     return (row["name"], count, difference, "" if relative is None else f"{relative:.2g}", where)
-
-
-def _table(rows: list[tuple[str, ...]]) -> Iterator[str]:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        yield (
-            "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
-        ).rstrip()

@@ -93,7 +93,8 @@ def _compare(
     overwrite: bool,
 ) -> int:
     """The windows of two files against each other."""
-    from nsdrill.app.contrast import contrast, lines
+    from nsdrill.app.contrast import contrast
+    from nsdrill.cli.window_note import contrast_lines
     from nsdrill.cli.words import in_units
     from nsdrill.data import json_text
     from nsdrill.errors import printable
@@ -106,7 +107,7 @@ def _compare(
             f"{file}: {window['title']}"
             for file, window in zip(files, found["windows"], strict=True)
         ]
-        for line in lines(found, units, names):
+        for line in contrast_lines(found, units, names):
             click.echo(printable(line))
     if picture is not None:
         from nsdrill.app.window import read_for_window

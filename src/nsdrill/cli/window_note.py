@@ -4,13 +4,24 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from nsdrill.analysis.window import unknown_words
-from nsdrill.cli.words import count, samples_text
+from nsdrill.app import contrast as app
+from nsdrill.cli.words import aligned, count, samples_text
 from nsdrill.cli.words import label_of as name_of
-from nsdrill.plot.answer import ORDER, Formatter, answer, in_order, limit, percent, warnings, why
+from nsdrill.plot.answer import (
+    ORDER,
+    Formatter,
+    answer,
+    drilling,
+    in_order,
+    limit,
+    percent,
+    warnings,
+    why,
+)
 
 SIDES = {"less": "less", "more": "more"}
 SIDES_OF_DEPTH = {"less": "shallower", "more": "deeper"}
@@ -291,16 +302,9 @@ def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -
 
 
 def _drilling_text(point: dict[str, Any], fmt: Formatter) -> str:
-    """The rate of penetration and the specific energy at a point, as a sentence; ""
-    where the file does not have them."""
-    words = {
-        "rate_of_penetration": "rate of penetration",
-        "mechanical_specific_energy": "specific energy",
-    }
-    parts = [
-        f"{word} {fmt.value(name, point[name])}" for name, word in words.items() if name in point
-    ]
-    return f" {parts[0][0].upper()}{', '.join(parts)[1:]}." if parts else ""
+    """The rate of penetration and the specific energy at a point, as a sentence."""
+    text = drilling(point, fmt)
+    return f" {text[0].upper()}{text[1:]}." if text else ""
 
 
 def _limit_text(axis: str, side: dict[str, Any], fmt: Formatter) -> str:
@@ -353,3 +357,39 @@ def _over_depth(summary: dict[str, Any], fmt: Formatter, table: bool) -> Iterato
 
 def _words(flag: str) -> str:
     return flag.replace("_", "-")
+
+
+def contrast_lines(found: dict[str, Any], units: str, names: Sequence[str] = ()) -> Iterator[str]:
+    """The comparison as lines of text, at most :data:`MAX_ROWS` of each table."""
+    for letter, name in zip(("a", "b"), names, strict=False):
+        yield f"{letter}: {name}"
+    yield from textwrap.wrap(app.difference(found), WIDTH)
+    yield ""
+    yield from textwrap.wrap(app.sentence(found, units), WIDTH)
+    for note in app.notes(found, units):
+        yield from textwrap.wrap(note, WIDTH, initial_indent="  ", subsequent_indent="  ")
+    (_, answer_a, answer_b), *table = app.rows(found, units)
+    yield ""
+    yield from textwrap.wrap(f"a: {answer_a}", WIDTH, subsequent_indent="   ")
+    yield from textwrap.wrap(f"b: {answer_b}", WIDTH, subsequent_indent="   ")
+    yield ""
+    yield from aligned([("", "a", "b"), *table])
+    axis = Formatter(units).name(found["windows"][0]["axes"][0])
+    for heading, head, body in (
+        (
+            f"Safe intervals along the {axis}, and how far their ends moved from a to b:",
+            ("", "a", "b", "lower end", "upper end"),
+            app.border_rows(found, units),
+        ),
+        (
+            f"Where along the {axis} a response occurs, where that changed:",
+            ("", "", "", "a", "b"),
+            app.onset_rows(found, units),
+        ),
+    ):
+        if body:
+            yield ""
+            yield heading
+            yield from aligned([head, *body[:MAX_ROWS]])
+            if len(body) > MAX_ROWS:
+                yield f"  and {len(body) - MAX_ROWS} more (all with --json)"

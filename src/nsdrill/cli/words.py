@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from nsdrill.quantity import SYSTEMS, amount, find, in_system, quantity, sign
@@ -84,6 +84,15 @@ def knots_text(
 def count(number: int, noun: str) -> str:
     """``1 point``, ``2 points``."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def aligned(table: Sequence[tuple[str, ...]]) -> Iterator[str]:
+    """The rows of a table with its columns aligned."""
+    widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+    for row in table:
+        yield (
+            "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))
+        ).rstrip()
 
 
 def samples_text(number: int, effective: float) -> str:

@@ -88,6 +88,18 @@ def percent(point: Mapping[str, Any]) -> str:
     return f"{100 * point['probability']:.1f} % ({ends})"
 
 
+def drilling(point: Mapping[str, Any], fmt: Formatter) -> str:
+    """``rate of penetration 32 ft/h, specific energy 22 ksi``; "" where a file has
+    neither."""
+    words = {
+        "rate_of_penetration": "rate of penetration",
+        "mechanical_specific_energy": "specific energy",
+    }
+    return ", ".join(
+        f"{word} {fmt.value(name, point[name])}" for name, word in words.items() if name in point
+    )
+
+
 def response_words(names: Any) -> str:
     """``stick-slip, whirl``."""
     return ", ".join(name.replace("_", "-") for name in names)

@@ -8,6 +8,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from nsdrill.errors import InputError
 from nsdrill.files import replacing
 
@@ -62,10 +64,20 @@ def save(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = True
         figure.savefig(file, format=suffix[1:], metadata=FORMATS[suffix])
 
 
+MAX_CELLS = 1500  # of the maps of a figure in a page; of more the cells become an image
+
+
 def svg(figure: Figure) -> str:
-    """The figure as the text of an SVG file, whose words are text."""
+    """The figure as the text of an SVG file for a page: its words are text, and the
+    cells of its maps an image where they are many."""
+    from matplotlib.collections import QuadMesh
+
     from nsdrill.plot.style import house_style, without_glyph_warnings
 
+    meshes: list[Any] = figure.findobj(QuadMesh)
+    if sum(int(np.size(mesh.get_array())) for mesh in meshes) > MAX_CELLS:
+        for mesh in meshes:
+            mesh.set_rasterized(True)
     text = io.StringIO()
     with house_style(getattr(figure, "settings", None)), without_glyph_warnings():
         figure.savefig(text, format="svg", metadata=FORMATS[".svg"])

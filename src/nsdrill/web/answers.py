@@ -6,7 +6,6 @@ from __future__ import annotations
 import base64
 import html
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from nsdrill.app.contrast import border_rows, contrast, difference, notes, onset_rows, sentence
@@ -20,6 +19,7 @@ from nsdrill.plot.answer import (
     Formatter,
     answer,
     chosen_map,
+    drilling,
     explained,
     in_order,
     limit,
@@ -33,29 +33,13 @@ from nsdrill.variables import SAMPLE
 MAX_ROWS = 40  # of a table of the comparison
 
 
-@dataclass(frozen=True)
-class Answer:
-    """The answer of one file: its ``window``, None with the reason in ``lacking`` where
-    there is none."""
-
-    window: dict[str, Any] | None
-    lacking: str = ""
-
-
-def answer_of(results: Results) -> Answer:
-    """The answer that results give."""
-    try:
-        return Answer(window_of(results))
-    except NsdrillError as error:  # a single point, four axes, a part of a design
-        return Answer(None, str(error).removeprefix("window: "))
-
-
-def file_answer(results: Results, found: Answer, units: str, is_drawn: bool = True) -> str:
+def file_answer(results: Results, units: str, is_drawn: bool = True) -> str:
     """The answer of one file as HTML: the sentence, the warnings, the borders, and if
     ``is_drawn`` the picture."""
-    if found.window is None:
-        return paragraph(f"No window: {found.lacking}", "answer")
-    window = found.window
+    try:
+        window = window_of(results)
+    except NsdrillError as error:  # a single point, four axes, a part of a design
+        return paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer")
     pieces = [
         paragraph(answer(window, units), "answer"),
         warning_list(warnings(window, units)),
@@ -108,21 +92,10 @@ def _borders(window: Mapping[str, Any], units: str) -> str:
             )
         )
     pieces = [table(("", "recommended", "safe", "below that", "above that"), rows)]
-    if drilling := _drilling(best, fmt):
-        pieces.append(paragraph(drilling))
+    if yields := drilling(best, fmt):
+        pieces.append(paragraph(f"There: {yields}."))
     pieces += [paragraph(text) for text in explained(window, units)]
     return "".join(pieces)
-
-
-def _drilling(best: Mapping[str, Any], fmt: Formatter) -> str:
-    words = {
-        "rate_of_penetration": "rate of penetration",
-        "mechanical_specific_energy": "specific energy",
-    }
-    parts = [
-        f"{word} {fmt.value(name, best[name])}" for name, word in words.items() if name in best
-    ]
-    return f"There: {', '.join(parts)}." if parts else ""
 
 
 def _doubt(results: Results, window: Mapping[str, Any], units: str) -> str:

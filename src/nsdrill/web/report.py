@@ -28,7 +28,7 @@ from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import Line, edges
 from nsdrill.variables import INFERRED, OK, SAMPLE
-from nsdrill.web.answers import Answer, answer_of, comparison, file_answer
+from nsdrill.web.answers import comparison, file_answer
 from nsdrill.web.areas import (
     MAX_MAPS,
     TitledReply,
@@ -92,9 +92,6 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
     names = _names([part.session.path for part in parts])
     letters = "ab" if len(parts) == 2 else [str(i) for i in range(1, len(parts) + 1)]
     titles = [_title(part.session) for part in parts]
-    answers = [
-        None if part.session.results is None else answer_of(part.session.results) for part in parts
-    ]
     is_one = len(set(titles)) == 1
     page.add(
         f"<header><div><h1>{_text(titles[0] if is_one else ' and '.join(titles))}</h1>",
@@ -104,12 +101,12 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
         "</div></header><main>",
     )
     tables = _add_comparison(page, parts, names, units)
-    for number, (part, found) in enumerate(zip(parts, answers, strict=True)):
+    for number, part in enumerate(parts):
         page.add(f'<section class="first" id="answer{number}">')
         if len(parts) > 1:
             page.add(f"<h2>{letters[number]}: {_text(names[number])}</h2>")
             page.add("" if is_one else f"<p>{_text(titles[number])}</p>")
-        _add_answer(page, part.session, found, units, not tables)
+        _add_answer(page, part.session, units, not tables)
         page.add("</section>")
     page.add(tables)
     if len(parts) > 1:
@@ -138,11 +135,9 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
     return _document(titles[0], page)
 
 
-def _add_answer(
-    page: _Page, session: Session, found: Answer | None, units: str, is_drawn: bool
-) -> None:
-    if session.results is not None and found is not None:
-        page.add(file_answer(session.results, found, units, is_drawn))
+def _add_answer(page: _Page, session: Session, units: str, is_drawn: bool) -> None:
+    if session.results is not None:
+        page.add(file_answer(session.results, units, is_drawn))
     elif (branches := session.branches) is not None:
         x = quantity(branches.along, units)
         ends = " to ".join(x.value(float(end(branches.numbers))) for end in (np.min, np.max))

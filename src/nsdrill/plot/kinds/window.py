@@ -163,7 +163,10 @@ def put_warnings(figure: Figure, texts: list[str]) -> None:
     title, width = legend.get_title(), figure.bbox.width - 12.0 * figure.dpi / 72
     title.set(color=WARNING, gid="warnings", parse_math=False)
     for characters in range(140, SHORTEST_LINE, -4):
-        lines = [textwrap.fill(text, characters, subsequent_indent="   ") for text in texts]
+        lines = [
+            textwrap.fill(text, characters, subsequent_indent="   ", break_on_hyphens=False)
+            for text in texts
+        ]
         legend.set_title("\n".join(lines), prop=FontProperties(size=size, weight="bold"))
         if title.get_window_extent().width <= width:
             break
