@@ -9,7 +9,6 @@ import click
 
 from nsdrill.cli import options
 from nsdrill.cli.show import in_words
-from nsdrill.cli.words import aligned
 
 MAX_CHANGES = 12
 
@@ -78,6 +77,7 @@ def _attribute_text(name: str, text: str | None, units: str) -> str | None:
 
 
 def _lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
+    from nsdrill.cli.words import aligned
     from nsdrill.cli.words import count as number_of
 
     yield f"a: {d['files'][0]}"
@@ -117,6 +117,7 @@ def _window_lines(d: dict[str, Any], units: str) -> Iterator[str]:
     from nsdrill.app.contrast import contrast, moved_rows, onset_rows, sentence
     from nsdrill.app.reading import read_any
     from nsdrill.cli.window_note import WIDTH
+    from nsdrill.cli.words import aligned
     from nsdrill.errors import InputError
 
     try:
@@ -145,6 +146,7 @@ def _cell(name: str, value: str | None) -> str:
 def _number_lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
     """Axes, responses and variables of two files of one kind that differ; the variables
     one by one with ``bits``, which traces, of numbers alone, always have."""
+    from nsdrill.cli.words import aligned
     from nsdrill.cli.words import count as number_of
 
     trace = d["kinds"][0] == "trace"
@@ -216,6 +218,7 @@ def _number_lines(d: dict[str, Any], units: str, bits: bool) -> Iterator[str]:
 def _probability_lines(
     probabilities: dict[str, Any], swept: list[str], units: str
 ) -> Iterator[str]:
+    from nsdrill.cli.words import aligned
     from nsdrill.cli.words import count as number_of
 
     yield (
