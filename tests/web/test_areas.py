@@ -122,7 +122,9 @@ def test_a_window_knows_its_points_and_its_best_one(cube: Results) -> None:
     """A cell of the area is a place of the grid, and the first point is that of the
     window's recommendation."""
     mild = "bit: {lobes: 1, surface_amplitude: 0.1 mm}\nsweep: {depth: [1000 m, 2000 m], "
-    results = run(f"{mild} wob: [5 kN, 20 kN, 90 kN], rotary_speed: [4 rad/s, 7 rad/s, 9 rad/s]}}\n")
+    results = run(
+        f"{mild} wob: [5 kN, 20 kN, 90 kN], rotary_speed: [4 rad/s, 7 rad/s, 9 rad/s]}}\n"
+    )
     found = classes(results)
     assert [one["name"] for one in area_choices(results)] == ["window"]
     head, columns = area(results, "si", "window", {"depth": 1})

@@ -182,16 +182,20 @@ def _name(motion: Any, lobes: Any) -> str:
 
 def curves(branches: Branches, name: str, units: str) -> tuple[dict[str, Any], dict[str, Array]]:
     """The branches in a diagram of the feature ``name``: columns ``curve x``, ``curve
-    y`` and ``curve unstable`` [point]. ``curves`` in the head has the sizes, the words
-    of each branch, and the special points."""
+    y`` and ``curve unstable`` [point]. ``curves`` in the head has the sizes; the
+    ``kinds`` of motions with their colours, and the ``kind`` of each branch; and the
+    ``special`` points, each with the number of its label among ``marks``."""
     x, y = quantity(branches.along, units), quantity(name, units)
-    special = np.flatnonzero(~np.isin(branches.label, (REGULAR, END_POINT)))
+    points = np.flatnonzero(~np.isin(branches.label, (REGULAR, END_POINT)))
+    codes = list(dict.fromkeys(branches.label[points].tolist()))
+    kinds = list(dict.fromkeys(branches.names))
     head = {
         "sizes": branches.sizes,
-        "names": branches.names,
-        "special": [
-            [int(i), branches.meanings.get(int(branches.label[i]), str(branches.label[i]))]
-            for i in special
+        "kinds": [{"name": kind, "colour": _colour(kind, kinds)} for kind in kinds],
+        "kind": [kinds.index(kind) for kind in branches.names],
+        "special": [[int(i), codes.index(int(branches.label[i]))] for i in points],
+        "marks": [
+            {"name": branches.meanings.get(code, str(code)), **_mark(code, codes)} for code in codes
         ],
     }
     columns = {
@@ -200,6 +204,35 @@ def curves(branches: Branches, name: str, units: str) -> tuple[dict[str, Any], d
         "curve unstable": branches.unstable,
     }
     return {"curves": head}, columns
+
+
+# Of motions over more lobes than the first kind of a file, which has the colour of the
+# pictures.
+FURTHER_COLOURS = ("#332288", "#AA4499", "#882255", "#117733")
+
+
+def _colour(kind: str, kinds: list[str]) -> str:
+    """The colour of a kind of motion: that of the pictures; of several periodic kinds
+    one each."""
+    from nsdrill.plot.branches import COLOURS
+
+    name = kind.partition(" over ")[0]
+    periodic = [one for one in kinds if one.startswith("periodic over ")]
+    if kind in periodic[1:]:
+        return FURTHER_COLOURS[(periodic.index(kind) - 1) % len(FURTHER_COLOURS)]
+    return COLOURS.get(name.replace(" ", "_"), "#000000")
+
+
+def _mark(code: int, codes: list[int]) -> dict[str, str]:
+    """The marker and the colour of a label, as in the pictures."""
+    from nsdrill.plot.branches import GRAZING_MARKERS, MARKERS
+
+    grazing = sorted(set(codes) - MARKERS.keys())
+    if code in MARKERS:
+        marker, colour = MARKERS[code]
+    else:
+        marker, colour = GRAZING_MARKERS[grazing.index(code) % len(GRAZING_MARKERS)]
+    return {"marker": marker, "colour": colour}
 
 
 def branch_choices(branches: Branches, units: str) -> dict[str, Any]:

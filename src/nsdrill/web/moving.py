@@ -106,7 +106,7 @@ def replay(session: Source, request: Mapping[str, Any]) -> Reply:
 def live(session: Source, request: Mapping[str, Any]) -> Reply:
     """The motion from ``state`` on with ``changes``; from the study's own start
     where no state is given. ``settle`` and ``observe`` are those of a point of a
-    local diagram."""
+    local diagram. ``chosen`` says that the state was clicked, and nothing else."""
     values = session.values(request)
     seconds = asked.seconds(request)
     settle, observe = (
@@ -128,7 +128,9 @@ def live(session: Source, request: Mapping[str, Any]) -> Reply:
     duration = (
         f"for {motion.seconds:g} s{', with changed numbers' if request.get('changes') else ''}"
     )
-    if request.get("state"):
+    if request.get("chosen"):
+        head["begins"] = f"Run from the chosen start {duration}."
+    elif request.get("state"):
         head["begins"] = f"Run on from the present state {duration}."
     else:
         head["begins"] = f"Run from the study's start {duration}.{_middle_of_sweep(session)}"

@@ -59,6 +59,8 @@ STATIC_FILES = {
     "/": ("explorer.html", "text/html"),
     "/explorer.js": ("explorer.js", "text/javascript"),
     "/charts.js": ("charts.js", "text/javascript"),
+    "/motion.js": ("motion.js", "text/javascript"),
+    "/vector.js": ("vector.js", "text/javascript"),
     "/style.css": ("style.css", "text/css"),
     "/uPlot.js": ("uplot/uPlot.iife.min.js", "text/javascript"),
     "/uPlot.css": ("uplot/uPlot.min.css", "text/css"),
