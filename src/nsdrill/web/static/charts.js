@@ -78,7 +78,7 @@ window.nsdrill = (() => {
   // Ticks of a small axis: a round step of which at least three, or `least`, lie on the axis.
   function fewTicks(low, high, least = 3) {
     const power = 10 ** Math.floor(Math.log10((high - low) / (least + 0.2)));
-    for (const part of [5, 2.5, 2, 1, 0.5]) {
+    for (const part of [10, 5, 2.5, 2, 1, 0.5]) {
       const step = part * power, first = Math.ceil(low / step - 1e-9), count = Math.floor(high / step + 1e-9) - first + 1;
       if (count >= least) return Array.from({ length: count }, (_, k) => Number(((first + k) * step).toPrecision(12)));
     }
@@ -147,6 +147,7 @@ window.nsdrill = (() => {
     }
     function draw(u) {
       contents(u.ctx, u);
+      box.dataset.ticks = (u.axes[1]._values || []).filter(Boolean).length; // for tests
       if (ready) over();
     }
     function fit(u) {
@@ -557,8 +558,8 @@ window.nsdrill = (() => {
       if (Math.abs(values[k]) > largest) largest = Math.abs(values[k]);
     }
     values.shape = outcome.shape = [1, ...d.values.shape.slice(1)];
-    const classes = d.classes && [{ name: "no difference", colour: "#EDEDED" }, { name: "up and down differ", colour: DIFFERS }];
-    return { ...d, values, outcome, procedures: [`${d.procedures[b]} less ${d.procedures[a]}`], classes, limits: [-largest, largest], map: "differences" };
+    const classes = d.classes && [{ name: "no difference", colour: "#EDEDED" }, { name: "they differ", colour: DIFFERS }];
+    return { ...d, values, outcome, procedures: [d.classes ? `where ${d.procedures[a]} and ${d.procedures[b]} differ` : `${d.procedures[b]} less ${d.procedures[a]}`], classes, limits: [-largest, largest], map: "differences" };
   }
 
   // A map of the panel `o.panel` of `d`; a line goes around the cells where `o.safe` [ny, nx] is 1.

@@ -249,6 +249,7 @@
     document.querySelector("main").classList.toggle("wide", view.map && panels.length > 1);
     if (panels) drawMaps(panels);
     else drawLines(all);
+    markPlace();
     writeLink();
   });
   const joined = ({ head, columns }) => ({ ...head, ...columns });
@@ -333,7 +334,8 @@
     });
     // the first one has the numbers of the axis
     $("diagram").style.gridTemplateColumns = several && !narrow.matches ? `minmax(0, calc(${100 / panels.length}% + ${Math.round(54 * (1 - 1 / panels.length))}px)) repeat(${panels.length - 1}, minmax(0, 1fr))` : "";
-    const items = new Map([...new Set(view.all)].flatMap(N.mapLegendOf).map((item) => [item.textContent, item]));
+    const legends = [...new Set(view.all)].map((d) => [...(d.map ? [make("li", {}, `${d.procedures[0]}:`)] : []), ...N.mapLegendOf(d)]);
+    const items = new Map(legends.flat().map((item) => [item.textContent, item]));
     $("legend").replaceChildren(...items.values(), ...(panels.some(({ safe }) => safe && safe.includes(0) && safe.includes(1)) ? [N.dash("#000", view.kind === "area probability" ? "border of 90 % safe" : "border of the safe window")] : []));
     $("hover").textContent = "Point at a map for numbers; click a cell to run it again.";
   }
@@ -359,6 +361,15 @@
     const { x, y } = view.all[0], step = x.step || 1;
     const i = x.dimension === y.dimension ? Math.floor(place[x.dimension] / step) : place[x.dimension];
     return [i, x.dimension === y.dimension ? place[y.dimension] % step : place[y.dimension]];
+  }
+
+  // Mark the present point of the sweep in what is drawn.
+  function markPlace() {
+    if (!view || !view.all || !now.place || meta.kind !== "results") return;
+    const d = view.all[0];
+    if (view.map) view.chosen = cellOf(now.place);
+    else if (d.place) view.chosen = [now.place[0], now.place[d.dimension]];
+    if (view.chosen) for (const chart of charts) chart.choose(...view.chosen);
   }
 
   // The point to begin with: the one that is recommended, the most probable one, or that in the middle.
@@ -716,7 +727,7 @@
       const wide = document.querySelector("main.wide") !== null;
       const legend = charts.length ? N.legendBoxes($("legend"), $("diagram").clientWidth) : [];
       const left = [...(wide ? [charts] : charts), ...legend, ...(local ? local.charts : [])];
-      const right = pinned ? [[pinned.view.parts(), motion.parts()]] : motion.parts();
+      const right = pinned ? [[pinned.view.parts(), motion.parts()]] : wide ? [motion.parts().flatMap((row, k) => (k ? [row.flat()] : row))] : motion.parts();
       const lines = [meta.about, pinned && `Left: ${$("pinned-which").textContent}`, $("which").textContent && [...$("which").children].slice(0, 2).map((item) => item.textContent).join(": ")].filter(Boolean);
       download(nameOf(as), await N.picture(wide ? [[...left, [right]]] : [left, right], meta.title, lines, as));
     });
@@ -813,11 +824,7 @@
   const runLinked = latestOnly(async (name, request) => {
     for (const key of Object.keys(request.changes || {})) addSlider(key);
     await runMotion(name, request);
-    if (!view || !view.all || !now.place) return;
-    const d = view.all[0];
-    if (view.map) view.chosen = cellOf(now.place);
-    else if (name !== "orbit" && d.x.values.length) view.chosen = [now.place[0], now.place[d.dimension]];
-    if (view.chosen) for (const chart of charts) chart.choose(...view.chosen);
+    markPlace();
   });
   begin().catch((error) => banner(error.message));
 })();

@@ -91,6 +91,8 @@
       return `<svg xmlns="http://www.w3.org/2000/svg" width="${width}" height="${height}" viewBox="0 0 ${width} ${height}" font-family="${escaped(N.FAMILY)}">\n<rect width="100%" height="100%" fill="#fff"/>\n<defs>${this.definitions.join("\n")}</defs>\n${this.pieces.join("\n")}\n</svg>\n`;
     }
   }
+  for (const name of ["fillStyle", "strokeStyle", "lineWidth", "font", "textAlign", "textBaseline"])
+    Object.defineProperty(Vector.prototype, name, { get() { return this.state[name]; }, set(value) { this.state[name] = value; } });
   const short = (value) => Number(value.toFixed(2));
   const escaped = (words) => String(words).replace(/&/g, "&amp;").replace(/</g, "&lt;").replace(/"/g, "&quot;");
 
