@@ -525,7 +525,7 @@ def _document(title: str, page: _Page) -> str:
     nothing."""
     scripts = [
         static(name).decode()
-        for name in ("uplot/uPlot.iife.min.js", "charts.js", "motion.js", "vector.js", "report.js")
+        for name in ("uplot/uPlot.iife.min.js", "charts.js", "motion.js", "report.js")
     ]
     style = (
         static("uplot/uPlot.min.css").decode()
