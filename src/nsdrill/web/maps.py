@@ -83,13 +83,14 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
 
 
 def _stacked(areas: list[tuple[str, Reply]]) -> Reply:
-    """Areas of one kind as one: ``values`` [area, y, x]."""
+    """Areas of one kind as one: ``values`` [area, y, x], with the colour scale of each."""
     head = areas[0][1][0]
     columns: dict[str, Array] = {
         name: np.concatenate([reply[1][name] for _, reply in areas])
         for name in ("values", "outcome")
     }
-    return head | {"procedures": [words for words, _ in areas]}, columns
+    scales = [reply[0].get("scale") for _, reply in areas]
+    return head | {"procedures": [words for words, _ in areas], "scales": scales}, columns
 
 
 def _first_point(maps: Classes, safe: Array) -> list[int] | None:

@@ -525,27 +525,46 @@ window.nsdrill = (() => {
   function mapLegendOf(d) {
     const values = new Set(d.values);
     const items = d.classes
-      ? d.classes.filter((_, code) => values.has(code)).map((style) => swatch("s", style.colour, style.name))
+      ? d.classes.filter((_, code) => values.has(code)).map((style) => (style.stripes ? entry(style.name, (c) => {
+        mark(c, "s", style.colour, true, 16, 14, 14);
+        striped(c, style.stripes, 7, 7, 14, 14, 6);
+      }) : swatch("s", style.colour, style.name)))
       : [0, 0.25, 0.5, 0.75, 1].map((part) => swatch("s", colourOf(d, d.limits[0] + part * (d.limits[1] - d.limits[0])), amount(d.limits[0] + part * (d.limits[1] - d.limits[0]), d.colour.unit, 3)));
     if (d.outcome.includes(-2)) items.push(swatch("X", "#000", "failed"));
     return items;
   }
 
-  // Classes or values over two axes. The colour map of values is viridis, that of differences goes from violet over white to orange.
-  const MAPS = {
-    viridis: ["#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725"],
-    differences: ["#2d004b", "#8073ac", "#d8daeb", "#f7f7f7", "#fee0b6", "#e08214", "#7f3b08"],
-  };
-  function shade(map, part) {
-    const at = Math.min(Math.max(part, 0), 1) * (map.length - 1), i = Math.min(Math.floor(at), map.length - 2), f = at - i;
+  // Classes or values over two axes. Values have the colours of the `scale` of a map, by default viridis; those of differences go
+  // from violet over white to orange.
+  const VIRIDIS = ["#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725"];
+  const DIFFERENCES = ["#2d004b", "#8073ac", "#d8daeb", "#f7f7f7", "#fee0b6", "#e08214", "#7f3b08"];
+  function shade(scale, part) {
+    const at = Math.min(Math.max(part, 0), 1) * (scale.length - 1), i = Math.min(Math.floor(at), scale.length - 2), f = at - i;
     const rgb = (hex, k) => parseInt(hex.slice(1 + 2 * k, 3 + 2 * k), 16);
-    return `rgb(${[0, 1, 2].map((k) => Math.round(rgb(map[i], k) * (1 - f) + rgb(map[i + 1], k) * f)).join()})`;
+    return `rgb(${[0, 1, 2].map((k) => Math.round(rgb(scale[i], k) * (1 - f) + rgb(scale[i + 1], k) * f)).join()})`;
+  }
+  // Stripes over a cell.
+  function striped(c, colour, left, top, width, height, apart) {
+    c.save();
+    c.beginPath();
+    c.rect(left, top, width, height);
+    c.clip();
+    c.strokeStyle = colour;
+    c.lineWidth = apart / 2.5;
+    c.setLineDash([]);
+    c.beginPath();
+    for (let at = Math.floor((left - top - height) / apart) * apart; at < left + width - top; at += apart) {
+      c.moveTo(at + top, top);
+      c.lineTo(at + top + height, top + height);
+    }
+    c.stroke();
+    c.restore();
   }
   function colourOf(d, value) {
     if (!(value === value)) return null;
     if (d.classes) return d.classes[value] ? d.classes[value].colour : null;
     const [low, high] = d.limits;
-    return shade(MAPS[d.map || "viridis"], (value - low) / (high - low || 1));
+    return shade(d.scale || VIRIDIS, (value - low) / (high - low || 1));
   }
 
   // Where two procedures of a map differ: of classes yes or no, of numbers the second less the first.
@@ -559,7 +578,7 @@ window.nsdrill = (() => {
     }
     values.shape = outcome.shape = [1, ...d.values.shape.slice(1)];
     const classes = d.classes && [{ name: "no difference", colour: "#EDEDED" }, { name: "they differ", colour: DIFFERS }];
-    return { ...d, values, outcome, procedures: [d.classes ? `where ${d.procedures[a]} and ${d.procedures[b]} differ` : `${d.procedures[b]} less ${d.procedures[a]}`], classes, limits: [-largest, largest], map: "differences" };
+    return { ...d, values, outcome, procedures: [d.classes ? `where ${d.procedures[a]} and ${d.procedures[b]} differ` : `${d.procedures[b]} less ${d.procedures[a]}`], classes, limits: [-largest, largest], scale: DIFFERENCES };
   }
 
   // A map of the panel `o.panel` of `d`; a line goes around the cells where `o.safe` [ny, nx] is 1.
@@ -578,6 +597,7 @@ window.nsdrill = (() => {
             if (colour) {
               c.fillStyle = colour;
               c.fillRect(left, top, width, height);
+              if (d.classes && d.classes[d.values[at]].stripes) striped(c, d.classes[d.values[at]].stripes, left, top, width, height, 7 * ratio());
             } else if (d.outcome[at] === -2) {
               c.strokeStyle = "#000";
               c.lineWidth = 1;

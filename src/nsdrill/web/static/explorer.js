@@ -224,7 +224,7 @@
       if (!area.x_edges) all = [area];
       else {
         free.splice(0, 2, area.x.name, area.y.name);
-        panels = area.procedures.map((words, p) => ({ d: area, panel: p, procedure: null, title: words || area.title, safe: area.safe }));
+        panels = area.procedures.map((words, p) => ({ d: area.scales ? { ...area, scale: area.scales[p] } : area, panel: p, procedure: null, title: words || area.title, safe: area.safe }));
         if (name === "window") {
           const d = joined(await ask("plane", { held: fixed(), member: view.member, x: area.x.name, y: area.y.name, colour: "response" }));
           panels.push(...planesOf(d, "Responses").map((one) => ({ ...one, safe: area.safe })));
@@ -334,9 +334,11 @@
     });
     // the first one has the numbers of the axis
     $("diagram").style.gridTemplateColumns = several && !narrow.matches ? `minmax(0, calc(${100 / panels.length}% + ${Math.round(54 * (1 - 1 / panels.length))}px)) repeat(${panels.length - 1}, minmax(0, 1fr))` : "";
-    const legends = [...new Set(view.all)].map((d) => [...(d.map ? [make("li", {}, `${d.procedures[0]}:`)] : []), ...N.mapLegendOf(d)]);
-    const items = new Map(legends.flat().map((item) => [item.textContent, item]));
-    $("legend").replaceChildren(...items.values(), ...(panels.some(({ safe }) => safe && safe.includes(0) && safe.includes(1)) ? [N.dash("#000", view.kind === "area probability" ? "border of 90 % safe" : "border of the safe window")] : []));
+    // of classes every one once; of values those of each colour scale, after what has them
+    const keyOf = ({ d }) => (d.classes ? "" : JSON.stringify([d.scale, d.limits])), scales = new Map(panels.filter(({ d }) => !d.classes).map((one) => [keyOf(one), one]));
+    const classes = new Map([...new Set(view.all)].filter((d) => d.classes).flatMap(N.mapLegendOf).map((item) => [item.textContent, item]));
+    const ofScales = [...scales].flatMap(([key, one]) => [...(scales.size > 1 ? [make("li", {}, `${panels.filter((other) => keyOf(other) === key).map((other) => other.title).join(", ")}:`)] : []), ...N.mapLegendOf(one.d)]);
+    $("legend").replaceChildren(...classes.values(), ...ofScales, ...(panels.some(({ safe }) => safe && safe.includes(0) && safe.includes(1)) ? [N.dash("#000", view.kind === "area probability" ? "border of 90 % safe" : "border of the safe window")] : []));
     $("hover").textContent = "Point at a map for numbers; click a cell to run it again.";
   }
   const narrow = matchMedia("(max-width: 860px)");
