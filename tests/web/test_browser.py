@@ -50,7 +50,7 @@ def test_the_private_file_leads_to_the_page(page: Any, explorer: Explorer) -> No
         assert address.startswith("file:///")
         assert explorer.token not in address
         opened(page, address)
-        assert page.url.startswith(f"http://127.0.0.1:{explorer.port}/#show=")
+        page.wait_for_url(f"http://127.0.0.1:{explorer.port}/#show=*")
 
 
 def test_a_run_that_a_newer_one_replaces_is_given_up(page: Any, explorer: Explorer) -> None:

@@ -82,8 +82,7 @@ def replay(session: Source, request: Mapping[str, Any]) -> Reply:
     seconds = asked.seconds(request)
     with session.computing():
         motion = session.motions.replay(place, seconds, asked.sample(seconds))
-        values = session.motions.values(place)
-        study = session.motions.at(values)
+        study = session.motions.stored(place)
     stored = {
         name: v[place].item() for name, v in results.variables.items() if v.ndim == len(place)
     }

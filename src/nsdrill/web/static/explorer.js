@@ -23,8 +23,13 @@
   })();
   addEventListener("hashchange", () => location.reload());
 
-  // Write what is shown into the address.
+  // Write what is shown into the address, soon: while a slider moves, browsers refuse to do that at every step.
+  let linkTimer = 0;
   function writeLink() {
+    clearTimeout(linkTimer);
+    linkTimer = setTimeout(writeLinkNow, 250);
+  }
+  function writeLinkNow() {
     const shown = new URLSearchParams();
     if (view) {
       shown.set("show", $("channel").value);
@@ -743,6 +748,7 @@
   });
 
   $("link").addEventListener("click", async () => {
+    writeLinkNow();
     try {
       await navigator.clipboard.writeText(location.href);
       $("link").textContent = "Copied";
