@@ -74,6 +74,9 @@ def test_probabilities_along_one_axis() -> None:
     assert np.allclose(columns["values"][0, :, 0], 100 * found.of(SAFE)[0].ravel())
     assert columns["outcome"][0].tolist() == [0, 0, 0]  # the colour of no critical response
     assert columns["values"].shape[0] == len(head["procedures"]) > 1
+    opened, again = area(results, "si", "probability", {})
+    assert (opened["dimension"], opened["joined"]) == (results.grid.index("rotary_speed"), True)
+    assert np.array_equal(again["values"], columns["values"])
 
 
 def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube: Results) -> None:

@@ -51,6 +51,7 @@ def area(results: Results, units: str, name: str, held: Mapping[str, int]) -> Re
         return head | {
             "place": [0] * len(results.grid),
             "dimension": results.grid.index(results.swept[0]),
+            "joined": True,
         }, columns
     else:
         maps = classes(results, None, USUAL_CONFIDENCE if name == PROBABILITY else None)

@@ -352,6 +352,12 @@ window.nsdrill = (() => {
           c.stroke();
         }
         c.setLineDash([]);
+        for (let p = 0; d.joined && p < P; p++) {
+          c.strokeStyle = o.responses[d.outcome[p * N]].colour;
+          c.beginPath();
+          for (let i = 0; i < N; i++) c[i ? "lineTo" : "moveTo"](X(xs[i]), Y(d.values[p * N + i]));
+          c.stroke();
+        }
         const spacing = u.bbox.width / Math.max(N, 1);
         const size = Math.round(Math.min(Math.max(spacing * 0.9, 3.2 * dpr), 7 * dpr));
         for (let code = 0; code < o.responses.length; code++)

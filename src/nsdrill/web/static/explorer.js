@@ -262,7 +262,7 @@
 
   function placeOf(d, p, i) {
     const place = [...d.place];
-    place[0] = p;
+    place[0] = d.joined ? view.procedure : p; // the lines of probabilities are no procedures
     place[d.dimension] = i;
     return place;
   }

@@ -236,7 +236,7 @@
         if (column(across) && column(up)) put(`p ${across}`, planes, plane(across, up));
       frameAt(at);
       drawOverlays();
-      const states = o.start ? " Click the hole or a plane to run from there." : "";
+      const states = o.start ? ` Click ${hasHole() ? "the hole or " : ""}a plane to run from there.` : "";
       read.textContent = `Point at a history for its numbers; drag to zoom, double-click for all.${states}`;
     }
 
