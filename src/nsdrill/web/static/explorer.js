@@ -11,16 +11,11 @@
   // The part of the address after #: the token of the explorer where it was printed, and what is shown (writeLink). The token is
   // kept by the browser for this explorer, so that an address can be copied without it.
   const STORED = "nsdrill-token";
-  const [token, linked, isKept] = (() => {
-    const text = location.hash.slice(1), first = text.split("&")[0], given = first.includes("=") ? "" : first;
-    const shown = new URLSearchParams(given ? text.slice(given.length + 1) : text);
-    try {
-      if (given) localStorage.setItem(STORED, given);
-      return [given || localStorage.getItem(STORED) || "", shown, true];
-    } catch { // a frame may not keep anything
-      return [given, shown, false];
-    }
-  })();
+  const fragment = location.hash.slice(1), given = /^[^=&]+(?=&|$)/.exec(fragment)?.[0] || "";
+  const linked = new URLSearchParams(given ? fragment.slice(given.length + 1) : fragment);
+  let isKept = true;
+  const stored = (work) => { try { return work(localStorage); } catch { isKept = false; return null; } }; // a frame may not keep anything
+  const token = given || stored((store) => store.getItem(STORED)) || "";
   addEventListener("hashchange", () => location.reload());
 
   // Write what is shown into the address, soon: while a slider moves, browsers refuse to do that at every step.
@@ -373,9 +368,10 @@
   // Mark the present point of the sweep in what is drawn.
   function markPlace() {
     if (!view || !view.all || !now.place || meta.kind !== "results") return;
-    const d = view.all[0];
+    const d = view.all[0], free = [0, d.dimension, d.x.dimension, d.y.dimension];
+    if (!d.place || d.place.some((at, k) => !free.includes(k) && at !== now.place[k])) return; // it lies elsewhere
     if (view.map) view.chosen = cellOf(now.place);
-    else if (d.place) view.chosen = [now.place[0], now.place[d.dimension]];
+    else view.chosen = [now.place[0], now.place[d.dimension]];
     if (view.chosen) for (const chart of charts) chart.choose(...view.chosen);
   }
 
@@ -790,6 +786,7 @@
       return;
     }
     meta = await ask("meta");
+    stored((store) => store.setItem(STORED, token));
     keepAlive();
     document.title = `${meta.title} – nsdrill`;
     $("title").textContent = meta.title;
