@@ -48,9 +48,11 @@ class Following:
         elif now - self.told >= LINE_SECONDS:
             self.told = now
             limit = wave.left * (now - self.began) / max(wave.longest, 1)
+            left = f"at this pace up to {_time(limit)} more in this round"
             self.say(
-                f"round {self.number}: {wave.running} of {_branches(wave.branches)} go on, "
-                f"{wave.points} points; at this pace up to {_time(limit)} more in this round"
+                f"round {self.number}: {wave.running} of {_branches(wave.branches)} "
+                f"go{'es' if wave.running == 1 else ''} on, {wave.points} points; "
+                f"{left if wave.left else 'the last special points are located'}"
             )
 
 

@@ -78,7 +78,7 @@ window.nsdrill = (() => {
   // Ticks of a small axis: a round step of which at least three, or `least`, lie on the axis.
   function fewTicks(low, high, least = 3) {
     const power = 10 ** Math.floor(Math.log10((high - low) / (least + 0.2)));
-    for (const part of [10, 5, 2.5, 2, 1, 0.5]) {
+    for (const part of [10, 5, 4, 3, 2.5, 2, 1, 0.5]) {
       const step = part * power, first = Math.ceil(low / step - 1e-9), count = Math.floor(high / step + 1e-9) - first + 1;
       if (count >= least) return Array.from({ length: count }, (_, k) => Number(((first + k) * step).toPrecision(12)));
     }
