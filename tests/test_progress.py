@@ -88,6 +88,7 @@ COMMANDS = {
     "run": "run study.yaml -o out.h5",
     "simulate": "simulate study.yaml -o trace.h5",
     "continue": "continue study.yaml -o branches.h5",
+    "fit": "fit study.yaml --data field.csv --batch 16 --rounds 2",
 }
 
 
@@ -98,6 +99,11 @@ def test_every_command_tells_its_compiling(name: str, tmp_path: Path) -> None:
         "simulation: {transient: 5 s, observe: 5 s}\n"
         "continue: {along: rotary_speed, from: 4 rad/s, to: 6 rad/s, "
         "seeds: {rotary_speed: [5 rad/s]}, points: 6}\n"
+        + (name == "fit")
+        * "uncertain: {bit.friction.static: {uniform: [0.2, 0.8]}}\n"
+    )
+    (tmp_path / "field.csv").write_text(
+        "rotary_speed [rad/s], bit_speed_max [rad/s]\n4, 6\n5, 7\n6, 8\n"
     )
     program = (
         "import sys, nsdrill.progress as p; p.COMPILING_SECONDS = 0.0; "
