@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import re
+import subprocess
+import sys
+import time
 from itertools import pairwise
 from pathlib import Path
 
@@ -9,6 +14,9 @@ import pytest
 
 import nsdrill
 from nsdrill import progress
+from nsdrill.app import following
+from nsdrill.compiler.functions import compiling
+from nsdrill.orbit.explore import Wave
 from nsdrill.progress import Progress, reporting
 from nsdrill.sweep.engine import Progress as Counts
 
@@ -45,18 +53,95 @@ def test_lines_name_failures_and_the_pass(
     assert second.endswith(" left (check: tight)")
 
 
-@pytest.mark.parametrize(
-    ("way", "line"),
-    [("native", "compiled in 11 s; kept for the next run"), ("numba", "compiled in 11 s")],
-)
-def test_a_line_says_whether_the_code_is_kept(
-    way: str, line: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+def test_compiling_is_told_and_is_no_part_of_an_estimate(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """numba's is not."""
-    monkeypatch.setattr(progress, "route", lambda: way)
+    """A second of compiling before 10 points in no time: the other 30 take no second."""
+    monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)
+    monkeypatch.setattr(progress, "COMPILING_SECONDS", 0.1)
+    seen: list[Progress] = []
+    with reporting(True) as watch, reporting(seen.append) as record:
+        watch(Counts(total=40, note="compiling"))
+        for _ in range(5):
+            with compiling.function():
+                time.sleep(0.2)
+        watch(Counts(total=40, done=10))
+        record(Counts(total=40, done=10))
+    first, second, third = capsys.readouterr().err.splitlines()
+    assert first == "compiling the equations for this processor ..."
+    assert second in [f"compiled in 1.{tenth} s; kept for the next run" for tenth in range(9)]
+    assert third.startswith("10 of 40 points; ")
+    assert third.endswith(", 0:00 left")
+    assert seen[0].seconds_left is not None
+    assert seen[0].seconds_left < 0.5
+
+
+def test_loading_code_is_not_told(capsys: pytest.CaptureFixture[str]) -> None:
     with reporting(True) as watch:
-        watch(Counts(total=40, before=0, done=0, failed=0, compiling=11.0))
-    assert capsys.readouterr().err.splitlines() == [line]
+        with compiling.function():
+            pass
+        watch(Counts(total=40, done=40))
+    assert capsys.readouterr().err == ""
+
+
+COMMANDS = {
+    "run": "run study.yaml -o out.h5",
+    "simulate": "simulate study.yaml -o trace.h5",
+    "continue": "continue study.yaml -o branches.h5",
+    "fit": "fit study.yaml --data field.csv --batch 16 --rounds 2",
+}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_tells_its_compiling(name: str, tmp_path: Path) -> None:
+    (tmp_path / "study.yaml").write_text(
+        "model: torsion\noperation: {rotary_speed: 5 rad/s}\n"
+        "simulation: {transient: 5 s, observe: 5 s}\n"
+        "continue: {along: rotary_speed, from: 4 rad/s, to: 6 rad/s, "
+        "seeds: {rotary_speed: [5 rad/s]}, points: 6}\n"
+        + (name == "fit")
+        * "uncertain: {bit.friction.static: {uniform: [0.2, 0.8]}}\n"
+    )
+    (tmp_path / "field.csv").write_text(
+        "rotary_speed [rad/s], bit_speed_max [rad/s]\n4, 6\n5, 7\n6, 8\n"
+    )
+    program = (
+        "import sys, nsdrill.progress as p; p.COMPILING_SECONDS = 0.0; "
+        "from nsdrill.cli.main import group; group(sys.argv[1:], standalone_mode=False)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, *COMMANDS[name].split()],
+        cwd=tmp_path,
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cold")},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    lines = [line.strip() for line in done.stderr.splitlines()]
+    told = lines.index("compiling the equations for this processor ...")
+    assert re.fullmatch(r"compiled in \d+\.\d s; kept for the next run", lines[told + 1])
+
+
+def test_branches_say_how_far_they_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At 20 points in 10 s on the longest side, 30 more take up to 15 s."""
+    clock = iter([0.0, 5.0, 10.0, 11.0])
+    monkeypatch.setattr(following, "_seconds", lambda: next(clock))
+    said: list[str] = []
+    lines = following.Following(said.append)
+    for wave in (
+        Wave(1, 4, 4, 4, 1, 50),
+        Wave(1, 4, 4, 60, 9, 40),
+        Wave(1, 4, 3, 120, 20, 30),
+        Wave(2, 1, 1, 1, 1, 50),
+    ):
+        lines.watch(wave)
+    assert said == [
+        "round 1: 4 branches followed side by side, kept when all have ended",
+        "round 1: 3 of 4 branches go on, 120 points; at this pace up to 0:15 more in this round",
+        "round 2: 1 branch followed side by side, kept when all have ended",
+    ]
+    assert following.dropped_words(22, 22) == ""
+    assert following.dropped_words(32, 22).startswith("32 branches were followed; 10 of them")
 
 
 def test_a_bar_in_a_terminal(

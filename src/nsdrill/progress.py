@@ -4,6 +4,7 @@ calls of a function."""
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from nsdrill.compiler.functions import route
+from nsdrill.compiler.functions import compiling
 from nsdrill.errors import InputError
 
 if TYPE_CHECKING:
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from nsdrill.sweep.engine import Progress as Counts
 
 LINE_SECONDS = 10.0  # between two lines where there is no terminal
+COMPILING_SECONDS = 0.5  # of compiling, from which it is said
 Watch = Callable[["Counts"], None]
 
 
@@ -50,10 +52,10 @@ def reporting(progress: bool | Callable[[Progress], object]) -> Iterator[Watch]:
                 f"progress: found {progress!r}; allowed: True, False, or a function "
                 "of one argument."
             )
-        started, callback = time.monotonic(), progress
+        clock, callback = _Clock(), progress
 
         def forward(counts: Counts) -> None:
-            callback(_record(counts, time.monotonic() - started))
+            callback(_record(counts, clock.seconds()))
 
         yield forward
     else:
@@ -62,10 +64,69 @@ def reporting(progress: bool | Callable[[Progress], object]) -> Iterator[Watch]:
         console = Console(stderr=True)
         # In a notebook a bar is a widget.
         if find_spec("ipywidgets") if console.is_jupyter else console.is_terminal:
-            with _bar(console) as update:
-                yield update
+            with _bar(console) as update, telling_compiling(console.print) as end:
+                yield lambda counts: _update(update, counts, end)
         else:
-            yield _lines()
+            with telling_compiling(_print) as end:
+                update = _lines()
+                yield lambda counts: _update(update, counts, end)
+
+
+def _update(update: Watch, counts: Counts, end: Callable[[], None]) -> None:
+    end()  # a point is only run when its code is there
+    update(counts)
+
+
+def _print(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+class _Clock:
+    """The time [s] of this session without that in which code was compiled, which is
+    no part of an estimate."""
+
+    def __init__(self) -> None:
+        self.started, self.compiled = time.monotonic(), compiling.seconds
+
+    def seconds(self) -> float:
+        return time.monotonic() - self.started - (compiling.seconds - self.compiled)
+
+
+@contextmanager
+def telling_compiling(say: Callable[[str], object]) -> Iterator[Callable[[], None]]:
+    """Compiling as a stage of its own: ``say`` gets a line when it has taken
+    :data:`COMPILING_SECONDS`, and one with how long it took at the end, or where the
+    function that this yields is called."""
+    before, timer, told = compiling.seconds, None, False
+
+    def begin() -> None:
+        nonlocal told
+        told = True
+        say("compiling the equations for this processor ...")
+
+    def watch(begins: bool) -> None:
+        nonlocal timer
+        if timer is not None:
+            timer.cancel()
+        if begins and not told:  # the functions before this one count
+            left = COMPILING_SECONDS - (compiling.seconds - before)
+            timer = threading.Timer(max(0.0, left), begin)
+            timer.daemon = True
+            timer.start()
+
+    def end() -> None:
+        nonlocal before, told
+        if told:
+            seconds = compiling.seconds - before
+            say(f"compiled in {seconds:.1f} s; kept for the next run")
+            before, told = compiling.seconds, False
+
+    compiling.watchers.append(watch)
+    try:
+        yield end
+    finally:
+        compiling.watchers.remove(watch)
+        end()
 
 
 def pace(done: int, left: int, seconds: float) -> str:
@@ -86,14 +147,13 @@ def pace(done: int, left: int, seconds: float) -> str:
 
 def _record(counts: Counts, seconds: float) -> Progress:
     done = counts.before + counts.done
-    seconds -= counts.compiling
     left = seconds / counts.done * (counts.total - done) if counts.done else None
     return Progress(done, counts.total, counts.failed, left, counts.note)
 
 
 def _pace(counts: Counts, seconds: float) -> str:
     left = counts.total - counts.before - counts.done
-    return pace(counts.done, left, seconds - counts.compiling)
+    return "" if counts.note == "compiling" else pace(counts.done, left, seconds)
 
 
 @contextmanager
@@ -113,7 +173,7 @@ def _bar(console: Console) -> Iterator[Watch]:
     )
     with Bar(*columns, console=console, transient=True) as bar:
         task = bar.add_task("points", total=None, pace="starting", failures="", note="")
-        started = time.monotonic()
+        clock = _Clock()
 
         def update(counts: Counts) -> None:
             failures = f"[red]{counts.failed} failed[/red]" if counts.failed else ""
@@ -123,35 +183,27 @@ def _bar(console: Console) -> Iterator[Watch]:
                 completed=counts.before + counts.done,
                 failures=failures,
                 note=counts.note,
-                pace=_pace(counts, time.monotonic() - started),
+                pace=_pace(counts, clock.seconds()),
             )
 
         yield update
 
 
 def _lines() -> Watch:
-    """A line every :data:`LINE_SECONDS`, none in a shorter run; and one for compiling
-    that took as long."""
-    started = printed = time.monotonic()
-    told = 0.0
+    """A line every :data:`LINE_SECONDS`, none in a shorter run."""
+    clock, printed = _Clock(), time.monotonic()
 
     def update(counts: Counts) -> None:
-        nonlocal printed, told
+        nonlocal printed
         now = time.monotonic()
-        if counts.compiling > told + LINE_SECONDS:
-            told = counts.compiling
-            kept = "; kept for the next run" if route() == "native" else ""
-            print(f"compiled in {told:.0f} s{kept}", file=sys.stderr, flush=True)
-        if now - printed < LINE_SECONDS:
+        if now - printed < LINE_SECONDS or counts.note == "compiling":
             return
         printed = now
         failed = f", {counts.failed} failed" if counts.failed else ""
         note = f" ({counts.note})" if counts.note else ""
-        print(
+        _print(
             f"{counts.before + counts.done} of {counts.total} points{failed}; "
-            f"{_pace(counts, now - started)}{note}",
-            file=sys.stderr,
-            flush=True,
+            f"{_pace(counts, clock.seconds())}{note}"
         )
 
     return update

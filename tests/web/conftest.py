@@ -1,12 +1,17 @@
-"""Sessions of the small studies, opened once."""
+"""Sessions of the small studies, opened once, and pages in a browser."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from nsdrill.web.server import Explorer
 from nsdrill.web.session import Session
+
+from .browser import BROWSER
 
 
 @pytest.fixture(scope="session")
@@ -17,3 +22,42 @@ def session(shared: Path) -> Session:
 @pytest.fixture(scope="session")
 def of_map(shared: Path) -> Session:
     return Session(shared / "map.h5")
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    playwright = pytest.importorskip(
+        "playwright.sync_api", reason="no browser: pip install playwright"
+    )
+    if BROWSER is None:
+        pytest.skip("no browser: apt-get install chromium")
+    with playwright.sync_playwright() as engine:
+        browser = engine.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def explorer(session: Session) -> Iterator[Explorer]:
+    made = Explorer(session)
+    made.start()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def page(chromium: Any, request: pytest.FixtureRequest) -> Iterator[Any]:
+    """A page that may say nothing on the console, fail nowhere, and ask nobody else."""
+    width = getattr(request, "param", 1280)
+    context = chromium.new_context(viewport={"width": width, "height": 900}, accept_downloads=True)
+    made, wrong = context.new_page(), []
+    made.on("console", lambda message: wrong.append(f"{message.type}: {message.text}"))
+    made.on("pageerror", lambda error: wrong.append(str(error)))
+    made.on("request", lambda asked: wrong.append(asked.url) if not _own(asked.url) else None)
+    yield made
+    context.close()
+    assert wrong == getattr(made, "expected", [])
+
+
+def _own(url: str) -> bool:
+    return url.startswith(("http://127.0.0.1:", "file:", "data:", "blob:"))

@@ -8,9 +8,11 @@ import pytest
 
 from nsdrill.analysis import window
 from nsdrill.analysis.probability import SAFE, probabilities_of
-from nsdrill.analysis.window import classes
+from nsdrill.analysis.window import SAFE as WINDOW_SAFE
+from nsdrill.analysis.window import classes, find_window
 from nsdrill.app.run import run_in_memory
 from nsdrill.data import Results
+from nsdrill.errors import InputError
 from nsdrill.plot.style import BAD_TO_GOOD, RESPONSES, SAFE_COLOUR
 from nsdrill.study import parse_study
 from nsdrill.web.areas import (
@@ -21,6 +23,7 @@ from nsdrill.web.areas import (
     verdict_areas,
     window_areas,
 )
+from nsdrill.web.maps import area, area_choices
 
 SHORT = "simulation: {transient: 5 s, observe: 5 s}\nrecord: {peaks: 0}\n"
 UNCERTAIN = """
@@ -79,6 +82,9 @@ def test_probabilities_along_one_axis() -> None:
     assert np.allclose(columns["values"][0, :, 0], 100 * found.of(SAFE)[0].ravel())
     assert columns["outcome"][0].tolist() == [0, 0, 0]  # the colour of no critical response
     assert columns["values"].shape[0] == len(head["procedures"]) > 1
+    opened, again = area(results, "si", "probability", {})
+    assert (opened["dimension"], opened["joined"]) == (results.grid.index("rotary_speed"), True)
+    assert np.array_equal(again["values"], columns["values"])
 
 
 def test_the_window_has_a_map_of_each_value_of_a_third_axis(cube: Results) -> None:
@@ -135,3 +141,55 @@ def test_a_basin_has_each_start_in_its_place() -> None:
 def test_of_many_maps_some_are_shown_evenly() -> None:
     assert evenly_spaced(3) == [0, 1, 2]
     assert evenly_spaced(18) == [0, 6, 11, 17]
+
+
+def test_a_window_knows_its_points_and_its_best_one(cube: Results) -> None:
+    """A cell of the area is a place of the grid, and the first point is that of the
+    window's recommendation."""
+    mild = "bit: {lobes: 1, surface_amplitude: 0.1 mm}\nsweep: {depth: [1000 m, 2000 m], "
+    results = run(
+        f"{mild} wob: [5 kN, 20 kN, 90 kN], rotary_speed: [4 rad/s, 7 rad/s, 9 rad/s]}}\n"
+    )
+    found = classes(results)
+    assert [one["name"] for one in area_choices(results)] == ["window"]
+    head, columns = area(results, "si", "window", {"depth": 1})
+    assert np.array_equal(columns["safe"] == 1, found.state[1] == WINDOW_SAFE)
+    i, j = head["recommended"]
+    best = find_window(results)["maps"][1]["recommended"]
+    assert head["x"]["values"][i] == best["rotary_speed"]
+    assert head["y"]["values"][j] * 1e3 == best["wob"]
+    place = list(head["place"])
+    place[head["x"]["dimension"]] += i * head["x"]["step"]
+    place[head["y"]["dimension"]] += j * head["y"]["step"]
+    assert results["response"][tuple(place)] == 0
+    assert place[results.grid.index("depth")] == 1
+    with pytest.raises(InputError, match="depth: found number 2; allowed: 0 to 1"):
+        area(results, "si", "window", {"depth": 2})
+    with pytest.raises(InputError, match="allowed: window"):
+        area(results, "si", "basin", {})
+    assert area(cube, "si", "window", {})[0]["recommended"] is None
+
+
+def test_probabilities_are_one_area_with_a_border(uncertain: Results) -> None:
+    found = probabilities_of(uncertain)
+    head, columns = area(uncertain, "si", "probability", {})
+    assert head["procedures"][0] == "Probability: safe"
+    assert columns["values"].shape == (len(head["procedures"]), 3, 2)
+    share = found.of(SAFE)[0][0]
+    assert np.array_equal(columns["safe"] == 1, share >= 0.9)
+    assert np.allclose(columns["values"][0], 100 * share)
+
+
+def test_a_cell_of_a_basin_is_its_start() -> None:
+    states = "x: {from: -20 mm, to: 20 mm, points: 3}, vx: {from: -0.1 m/s, to: 0.1 m/s, points: 4}"
+    results = run(f"initial: {{slice: {{{states}}}}}\n")
+    head, columns = area(results, "si", "basin", {})
+    names, across = results["state"].tolist(), head["x"]["dimension"]
+    for i, x in enumerate(head["x"]["values"]):
+        for j, vx in enumerate(head["y"]["values"]):
+            place = list(head["place"])
+            place[across] += i * head["x"]["step"] + j * head["y"]["step"]
+            begun = results["initial_state"][tuple(place)]
+            assert begun[names.index("x")] * 1e3 == pytest.approx(x)
+            assert begun[names.index("vx")] == pytest.approx(vx)
+            assert columns["values"][0, j, i] == results["response"][tuple(place)]

@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from nsdrill.analysis.bifurcations import CYCLE, PERIODIC
 from nsdrill.cli.main import group
 from nsdrill.errors import FileError, InputError
 from nsdrill.models.vocabulary import IN_TRACE
+from nsdrill.plot.branches import COLOURS
 from nsdrill.store import hdf5, read_results
 from nsdrill.store.layout import root_attributes
 from nsdrill.web.branches import is_branches, read_branches
@@ -76,8 +78,12 @@ def test_they_are_drawn_over_a_sweep(branches: Path, shared: Path) -> None:
     assert np.allclose(columns["curve y"][:4], 1e3 * results["radius_max"][0, 0, 0, :4])
     assert columns["curve x"].tolist() == [1.0, 2.0, 3.0, 4.0] * 2
     assert head["curves"]["sizes"].tolist() == [4, 4]
-    assert head["curves"]["special"] == [[2, "fold"], [5, "wall reached"]]
-    assert head["curves"]["names"] == ("periodic over 1 lobe", "limit cycle")
+    drawn = head["curves"]
+    words = [[point, drawn["marks"][mark]["name"]] for point, mark in drawn["special"]]
+    assert words == [[2, "fold"], [5, "wall reached"]]
+    kinds = [drawn["kinds"][kind] for kind in drawn["kind"]]
+    assert [kind["name"] for kind in kinds] == ["periodic over 1 lobe", "limit cycle"]
+    assert [kind["colour"] for kind in kinds] == [COLOURS[PERIODIC], COLOURS[CYCLE]]
     other, _ = session.diagram({"y": "bit_torque_max"})
     assert other["note"] == "The branches have no such feature."
 

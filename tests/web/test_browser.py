@@ -4,9 +4,7 @@ where one is missing."""
 from __future__ import annotations
 
 import json
-import shutil
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,78 +15,8 @@ from nsdrill.study import parse_study
 from nsdrill.web.server import Explorer
 from nsdrill.web.session import Session
 
+from .browser import WAIT, WIDTHS, clicked, head_of, opened, place
 from .test_branches import write
-
-BROWSER = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
-playwright = pytest.importorskip("playwright.sync_api", reason="no browser: pip install playwright")
-if BROWSER is None:
-    pytest.skip("no browser: apt-get install chromium", allow_module_level=True)
-
-WIDTHS = (1280, 400)
-WAIT = 120_000  # ms: a first motion may be compiled
-
-
-@pytest.fixture(scope="module")
-def chromium() -> Iterator[Any]:
-    with playwright.sync_playwright() as engine:
-        browser = engine.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        yield browser
-        browser.close()
-
-
-@pytest.fixture(scope="module")
-def explorer(session: Session) -> Iterator[Explorer]:
-    made = Explorer(session)
-    made.start()
-    yield made
-    made.close()
-
-
-@pytest.fixture
-def page(chromium: Any, request: pytest.FixtureRequest) -> Iterator[Any]:
-    """A page that may say nothing on the console, fail nowhere, and ask nobody else."""
-    width = getattr(request, "param", 1280)
-    context = chromium.new_context(viewport={"width": width, "height": 900}, accept_downloads=True)
-    made, wrong = context.new_page(), []
-    made.on("console", lambda message: wrong.append(f"{message.type}: {message.text}"))
-    made.on("pageerror", lambda error: wrong.append(str(error)))
-    made.on("request", lambda asked: wrong.append(asked.url) if not _own(asked.url) else None)
-    yield made
-    context.close()
-    assert wrong == getattr(made, "expected", [])
-
-
-def _own(url: str) -> bool:
-    return url.startswith(("http://127.0.0.1:", "file:", "data:", "blob:"))
-
-
-def opened(page: Any, url: str) -> Any:
-    page.goto(url)
-    page.locator("body[data-ready='1']").wait_for(timeout=WAIT)
-    return page
-
-
-def head_of(answer: Any) -> dict[str, Any]:
-    body = answer.body()
-    found: dict[str, Any] = json.loads(body[4 : 4 + int.from_bytes(body[:4], "little")])
-    return found
-
-
-def place(
-    page: Any, across: float, up: float = 0.5, chart: str = "#diagram .u-over"
-) -> tuple[float, float]:
-    page.locator(chart).first.scroll_into_view_if_needed()
-    box = page.locator(chart).first.bounding_box()
-    return box["x"] + across * box["width"], box["y"] + up * box["height"]
-
-
-def clicked(page: Any, across: float) -> dict[str, Any]:
-    with page.expect_response("**/api/replay", timeout=WAIT) as answer:
-        page.mouse.click(*place(page, across))
-    page.locator("#bits").wait_for(timeout=WAIT)
-    return head_of(answer.value)
 
 
 @pytest.mark.parametrize("page", WIDTHS, indirect=True)
@@ -122,7 +50,7 @@ def test_the_private_file_leads_to_the_page(page: Any, explorer: Explorer) -> No
         assert address.startswith("file:///")
         assert explorer.token not in address
         opened(page, address)
-        assert page.url == explorer.url
+        page.wait_for_url(f"http://127.0.0.1:{explorer.port}/#show=*")
 
 
 def test_a_run_that_a_newer_one_replaces_is_given_up(page: Any, explorer: Explorer) -> None:
@@ -327,7 +255,7 @@ def test_saving(page: Any, explorer: Explorer, session: Session) -> None:
     # of x, vx, y, vy, z, vz, twist, bit_speed, drive_angle
     assert study.initial.bit_speed == said["state"][7]
     with page.expect_download() as offered:
-        page.locator("#save-picture").click()
+        page.locator("#save-png").click()
     assert Path(offered.value.path()).read_bytes().startswith(b"\x89PNG")
 
 

@@ -39,6 +39,14 @@ def test_a_replay_ends_in_the_stored_state_and_shows_the_same_samples(
         assert np.allclose(values, there, rtol=0, atol=1e-6 * size), name
 
 
+def test_a_stored_point_has_the_numbers_of_a_study_of_it(session: Session) -> None:
+    place = (1, 0, 0, 5)
+    stored = session.motions.stored(place)
+    read = session.motions.at(session.motions.values(place))
+    for name in ("parameters", "initial", "operation", "simulation", "resolved"):
+        assert getattr(stored, name) == getattr(read, name), name
+
+
 def test_a_wrong_state_in_the_file_is_noticed(shared: Path) -> None:
     results = read_results(shared / "small.h5")
     results.variables["final_state"] = results["final_state"].copy()

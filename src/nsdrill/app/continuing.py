@@ -17,6 +17,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of
 from nsdrill.analysis.equations import string_differences
+from nsdrill.app.following import Following, dropped_words
 from nsdrill.app.provenance import provenance
 from nsdrill.app.run import processors
 from nsdrill.app.unfinished import Part
@@ -265,17 +266,9 @@ def _continue(
         if part is not None:
             arrays, data = to_arrays(branches)
             part.write(digest, data, arrays, kept)
-        say(kept)
+        say(f"so far {kept}")
 
-    def announce(number: int) -> None:
-        text = "a branch is followed, and kept when it has ended"
-        if number > 1:
-            text = (
-                f"{number} branches are followed side by side, and kept when all of them have ended"
-            )
-        say(text)
-
-    explorer = Explorer(flow, orders, known, save, interrupt.check, announce)
+    explorer = Explorer(flow, orders, known, save, interrupt.check, Following(say).watch)
     try:
         with interrupt.interruptible():
             found = explorer.run(seed_points)
@@ -284,7 +277,10 @@ def _continue(
     if not found.branches:
         raise InputError(_no_branch(study, found, seed_points))
     try:
+        if words := dropped_words(len(branches), len(found.branches)):
+            say(words)
         with interrupt.interruptible():
+            say(f"measuring {sum(map(len, found.branches))} points")
             data = dataset_of(setup, flow, found)
             if continuation.curves is not None:
                 say("curves")
@@ -371,9 +367,10 @@ def _settled(setup: ContinuationSetup, flow: Flow, numbers: Array, say: Say) -> 
     duration = study.simulation.transient + study.simulation.observe
     say(f"{len(at)} motions settle for {duration:g} s")
     ok = np.ones(len(at), dtype=bool)
-    pieces = max(1, int(np.ceil(duration / 20.0)))
-    for _ in range(pieces):
+    pieces, following = max(1, int(np.ceil(duration / 20.0))), Following(say)
+    for piece in range(pieces):
         interrupt.check()
+        following.settled(piece * duration / pieces, duration)
         span = np.full(len(at), duration / pieces)
         ends = flow.run(Legs(states, phase, span, at, np.zeros(len(at), dtype=bool)))
         ok &= ends.ok

@@ -145,6 +145,19 @@ class Motions:
             )
         return resolved
 
+    def stored(self, place: Sequence[int]) -> Study:
+        """The study with the parameters, the start and the operation of one point of
+        the results: those of :meth:`at`, but nothing has to be read and checked."""
+        values = self.values(place)
+        here = values_at(self.study.parameters, self.study.initial, values)
+        return replace(
+            self.study,
+            parameters=here.parameters,
+            initial=here.initial,
+            operation=Operation(*here.operation),
+            resolved=self.resolved(values),
+        )
+
     def start(self, study: Study) -> Array:
         """The state in which the study of one point begins."""
         model = model_named(study.model)
@@ -188,7 +201,7 @@ class Motions:
         ``sample`` [s] in its last ``seconds``. InputError for a point that has not been
         run, or that takes too many steps."""
         assert self.results is not None
-        place, values = tuple(place), self.values(place)
+        place = tuple(place)
         point = {name: self.results[name][place] for name in _STORED}
         if point["status"] in (PENDING, INFERRED):
             raise InputError(
@@ -206,15 +219,14 @@ class Motions:
                 f"This point took {steps} steps, which is too long to wait for here. Use the "
                 f"command line below."
             )
-        here = values_at(self.study.parameters, self.study.initial, values)
-        study = replace(self.study, parameters=here.parameters, initial=here.initial)
+        study = self.stored(place)
         names = self.results.coords["state"]
         initial, final = (
             select_states(study, names, point[name]) for name in ("initial_state", "final_state")
         )
         number = np.array([np.ravel_multi_index(place, self.plan.grid)])
         simulation = _with_method(study.simulation, bool(chosen_of(self.study).points(number)[0]))
-        motion = _motion(study, Operation(*here.operation), simulation, initial, seconds, sample)
+        motion = _motion(study, study.operation, simulation, initial, seconds, sample)
         same = motion.status == int(point["status"]) and np.array_equal(
             motion.final, final, equal_nan=True
         )

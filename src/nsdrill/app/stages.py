@@ -107,13 +107,11 @@ class RunStages:
 
 @contextmanager
 def compiling(progress: Progress, watch: Watch) -> Iterator[None]:
-    """Tell the watcher that code is compiled meanwhile, and count the time."""
-    note, started = progress.note, time.monotonic()
-    progress.note = "compiling"
+    """Tell the watcher that code is compiled, or loaded, meanwhile."""
+    note, progress.note = progress.note, "compiling"
     watch(progress)
     yield
     progress.note = note
-    progress.compiling += time.monotonic() - started
 
 
 def _carried(

@@ -65,20 +65,27 @@ def command(
 
     from nsdrill.app.continuing import continue_study
     from nsdrill.cli.words import count
+    from nsdrill.progress import telling_compiling
 
     def print_progress(text: str) -> None:
         if not quiet:
             click.echo(f"  {text}", err=True)
 
-    continuation = continue_study(
-        loaded,
-        output,
-        seeds=seeds,
-        workers=workers,
-        overwrite=overwrite,
-        resume=resume,
-        say=print_progress,
-    )
+    with telling_compiling(print_progress) as compiled:
+
+        def say(text: str) -> None:
+            compiled()
+            print_progress(text)
+
+        continuation = continue_study(
+            loaded,
+            output,
+            seeds=seeds,
+            workers=workers,
+            overwrite=overwrite,
+            resume=resume,
+            say=say,
+        )
     if not quiet:
         branches, points = continuation.data.sizes["branch"], continuation.data.sizes["point"]
         noun = "branch" if branches == 1 else "branches"

@@ -57,18 +57,20 @@ def command(
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, replay
     from nsdrill.cli.words import in_unit_of, point_text
     from nsdrill.models.leaves import as_value
+    from nsdrill.progress import telling_compiling
     from nsdrill.store import claim_file
     from nsdrill.variables import SAMPLE
 
     claim_file(output, overwrite)
     requested = options.point_values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
-    result = replay(
-        results,
-        at=requested,
-        procedure=procedure,
-        start=start,
-        sample=DEFAULT_SAMPLE if sample is None else sample,
-    )
+    with telling_compiling(lambda text: click.echo(text, err=True)):
+        result = replay(
+            results,
+            at=requested,
+            procedure=procedure,
+            start=start,
+            sample=DEFAULT_SAMPLE if sample is None else sample,
+        )
     attrs = result.trace.attrs
     further = {key: as_value(key, word) for key, word in json.loads(attrs.get("at", "{}")).items()}
     point = {name: attrs[name] for name in ("depth", "wob", "rotary_speed")} | further

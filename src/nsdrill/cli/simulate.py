@@ -98,19 +98,21 @@ def command(
     options.check_not_input(study, output)
 
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, simulate
+    from nsdrill.progress import telling_compiling
     from nsdrill.store import claim_file
 
     claim_file(output, overwrite)
-    result = simulate(
-        loaded,
-        at_sample=requested.get("sample"),
-        depth=requested.get("depth"),
-        wob=requested.get("wob"),
-        rotary_speed=requested.get("rotary_speed"),
-        start=start,
-        duration=duration,
-        sample=DEFAULT_SAMPLE if sample is None else sample,
-    )
+    with telling_compiling(lambda text: click.echo(text, err=True)):
+        result = simulate(
+            loaded,
+            at_sample=requested.get("sample"),
+            depth=requested.get("depth"),
+            wob=requested.get("wob"),
+            rotary_speed=requested.get("rotary_speed"),
+            start=start,
+            duration=duration,
+            sample=DEFAULT_SAMPLE if sample is None else sample,
+        )
     click.echo(
         f"Point: {_point_text(result.trace.attrs, requested, units)}"
         f"{_sample_text(loaded, requested, units)}.",

@@ -13,7 +13,9 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType
@@ -37,6 +39,32 @@ _C_TYPES: dict[str, tuple[Any, ...]] = {
     FUNCTION: (ctypes.c_int64,),
 }
 _addresses: dict[str, int] = {}
+
+
+class Compiling:
+    """How long this process has compiled machine code, ``seconds``. Each of
+    ``watchers`` is called with True where a function begins to be compiled, and with
+    False where it is made."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+        self.watchers: list[Callable[[bool], None]] = []
+
+    @contextmanager
+    def function(self) -> Iterator[None]:
+        """The compilation of one function, of one thread at a time."""
+        began = time.monotonic()
+        for watch in self.watchers:
+            watch(True)
+        try:
+            yield
+        finally:
+            self.seconds += time.monotonic() - began
+            for watch in self.watchers:
+                watch(False)
+
+
+compiling = Compiling()
 
 
 @cache
@@ -127,8 +155,9 @@ def _address(function: LaneFunction) -> int:
         name, symbol = f"{function.__name__[:60]}-{key}", f"lanes_{key}"
         found = load(name, lambda code: native.address_of(code, symbol))
         if found is None:
-            code = _made(function, symbol)
-            save(name, code)
+            with compiling.function():
+                code = _made(function, symbol)
+                save(name, code)
             found = native.address_of(code, symbol)
         _addresses[key] = found
         return int(found)

@@ -10,7 +10,7 @@ computed at once or resumed from stored branches.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Collection, Generator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -145,10 +145,25 @@ class _Candidate:
     signatures: tuple[Array, ...] = ()
 
 
+@dataclass(frozen=True)
+class Wave:
+    """How far the branches are that are followed side by side, in the round with this
+    ``number``: how many ``branches``, and how many of them go on, ``running``; their
+    ``points``; the points of the ``longest`` side of a branch, and how many a side may
+    have more, ``left``."""
+
+    number: int
+    branches: int
+    running: int
+    points: int
+    longest: int
+    left: int
+
+
 class Explorer:
     """Follows all branches that can be reached from seeds. ``stored`` are branches of
     an earlier run, by key; ``store`` is called with the new branches of each wave, and
-    ``on_wave`` before it with their number; ``poll`` is called often, and may raise to
+    ``watch`` often while they are followed; ``poll`` is called often, and may raise to
     stop."""
 
     def __init__(
@@ -158,7 +173,7 @@ class Explorer:
         stored: dict[Key, Branch] | None = None,
         store: Callable[[dict[Key, Branch]], None] = lambda branches: None,
         poll: Callable[[], None] = lambda: None,
-        on_wave: Callable[[int], object] = lambda number: None,
+        watch: Callable[[Wave], object] = lambda wave: None,
     ) -> None:
         self.flow, self.orders, self.stored, self.store, self.poll = (
             flow,
@@ -167,7 +182,7 @@ class Explorer:
             store,
             poll,
         )
-        self.on_wave = on_wave
+        self.watch = watch
         self.scale = float(flow.scales[-1])
         low, high = orders.bounds
         self.bounds = (low / self.scale, high / self.scale)
@@ -176,6 +191,7 @@ class Explorer:
         # the points so far of the branches of a wave, as signatures
         self._growing_lines: dict[Key, list[Array]] = {}
         self._branch_lines: dict[int, Array] = {}
+        self._waves = 0
         self._rank: dict[Key, int] = {}
         self._kinds: dict[Key, tuple[str, int]] = {}
 
@@ -491,9 +507,8 @@ class Explorer:
                 tasks[(*candidate.key, -1)] = self._follow_side(candidate, 1, candidate.other)
             elif not candidate.one_side:
                 tasks[(*candidate.key, -1)] = self._follow_side(candidate, -1, candidate.point)
-        if count := sum(candidate.key not in self.stored for candidate in wave):
-            self.on_wave(count)
-        halves = self._advance(tasks)
+        self._waves += bool(tasks)
+        halves = advance(self.flow, tasks, self.poll, self._watched)
         followed: dict[Key, Branch] = {}
         for candidate in wave:
             if candidate.key in self.stored:
@@ -505,6 +520,21 @@ class Explorer:
             if not self._is_known(candidate):
                 self.branches.append(branch)
         self.store(followed)
+
+    def _watched(self, running: Collection[Key]) -> None:
+        """Tell how far the branches of a wave are, of which these sides go on."""
+        points: dict[Key, int] = {}
+        for side, line in self._growing_lines.items():
+            points[side[:-1]] = points.get(side[:-1], 0) + len(line)
+        sides: dict[Key, int] = {}
+        for side in running:
+            sides[side[:-1]] = sides.get(side[:-1], 0) + 1
+        longest = max(map(len, self._growing_lines.values()), default=0)
+        left = max(
+            (max(0, self.orders.points - points.get(key, 0)) // n for key, n in sides.items()),
+            default=0,
+        )
+        self.watch(Wave(self._waves, len(points), len(sides), sum(points.values()), longest, left))
 
     def _branch(
         self, candidate: _Candidate, forward: HalfBranch, backward: HalfBranch | None

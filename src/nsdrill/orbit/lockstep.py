@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Hashable, Mapping
+from collections.abc import Callable, Collection, Generator, Hashable, Mapping
 from typing import Any, TypeVar
 
 from nsdrill.orbit.flow import Ends, Flow, Legs, joined
@@ -12,11 +12,14 @@ T = TypeVar("T")
 
 
 def advance(
-    flow: Flow, tasks: Mapping[K, Generator[Any, Any, Any]], poll: Callable[[], None] = lambda: None
+    flow: Flow,
+    tasks: Mapping[K, Generator[Any, Any, Any]],
+    poll: Callable[[], None] = lambda: None,
+    watch: Callable[[Collection[K]], None] = lambda pending: None,
 ) -> dict[K, Any]:
     """Run generators that yield legs and are sent their ends until all have returned.
-    Their return values, by key. ``poll`` is called once a round, and may raise to
-    stop."""
+    Their return values, by key. ``poll`` is called once a round, and may raise to stop;
+    ``watch`` with the keys of those that have not returned."""
     results: dict[K, Any] = {}
     pending = {}
 
@@ -31,6 +34,7 @@ def advance(
         resume(key, task, None)
     while pending:
         poll()
+        watch(pending)
         requests = list(pending.items())
         ends = flow.run(joined([legs for _, (_, legs) in requests]))
         first = 0

@@ -15,7 +15,9 @@ import re
 import stat
 import unicodedata
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, field
+from functools import lru_cache
 from io import StringIO
 from pathlib import Path
 from typing import Any
@@ -165,6 +167,13 @@ def parse(text: str, source: str) -> Document:
     """The document in ``text``. :class:`StudyError` where it is not one plain YAML
     document; doubled keys and the like are left in ``faults``, to be told with the
     others."""
+    return deepcopy(_parsed(text, source))
+
+
+# While a slider of the explorer moves, one study is read with one number changed after
+# another: reading the text would take most of the time until the motion is drawn.
+@lru_cache(maxsize=8)
+def _parsed(text: str, source: str) -> Document:
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
 

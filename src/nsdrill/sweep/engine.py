@@ -38,9 +38,8 @@ MAX_LOSSES = 10  # times that the task of one batch may be lost with its worker
 @dataclass
 class Progress:
     """The progress of a sweep: numbers of points, ``done`` and ``failed`` in this
-    session and done ``before`` it, of ``total``; steps tried so far; if the run has
-    several stages, the present one in ``note``; and how long its code was compiled in
-    this session, ``compiling`` [s], which is no part of an estimate."""
+    session and done ``before`` it, of ``total``; steps tried so far; and, if the run
+    has several stages, the present one in ``note``."""
 
     total: int
     before: int = 0
@@ -49,7 +48,6 @@ class Progress:
     lane_steps: int = 0
     lanes_in_use: float = 1.0
     note: str = ""
-    compiling: float = 0.0
 
 
 @dataclass

@@ -68,10 +68,12 @@ VERDICT_CLASSES = {
 }
 
 
-def window_areas(results: Results, units: str) -> Iterator[TitledReply]:
+def window_areas(
+    results: Results, units: str, thirds: Sequence[int] | None = None
+) -> Iterator[TitledReply]:
     """Safe, dependent on the history and critical over the axes of a window, for each
-    of up to four values of a third axis; nothing where there are not two or three
-    axes."""
+    of up to four values of a third axis, or for those with the numbers ``thirds``;
+    nothing where there are not two or three axes."""
     try:
         window = classes(results)
     except InputError:
@@ -79,7 +81,7 @@ def window_areas(results: Results, units: str) -> Iterator[TitledReply]:
     if window.y is None or len(results.swept) > 3:
         return
     x, y = (axis_data(results, axis, units) for axis in (window.x, window.y))
-    for number in evenly_spaced(len(window.state)):
+    for number in evenly_spaced(len(window.state)) if thirds is None else thirds:
         where = ""
         if window.third:
             third = quantity(window.third, units)

@@ -12,14 +12,16 @@ import numpy as np
 
 from nsdrill.analysis.equations import other_string
 from nsdrill.data import Array, Results
-from nsdrill.errors import FileError
+from nsdrill.errors import FileError, InputError
+from nsdrill.models.registry import drawn_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.labels import quantity
 from nsdrill.store import hdf5
 from nsdrill.store.attributes import get_attributes
 from nsdrill.study.study import Study, study_from_resolved
 from nsdrill.variables import AXES
-from nsdrill.web.shown import plain
+from nsdrill.web.diagrams import Reply
+from nsdrill.web.shown import plain, quantity_data
 
 KIND = "branches"
 REGULAR, END_POINT = 0, 9  # labels of points that are not special
@@ -180,16 +182,20 @@ def _name(motion: Any, lobes: Any) -> str:
 
 def curves(branches: Branches, name: str, units: str) -> tuple[dict[str, Any], dict[str, Array]]:
     """The branches in a diagram of the feature ``name``: columns ``curve x``, ``curve
-    y`` and ``curve unstable`` [point]. ``curves`` in the head has the sizes, the words
-    of each branch, and the special points."""
+    y`` and ``curve unstable`` [point]. ``curves`` in the head has the sizes; the
+    ``kinds`` of motions with their colours, and the ``kind`` of each branch; and the
+    ``special`` points, each with the number of its label among ``marks``."""
     x, y = quantity(branches.along, units), quantity(name, units)
-    special = np.flatnonzero(~np.isin(branches.label, (REGULAR, END_POINT)))
+    points = np.flatnonzero(~np.isin(branches.label, (REGULAR, END_POINT)))
+    codes = list(dict.fromkeys(branches.label[points].tolist()))
+    kinds = list(dict.fromkeys(branches.names))
     head = {
         "sizes": branches.sizes,
-        "names": branches.names,
-        "special": [
-            [int(i), branches.meanings.get(int(branches.label[i]), str(branches.label[i]))]
-            for i in special
+        "kinds": [{"name": kind, "colour": _colour(kind, kinds)} for kind in kinds],
+        "kind": [kinds.index(kind) for kind in branches.names],
+        "special": [[int(i), codes.index(int(branches.label[i]))] for i in points],
+        "marks": [
+            {"name": branches.meanings.get(code, str(code)), **_mark(code, codes)} for code in codes
         ],
     }
     columns = {
@@ -198,6 +204,98 @@ def curves(branches: Branches, name: str, units: str) -> tuple[dict[str, Any], d
         "curve unstable": branches.unstable,
     }
     return {"curves": head}, columns
+
+
+# Of motions over more lobes than the first kind of a file, which has the colour of the
+# pictures.
+FURTHER_COLOURS = ("#332288", "#AA4499", "#882255", "#117733")
+
+
+def _colour(kind: str, kinds: list[str]) -> str:
+    """The colour of a kind of motion: that of the pictures; of several periodic kinds
+    one each."""
+    from nsdrill.plot.branches import COLOURS
+
+    name = kind.partition(" over ")[0]
+    periodic = [one for one in kinds if one.startswith("periodic over ")]
+    if kind in periodic[1:]:
+        return FURTHER_COLOURS[(periodic.index(kind) - 1) % len(FURTHER_COLOURS)]
+    return COLOURS.get(name.replace(" ", "_"), "#000000")
+
+
+def _mark(code: int, codes: list[int]) -> dict[str, str]:
+    """The marker and the colour of a label, as in the pictures."""
+    from nsdrill.plot.branches import GRAZING_MARKERS, MARKERS
+
+    grazing = sorted(set(codes) - MARKERS.keys())
+    if code in MARKERS:
+        marker, colour = MARKERS[code]
+    else:
+        marker, colour = GRAZING_MARKERS[grazing.index(code) % len(GRAZING_MARKERS)]
+    return {"marker": marker, "colour": colour}
+
+
+def branch_choices(branches: Branches, units: str) -> dict[str, Any]:
+    """What can be drawn of branches without a sweep."""
+    features = branches.features
+    panels = [panel for panel in drawn_in(branches.attrs).panels if panel.greatest in features]
+    axis = quantity_data(branches.along, units)
+    return {
+        "axes": [{**axis, "key": branches.key, "dimension": 0, "values": [], "log": False}],
+        "procedures": [""],
+        "members": None,
+        "labels": [],
+        "areas": [],
+        "dimensions": 0,
+        "panels": [
+            {**quantity_data(panel.peaks, units), "mode": panel.mode, "trace": panel.trace}
+            for panel in panels
+        ],
+        "features": [quantity_data(name, units) for name in features if name in BY_NAME],
+    }
+
+
+def branch_diagram(branches: Branches, y: str, units: str) -> Reply:
+    """The curves of the peaks or the feature ``y`` of branches without a sweep."""
+    name = greatest(branches.attrs, y)
+    if name not in branches.features or name not in BY_NAME:
+        raise InputError(f"y: found {y}; allowed: peaks or a feature of these branches.")
+    more, lines = curves(branches, name, units)
+    x = lines["curve x"]
+    head = {
+        "x": branch_choices(branches, units)["axes"][0],
+        "y": quantity_data(y, units),
+        "procedures": [""],
+        "hover_quantities": [],
+        "place": None,
+        "hysteresis": [],
+        "lines": [],
+        "edges": [x.min(), x.max()],
+    }
+    no_points: dict[str, Array] = {
+        "values": np.empty((1, 0, 1)),
+        "outcome": np.empty((1, 0)),
+        "constant": np.empty((1, 0)),
+    }
+    return head | more, no_points | lines
+
+
+def with_branches(reply: Reply, branches: Branches, results: Results, y: str, units: str) -> Reply:
+    """The diagram of ``y`` of ``results`` with the branches over it, or with a note why
+    they do not belong there."""
+    head, columns = reply
+    name = greatest(branches.attrs, y)
+    reason = mismatch(branches, results, head["x"]["name"], head["place"], units)
+    if reason or name not in branches.features:
+        return head | {"note": reason or "The branches have no such feature."}, columns
+    more, lines = curves(branches, name, units)
+    return head | more, columns | lines
+
+
+def greatest(attrs: Mapping[str, Any], y: str) -> str:
+    """The feature that stands for the peaks ``y``; of a feature itself."""
+    panel = next((panel for panel in drawn_in(attrs).panels if panel.peaks == y), None)
+    return panel.greatest if panel else y
 
 
 def mismatch(branches: Branches, results: Results, axis: str, place: Any, units: str) -> str:

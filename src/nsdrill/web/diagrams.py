@@ -53,7 +53,6 @@ def choices(results: Results, units: str) -> dict[str, Any]:
             quantity_data(name, units) for name in _preferred_first(drawn.summary, single)
         ],
         "labels": [quantity_data(name, units) for name in dict.fromkeys(labels)],
-        "responses": response_styles(),
         "dimensions": len(results.grid),
     }
 

@@ -497,7 +497,8 @@ def _document(title: str, page: _Page) -> str:
     """The whole page. Its policy allows only its own scripts and style, and loads
     nothing."""
     scripts = [
-        static(name).decode() for name in ("uplot/uPlot.iife.min.js", "charts.js", "report.js")
+        static(name).decode()
+        for name in ("uplot/uPlot.iife.min.js", "charts.js", "motion.js", "report.js")
     ]
     scripts[-1:-1] = [static(name).decode() for name in ("vector.js", "paper.js")]
     style = (

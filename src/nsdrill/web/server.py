@@ -59,6 +59,8 @@ STATIC_FILES = {
     "/": ("explorer.html", "text/html"),
     "/explorer.js": ("explorer.js", "text/javascript"),
     "/charts.js": ("charts.js", "text/javascript"),
+    "/motion.js": ("motion.js", "text/javascript"),
+    "/vector.js": ("vector.js", "text/javascript"),
     "/style.css": ("style.css", "text/css"),
     "/uPlot.js": ("uplot/uPlot.iife.min.js", "text/javascript"),
     "/uPlot.css": ("uplot/uPlot.min.css", "text/css"),
@@ -176,17 +178,9 @@ class Explorer:
         session = self.session
         if name == "meta":
             return "application/json", json_text(session.meta()).encode()
-        if name == "saved":
-            return "application/json", json_text(session.saved(request)).encode()
-        reply = {
-            "diagram": session.diagram,
-            "plane": session.plane,
-            "replay": session.replay,
-            "live": session.live,
-            "local": session.local,
-            "section": session.section,
-            "orbit": session.orbit,
-        }[name](request)
+        reply = getattr(session, name)(request)  # one of REQUESTS, nothing else
+        if isinstance(reply, dict):
+            return "application/json", json_text(reply).encode()
         body = packed(*reply)
         self._first_reply.set()
         return "application/octet-stream", body
@@ -421,7 +415,9 @@ class _Handler(BaseHTTPRequestHandler):
         """Log nothing: the terminal shows only messages to the user."""
 
 
-REQUESTS = ("meta", "diagram", "plane", "replay", "live", "local", "section", "orbit", "saved")
+REQUESTS = frozenset(
+    ("meta", "diagram", "plane", "area", "replay", "live", "local", "section", "orbit", "saved")
+)
 
 
 def _has_input(connection: socket.socket) -> bool:

@@ -1,9 +1,10 @@
 "use strict";
 // The charts of the explorer and of the report. uPlot draws the axes, the zoom and the cursor. The data are drawn here:
-// samples closer than a pixel are drawn as the least and greatest value of each pixel column.
+// samples closer than a pixel are drawn as the least and greatest value of each pixel column. Every drawing is a function of a
+// canvas context, so that a picture of the page can also be made of vectors (vector.js).
 window.nsdrill = (() => {
-  const FONT = '11px "DejaVu Sans", Verdana, sans-serif';
-  const INK = "#1b1b1b", GRID = "#e8e8e8", BLUE = "#0072B2", VERMILLION = "#D55E00", REFERENCE = "#4D4D4D";
+  const FAMILY = '"DejaVu Sans", Verdana, sans-serif', font = (size, weight = "") => `${weight}${size}px ${FAMILY}`, FONT = font(11);
+  const INK = "#1b1b1b", GRID = "#e8e8e8", BLUE = "#0072B2", VERMILLION = "#D55E00", REFERENCE = "#4D4D4D", DIFFERS = "#E8D47A";
   const MAX_MARKERS = 20000; // above, markers are drawn as squares
   const ratio = () => window.devicePixelRatio || 1;
 
@@ -74,6 +75,16 @@ window.nsdrill = (() => {
     return count;
   }
 
+  // Ticks of a small axis: a round step of which at least three, or `least`, lie on the axis.
+  function fewTicks(low, high, least = 3) {
+    const power = 10 ** Math.floor(Math.log10((high - low) / (least + 0.2)));
+    for (const part of [10, 5, 4, 3, 2.5, 2, 1, 0.5]) {
+      const step = part * power, first = Math.ceil(low / step - 1e-9), count = Math.floor(high / step + 1e-9) - first + 1;
+      if (count >= least) return Array.from({ length: count }, (_, k) => Number(((first + k) * step).toPrecision(12)));
+    }
+    return [low, high];
+  }
+
   // A chart with axes. `o.x`, `o.y`: the ranges, read at every update; `o.draw(context, X, Y, plot)` draws in pixels of the
   // canvas; `o.over` draws on an overlay above it, which is cheap to redraw.
   function chart(box, o) {
@@ -86,8 +97,8 @@ window.nsdrill = (() => {
       grid: { stroke: GRID, width: 1 }, ticks: { stroke: "#999", width: 1, size: 4 }, ...more,
     });
     const ticks = (u, splits, which, space, step) => {
-      const count = decimals(step);
-      return splits.map((value) => (value == null ? "" : count > 6 ? digits(value, 4) : value.toFixed(count)));
+      const count = decimals(splits.length > 1 ? splits[1] - splits[0] : step), every = o.narrow && !which && splits.length > 3 ? 2 : 1;
+      return splits.map((value, k) => (value == null || k % every ? "" : count > 6 ? digits(value, 4) : value.toFixed(count)));
     };
     const numbers = (log) => (log ? {} : { values: ticks });
     const plot = new uPlot(
@@ -103,8 +114,10 @@ window.nsdrill = (() => {
         },
         series: [{}, { points: { show: false }, paths: () => null }],
         axes: [
-          axis(o.bare ? null : o.xlabel, o.bare ? 4 : 26, { space: 60, ...(o.bare ? { values: () => [] } : { ...numbers(o.log), ...o.xticks }) }),
-          axis(o.ylabel, o.yticks && o.yticks.values ? 110 : 58, { space: 26, ...numbers(false), ...o.yticks }),
+          axis(o.bare ? null : o.xlabel, o.bare ? 4 : 26, { space: 60, ...(o.bare ? { values: () => [] } : { ...numbers(o.log), ...(o.narrow ? { splits: (u, which, a, b) => fewTicks(a, b, 2) } : {}), ...o.xticks }) }),
+          axis(o.bareY ? null : o.ylabel, o.bareY ? 8 : o.yticks && o.yticks.values ? 110 : o.ylabel ? 58 : 46, {
+            space: 26, ...numbers(false), ...(o.low ? { splits: () => fewTicks(...o.y), font: font(10) } : {}), ...o.yticks, ...(o.bareY ? { values: () => [] } : {}),
+          }),
         ],
         hooks: { draw: [draw], setSize: [fit], ready: [(u) => { fit(u); if (ready) over(); }] },
       },
@@ -112,8 +125,8 @@ window.nsdrill = (() => {
     );
     ready = true;
     const X = (value) => plot.valToPos(value, "x", true), Y = (value) => plot.valToPos(value, "y", true);
-    function clipped(context, work) {
-      const { left, top, width, height } = plot.bbox;
+    function clipped(context, u, work) {
+      const { left, top, width, height } = u.bbox;
       context.save();
       context.beginPath();
       context.rect(left, top, width, height);
@@ -121,24 +134,20 @@ window.nsdrill = (() => {
       work();
       context.restore();
     }
+    function contents(c, u) { // all but the axes, in pixels of the canvas
+      clipped(c, u, () => o.draw(c, (value) => u.valToPos(value, "x", true), (value) => u.valToPos(value, "y", true), u));
+      if (!o.title) return;
+      c.save();
+      c.font = font(11 * ratio());
+      c.fillStyle = INK;
+      c.textAlign = "left";
+      c.textBaseline = "alphabetic";
+      c.fillText(o.title, u.bbox.left, u.bbox.top - 5 * ratio());
+      c.restore();
+    }
     function draw(u) {
-      const at = (value) => u.valToPos(value, "x", true), up = (value) => u.valToPos(value, "y", true);
-      const { left, top, width, height } = u.bbox;
-      u.ctx.save();
-      u.ctx.beginPath();
-      u.ctx.rect(left, top, width, height);
-      u.ctx.clip();
-      o.draw(u.ctx, at, up, u);
-      u.ctx.restore();
-      if (o.title) {
-        u.ctx.save();
-        u.ctx.font = `${11 * ratio()}px "DejaVu Sans", Verdana, sans-serif`;
-        u.ctx.fillStyle = INK;
-        u.ctx.textAlign = "left";
-        u.ctx.textBaseline = "alphabetic";
-        u.ctx.fillText(o.title, left, top - 5 * ratio());
-        u.ctx.restore();
-      }
+      contents(u.ctx, u);
+      box.dataset.ticks = (u.axes[1]._values || []).filter(Boolean).length; // for tests
       if (ready) over();
     }
     function fit(u) {
@@ -151,10 +160,20 @@ window.nsdrill = (() => {
     function over() {
       const context = overlay.getContext("2d");
       context.clearRect(0, 0, overlay.width, overlay.height);
-      if (o.over) clipped(context, () => o.over(context, X, Y, plot));
+      if (o.over) clipped(context, plot, () => o.over(context, X, Y, plot));
     }
     const self = {
       plot, over, X, Y,
+      // For a picture: the size in pixels of the page, and the whole chart drawn on a context at its origin.
+      size: () => [plot.width, plot.height],
+      paint(c) {
+        c.save();
+        c.scale(1 / ratio(), 1 / ratio());
+        axes(c, plot, o);
+        contents(c, plot);
+        if (o.over) clipped(c, plot, () => o.over(c, X, Y, plot));
+        c.restore();
+      },
       update() { plot.setData(data(), true); },
       resize() { if (box.clientWidth) plot.setSize({ width: Math.max(120, box.clientWidth), height: o.height }); },
       end() { observer.disconnect(); plot.destroy(); box.replaceChildren(); },
@@ -180,55 +199,135 @@ window.nsdrill = (() => {
     return self;
   }
 
+  // Grid, ticks and labels as uPlot draws them on its canvas.
+  function axes(c, u, o) {
+    const dpr = ratio(), { left, top, width, height } = u.bbox, bottom = top + height;
+    c.lineWidth = dpr;
+    c.setLineDash([]);
+    for (const [axis, scale] of [[u.axes[0], "x"], [u.axes[1], "y"]]) {
+      const along = scale === "x", size = axis === u.axes[1] && o.low ? 10 : 11;
+      c.font = font(size * dpr);
+      c.textAlign = along ? "center" : "right";
+      c.textBaseline = along ? "top" : "middle";
+      (axis._splits || []).forEach((value, k) => {
+        if (value == null) return;
+        const at = u.valToPos(value, scale, true);
+        if (along ? at < left - 1 || at > left + width + 1 : at < top - 1 || at > bottom + 1) return;
+        const line = (colour, x0, y0, x1, y1) => {
+          c.strokeStyle = colour;
+          c.beginPath();
+          c.moveTo(x0, y0);
+          c.lineTo(x1, y1);
+          c.stroke();
+        };
+        if (axis.grid.show !== false) along ? line(GRID, at, top, at, bottom) : line(GRID, left, at, left + width, at);
+        along ? line("#999", at, bottom, at, bottom + 4 * dpr) : line("#999", left - 4 * dpr, at, left, at);
+        c.fillStyle = INK;
+        const words = String((axis._values || [])[k] ?? "");
+        if (words) along ? c.fillText(words, at, bottom + 7 * dpr) : c.fillText(words, left - 7 * dpr, at);
+      });
+      c.font = FONT.replace("11", String(11 * dpr));
+      c.textAlign = "center";
+      c.fillStyle = INK;
+      if (along && o.xlabel && !o.bare) c.fillText(o.xlabel, left + width / 2, bottom + 26 * dpr);
+      if (!along && o.ylabel && !o.bareY) {
+        c.save();
+        c.translate(8 * dpr, top + height / 2);
+        c.rotate(-Math.PI / 2);
+        c.fillText(o.ylabel, 0, 0);
+        c.restore();
+      }
+    }
+  }
+
+  // The outline of one marker around the origin as the path of a context.
+  function outline(c, marker, size) {
+    const r = size / 2, up = -Math.PI / 2;
+    c.beginPath();
+    const polygon = (n, angle0, radius, inner) => {
+      for (let i = 0; i < n; i++) {
+        const angle = angle0 + (2 * Math.PI * i) / n, reach = inner && i % 2 ? inner : radius;
+        if (i) c.lineTo(reach * Math.cos(angle), reach * Math.sin(angle));
+        else c.moveTo(reach * Math.cos(angle), reach * Math.sin(angle));
+      }
+      c.closePath();
+    };
+    const turned = { "^": up, v: -up, "<": Math.PI, ">": 0 };
+    if (marker in turned) polygon(3, turned[marker], r * 1.15);
+    else if (marker === "s") c.rect(-r * 0.85, -r * 0.85, r * 1.7, r * 1.7);
+    else if (marker === "p") polygon(5, up, r * 1.1);
+    else if (marker === "D") polygon(4, up, r * 1.1);
+    else if (marker === "*") polygon(10, up, r * 1.3, r * 0.55);
+    else if (marker === "P" || marker === "X" || marker === "x") {
+      const a = r * (marker === "x" ? 0.18 : 0.38), b = r * 1.05, turn = marker === "P" ? 0 : Math.PI / 4;
+      [[-a, -b], [a, -b], [a, -a], [b, -a], [b, a], [a, a], [a, b], [-a, b], [-a, a], [-b, a], [-b, -a], [-a, -a]].forEach(([x, y], i) => {
+        const place = [x * Math.cos(turn) - y * Math.sin(turn), x * Math.sin(turn) + y * Math.cos(turn)];
+        if (i) c.lineTo(...place);
+        else c.moveTo(...place);
+      });
+      c.closePath();
+    } else c.arc(0, 0, r * 0.95, 0, 2 * Math.PI);
+  }
+
   // The picture of one marker, drawn once.
   const sprites = new Map();
   function sprite(marker, colour, filled, size) {
     const key = [marker, colour, filled, size].join();
     if (sprites.has(key)) return sprites.get(key);
     const full = Math.ceil(size * 1.5) + 2, canvas = make("canvas", { width: full, height: full });
-    const c = canvas.getContext("2d"), r = size / 2;
+    const c = canvas.getContext("2d");
     c.translate(full / 2, full / 2);
     c.fillStyle = c.strokeStyle = colour;
     c.lineWidth = Math.max(1, size / 6);
-    c.beginPath();
-    const polygon = (n, angle0, radius, inner) => {
-      for (let i = 0; i < n; i++) {
-        const angle = angle0 + (2 * Math.PI * i) / n, reach = inner && i % 2 ? inner : radius;
-        c.lineTo(reach * Math.cos(angle), reach * Math.sin(angle));
-      }
-      c.closePath();
-    };
-    const up = -Math.PI / 2;
-    if (marker === "^") polygon(3, up, r * 1.15);
-    else if (marker === "s") c.rect(-r * 0.85, -r * 0.85, r * 1.7, r * 1.7);
-    else if (marker === "p") polygon(5, up, r * 1.1);
-    else if (marker === "D") polygon(4, up, r * 1.1);
-    else if (marker === "*") polygon(10, up, r * 1.3, r * 0.55);
-    else if (marker === "P" || marker === "X") {
-      c.rotate(marker === "X" ? Math.PI / 4 : 0);
-      const a = r * 0.38, b = r * 1.05;
-      for (const [x, y] of [[-a, -b], [a, -b], [a, -a], [b, -a], [b, a], [a, a], [a, b], [-a, b], [-a, a], [-b, a], [-b, -a], [-a, -a]])
-        c.lineTo(x, y);
-      c.closePath();
-    } else c.arc(0, 0, r * 0.95, 0, 2 * Math.PI);
+    outline(c, marker, size);
     if (filled) c.fill();
     else c.stroke();
     sprites.set(key, canvas);
     return canvas;
   }
 
-  function swatch(marker, colour, filled = true) {
-    const canvas = make("canvas", { class: "swatch", width: 28, height: 28 });
-    const image = sprite(marker, colour, filled, 16);
-    canvas.getContext("2d").drawImage(image, (28 - image.width) / 2, (28 - image.height) / 2);
-    return canvas;
+  // A marker at a place. A context of vectors keeps markers as such.
+  function mark(c, marker, colour, filled, size, x, y) {
+    if (c.mark) { c.mark(marker, colour, filled, size, x, y); return; }
+    const image = sprite(marker, colour, filled, size);
+    c.drawImage(image, Math.round(x - image.width / 2), Math.round(y - image.height / 2));
   }
+
+  // An entry of a legend: words after a drawing of 28 by 28 pixels. With `toggle` it is a button that switches what it names.
+  function entry(words, draw, toggle) {
+    const canvas = draw && make("canvas", { class: "swatch", width: 28, height: 28 });
+    if (draw) {
+      draw(canvas.getContext("2d"));
+      canvas.paint = draw;
+    }
+    const parts = [...(draw ? [canvas] : []), words];
+    if (!toggle) return make("li", {}, ...parts);
+    const button = make("button", { type: "button", class: "toggle", "aria-pressed": "true", title: "Show or hide" }, ...parts);
+    button.addEventListener("click", () => {
+      const on = button.getAttribute("aria-pressed") !== "true";
+      button.setAttribute("aria-pressed", String(on));
+      toggle(on);
+    });
+    return make("li", {}, button);
+  }
+  const swatch = (marker, colour, words, filled = true, toggle = null) => entry(words, (c) => mark(c, marker, colour, filled, 16, 14, 14), toggle);
+  const dash = (colour, words, dashes = [], toggle = null) =>
+    entry(words, (c) => {
+      c.strokeStyle = colour;
+      c.lineWidth = 3;
+      c.setLineDash(dashes);
+      c.beginPath();
+      c.moveTo(0, 14);
+      c.lineTo(28, 14);
+      c.stroke();
+      c.setLineDash([]);
+    }, toggle);
 
   // Peaks along an axis. `d`: head and columns of a diagram (nsdrill/web/diagrams.py). `o`: `visible` procedures, `live`
   // rings [[x, [values]]], `chosen` [procedure, point], and the listeners `move` and `pick`.
   function scatter(box, d, o) {
     const [P, N, K] = d.values.shape, xs = d.x.values;
-    const visible = o.visible || Array(P).fill(true);
+    const visible = o.visible || Array(P).fill(true), hidden = o.hidden || new Set();
     let count = 0;
     for (const value of d.values) if (Number.isFinite(value)) count++;
     const open = (p) => d.procedures[p] === "down" && P > 1;
@@ -253,13 +352,18 @@ window.nsdrill = (() => {
           c.stroke();
         }
         c.setLineDash([]);
+        for (let p = 0; d.joined && p < P; p++) {
+          c.strokeStyle = o.responses[d.outcome[p * N]].colour;
+          c.beginPath();
+          for (let i = 0; i < N; i++) c[i ? "lineTo" : "moveTo"](X(xs[i]), Y(d.values[p * N + i]));
+          c.stroke();
+        }
         const spacing = u.bbox.width / Math.max(N, 1);
         const size = Math.round(Math.min(Math.max(spacing * 0.9, 3.2 * dpr), 7 * dpr));
         for (let code = 0; code < o.responses.length; code++)
           for (let p = 0; p < P; p++) {
             if (!visible[p]) continue;
             const style = o.responses[code], many = count > MAX_MARKERS;
-            const marker = sprite(style.marker, style.colour, !open(p), size), half = marker.width / 2;
             c.fillStyle = style.colour;
             const dot = Math.max(1, Math.round(size / 2.2));
             for (let i = 0; i < N; i++) {
@@ -275,7 +379,7 @@ window.nsdrill = (() => {
                 const value = d.values[begin + k];
                 if (!(value === value)) continue;
                 if (many) c.fillRect(Math.round(x - dot / 2), Math.round(Y(value) - dot / 2), dot, dot);
-                else c.drawImage(marker, Math.round(x - half), Math.round(Y(value) - half));
+                else mark(c, style.marker, style.colour, !open(p), size, x, Y(value));
               }
             }
           }
@@ -318,58 +422,39 @@ window.nsdrill = (() => {
       move(px, py, u) { o.move && o.move(nearest(px, py, u)); },
       click(px, py, u) { const hit = nearest(px, py, u); if (hit) o.pick(hit); },
     };
-    // Branches: solid where stable, dashed where not; circles and words at the special points.
+    // Branches: solid where stable, dashed where not, in the colour of their kind; a marker at each special point.
     function branches(c, X, Y, u) {
       const dpr = ratio();
       let first = 0;
-      c.strokeStyle = "#000";
-      for (const size of d.curves.sizes) {
-        for (const stable of [true, false]) {
-          c.lineWidth = (stable ? 1.8 : 1.2) * dpr;
-          c.setLineDash(stable ? [] : [4 * dpr, 3 * dpr]);
-          c.beginPath();
-          let pen = false; // a segment is one line: its dashes continue from point to point
-          for (let i = first; i + 1 < first + size; i++) {
-            if ((curve.unstable[i] === 0 && curve.unstable[i + 1] === 0) === stable) {
-              if (!pen) c.moveTo(X(curve.x[i]), Y(curve.y[i]));
-              c.lineTo(X(curve.x[i + 1]), Y(curve.y[i + 1]));
-              pen = true;
-            } else pen = false;
+      d.curves.sizes.forEach((size, branch) => {
+        if (shownKind(branch)) {
+          c.strokeStyle = d.curves.kinds[d.curves.kind[branch]].colour;
+          for (const stable of [true, false]) {
+            c.lineWidth = (stable ? 1.8 : 1.2) * dpr;
+            c.setLineDash(stable ? [] : [4 * dpr, 3 * dpr]);
+            c.beginPath();
+            let pen = false; // a segment is one line: its dashes continue from point to point
+            for (let i = first; i + 1 < first + size; i++) {
+              if ((curve.unstable[i] === 0 && curve.unstable[i + 1] === 0) === stable) {
+                if (!pen) c.moveTo(X(curve.x[i]), Y(curve.y[i]));
+                c.lineTo(X(curve.x[i + 1]), Y(curve.y[i + 1]));
+                pen = true;
+              } else pen = false;
+            }
+            c.stroke();
           }
-          c.stroke();
         }
         first += size;
-      }
+      });
       c.setLineDash([]);
-      c.font = `bold ${10 * dpr}px "DejaVu Sans", Verdana, sans-serif`;
-      c.textAlign = "left";
-      const written = []; // places of words, which cover no other word and no point
-      const points = d.curves.special.map(([i]) => [X(curve.x[i]), Y(curve.y[i])]);
-      for (const [i, words] of d.curves.special) {
-        c.fillStyle = "#fff";
-        c.strokeStyle = "#000";
-        c.lineWidth = 1.4 * dpr;
-        c.beginPath();
-        c.arc(X(curve.x[i]), Y(curve.y[i]), 3.6 * dpr, 0, 2 * Math.PI);
-        c.fill();
-        c.stroke();
-        const place = [X(curve.x[i]), Y(curve.y[i])];
-        const wide = c.measureText(words).width, high = 11 * dpr, near = 6 * dpr;
-        const box = [[1, -1], [1, 1], [-1, -1], [-1, 1]]
-          .map(([across, up]) => [place[0] + (across > 0 ? near : -near - wide), place[1] + (up < 0 ? -near - high + 2 * dpr : near - 2 * dpr)])
-          .find(([x, y]) =>
-            x > u.bbox.left && x + wide < u.bbox.left + u.bbox.width && y > u.bbox.top && y + high < u.bbox.top + u.bbox.height &&
-            !written.some(([a, b, w]) => x < a + w + near && a < x + wide + near && Math.abs(y - b) < high + dpr) &&
-            !points.some(([a, b]) => a > x - 3 * dpr && a < x + wide + 3 * dpr && b > y - 3 * dpr && b < y + high + 3 * dpr));
-        if (!box) continue; // no room: the words are shown at the pointer
-        written.push([...box, wide]);
-        c.lineWidth = 3 * dpr;
-        c.strokeStyle = "rgba(255, 255, 255, 0.85)";
-        c.strokeText(words, box[0], box[1] + 0.85 * high);
-        c.fillStyle = "#000";
-        c.fillText(words, box[0], box[1] + 0.85 * high);
+      for (const [i, which] of d.curves.special) {
+        const style = d.curves.marks[which];
+        if (!shownKind(branchOf(d, i)) || hidden.has(style.name)) continue;
+        mark(c, style.marker, "#fff", true, 11 * dpr, X(curve.x[i]), Y(curve.y[i]));
+        mark(c, style.marker, style.colour, true, 8 * dpr, X(curve.x[i]), Y(curve.y[i]));
       }
     }
+    function shownKind(branch) { return !hidden.has(d.curves.kinds[d.curves.kind[branch]].name); }
     // The peak nearest to a position in the plot; where none is near, the nearest point along the axis.
     function nearest(px, py, u) {
       let best = null, least = Infinity, column = null, gap = Infinity;
@@ -389,6 +474,7 @@ window.nsdrill = (() => {
       }
       if (curve)
         for (let i = 0; i < curve.x.length; i++) {
+          if (!shownKind(branchOf(d, i))) continue;
           const dx = u.valToPos(curve.x[i], "x") - px, dy = u.valToPos(curve.y[i], "y") - py, far = dx * dx + dy * dy;
           if (far < (N ? 100 : Infinity) && far <= least) { least = far; best = { curve: i, value: curve.y[i], at: curve.x[i] }; }
         }
@@ -402,52 +488,111 @@ window.nsdrill = (() => {
       ...base,
       choose(p, i) { o.chosen = [p, i]; base.over(); },
       show(list) { list.forEach((on, p) => { visible[p] = on; }); base.plot.redraw(); },
+      redraw() { base.plot.redraw(); },
       live(rings) { o.live = rings; base.over(); },
     };
   }
 
-  // The branch and the stability of a point of the curves, in words.
-  function branchWords(d, i) {
+  // The branch of a point of the curves; its branch, stability and label in words.
+  function branchOf(d, i) {
     let first = 0, number = 0;
     while (i >= first + d.curves.sizes[number]) first += d.curves.sizes[number++];
-    const special = d.curves.special.find(([at]) => at === i), count = d["curve unstable"][i];
+    return number;
+  }
+  function branchWords(d, i) {
+    const number = branchOf(d, i), special = d.curves.special.find(([at]) => at === i), count = d["curve unstable"][i];
     const stability = count ? `unstable in ${count} direction${count > 1 ? "s" : ""}` : "stable";
-    return `branch ${number}, ${d.curves.names[number]}, ${stability}${special ? `: ${special[1]}` : ""}`;
+    return `branch ${number}, ${d.curves.kinds[d.curves.kind[number]].name}, ${stability}${special ? `: ${d.curves.marks[special[1]].name}` : ""}`;
   }
 
-  // The legend entries for the reference lines of a diagram.
-  function lineEntries(d) {
-    return (d.lines || []).map((line) => {
-      const canvas = make("canvas", { class: "swatch", width: 28, height: 28 }), c = canvas.getContext("2d");
-      c.strokeStyle = REFERENCE;
-      c.lineWidth = 2;
-      c.setLineDash(line.words === "set speed" ? [8, 4] : []);
-      c.beginPath();
-      c.moveTo(0, 14);
-      c.lineTo(28, 14);
-      c.stroke();
-      return make("li", {}, canvas, line.words);
-    });
+  // The legend of diagrams `all` of one sweep. With `hidden`, a set of names, the kinds of branches and of special points are
+  // switched on and off by it; `redraw` is called then.
+  function legendOf(all, responses, hidden, redraw) {
+    const d = all[0], codes = new Set(all.flatMap((one) => [...one.outcome]));
+    if (!d) return [];
+    const items = responses.filter((_, code) => codes.has(code)).map((style) => swatch(style.marker, style.colour, style.name));
+    if (d.procedures.includes("down") && d.procedures.length > 1)
+      items.push(swatch("o", REFERENCE, "up: filled"), swatch("o", REFERENCE, "down: open", false));
+    if (d.hysteresis.length) items.push(swatch("s", DIFFERS, "up and down differ"));
+    if (d.curves) {
+      const toggle = (name) => hidden && ((on) => { hidden[on ? "delete" : "add"](name); redraw(); });
+      for (const kind of d.curves.kinds) items.push(dash(kind.colour, kind.name, [], toggle(kind.name)));
+      for (const style of d.curves.marks) items.push(swatch(style.marker, style.colour, style.name, true, toggle(style.name)));
+      items.push(dash("#000", "stable"), dash("#000", "unstable", [6, 4]));
+    }
+    for (const line of new Map(all.flatMap((one) => one.lines || []).map((one) => [one.words, one])).values())
+      items.push(dash(REFERENCE, line.words, line.words === "set speed" ? [8, 4] : []));
+    if (d.note) items.push(make("li", {}, d.note));
+    if (codes.has(-2)) items.push(swatch("X", "#000", "failed"));
+    return items;
   }
 
-  // Classes or values over two axes; the colour map is viridis.
+  // The legend of maps: the classes that occur, or five values of the colour map.
+  function mapLegendOf(d) {
+    const values = new Set(d.values);
+    const items = d.classes
+      ? d.classes.filter((_, code) => values.has(code)).map((style) => (style.stripes ? entry(style.name, (c) => {
+        mark(c, "s", style.colour, true, 16, 14, 14);
+        striped(c, style.stripes, 7, 7, 14, 14, 6);
+      }) : swatch("s", style.colour, style.name)))
+      : [0, 0.25, 0.5, 0.75, 1].map((part) => swatch("s", colourOf(d, d.limits[0] + part * (d.limits[1] - d.limits[0])), amount(d.limits[0] + part * (d.limits[1] - d.limits[0]), d.colour.unit, 3)));
+    if (d.outcome.includes(-2)) items.push(swatch("X", "#000", "failed"));
+    return items;
+  }
+
+  // Classes or values over two axes. Values have the colours of the `scale` of a map, by default viridis; those of differences go
+  // from violet over white to orange.
   const VIRIDIS = ["#440154", "#46327e", "#365c8d", "#277f8e", "#1fa187", "#4ac16d", "#a0da39", "#fde725"];
-  function viridis(part) {
-    const at = Math.min(Math.max(part, 0), 1) * (VIRIDIS.length - 1), i = Math.min(Math.floor(at), VIRIDIS.length - 2), f = at - i;
+  const DIFFERENCES = ["#2d004b", "#8073ac", "#d8daeb", "#f7f7f7", "#fee0b6", "#e08214", "#7f3b08"];
+  function shade(scale, part) {
+    const at = Math.min(Math.max(part, 0), 1) * (scale.length - 1), i = Math.min(Math.floor(at), scale.length - 2), f = at - i;
     const rgb = (hex, k) => parseInt(hex.slice(1 + 2 * k, 3 + 2 * k), 16);
-    return [0, 1, 2].map((k) => Math.round(rgb(VIRIDIS[i], k) * (1 - f) + rgb(VIRIDIS[i + 1], k) * f));
+    return `rgb(${[0, 1, 2].map((k) => Math.round(rgb(scale[i], k) * (1 - f) + rgb(scale[i + 1], k) * f)).join()})`;
+  }
+  // Stripes over a cell.
+  function striped(c, colour, left, top, width, height, apart) {
+    c.save();
+    c.beginPath();
+    c.rect(left, top, width, height);
+    c.clip();
+    c.strokeStyle = colour;
+    c.lineWidth = apart / 2.5;
+    c.setLineDash([]);
+    c.beginPath();
+    for (let at = Math.floor((left - top - height) / apart) * apart; at < left + width - top; at += apart) {
+      c.moveTo(at + top, top);
+      c.lineTo(at + top + height, top + height);
+    }
+    c.stroke();
+    c.restore();
   }
   function colourOf(d, value) {
     if (!(value === value)) return null;
     if (d.classes) return d.classes[value] ? d.classes[value].colour : null;
     const [low, high] = d.limits;
-    return `rgb(${viridis((value - low) / (high - low || 1)).join()})`;
+    return shade(d.scale || VIRIDIS, (value - low) / (high - low || 1));
   }
+
+  // Where two procedures of a map differ: of classes yes or no, of numbers the second less the first.
+  function difference(d, a, b) {
+    const n = d.values.length / d.procedures.length, values = new Float32Array(n), outcome = new Float32Array(n);
+    let largest = 0;
+    for (let k = 0; k < n; k++) {
+      const [one, two] = [a, b].map((p) => (d.outcome[p * n + k] < 0 ? NaN : d.values[p * n + k]));
+      values[k] = d.classes ? (one === one && two === two ? Number(one !== two) : NaN) : two - one;
+      if (Math.abs(values[k]) > largest) largest = Math.abs(values[k]);
+    }
+    values.shape = outcome.shape = [1, ...d.values.shape.slice(1)];
+    const classes = d.classes && [{ name: "no difference", colour: "#EDEDED" }, { name: "they differ", colour: DIFFERS }];
+    return { ...d, values, outcome, procedures: [d.classes ? `where ${d.procedures[a]} and ${d.procedures[b]} differ` : `${d.procedures[b]} less ${d.procedures[a]}`], classes, limits: [-largest, largest], scale: DIFFERENCES };
+  }
+
+  // A map of the panel `o.panel` of `d`; a line goes around the cells where `o.safe` [ny, nx] is 1.
   function cells(box, d, o) {
-    const [, ny, nx] = d.values.shape, xe = d.x_edges, ye = d.y_edges, p = o.procedure;
+    const [, ny, nx] = d.values.shape, xe = d.x_edges, ye = d.y_edges, p = o.panel || 0;
     const frame = {
       x: [xe[0], xe[nx]], y: [ye[0], ye[ny]], xlabel: d.x.label, ylabel: d.y.label, log: d.x.log, height: o.height || 460,
-      xticks: wordTicks(d.x), yticks: wordTicks(d.y),
+      xticks: wordTicks(d.x), yticks: wordTicks(d.y), title: o.title, bareY: o.bareY,
       cross: false, zoom: true,
       draw(c, X, Y) {
         for (let j = 0; j < ny; j++)
@@ -458,6 +603,7 @@ window.nsdrill = (() => {
             if (colour) {
               c.fillStyle = colour;
               c.fillRect(left, top, width, height);
+              if (d.classes && d.classes[d.values[at]].stripes) striped(c, d.classes[d.values[at]].stripes, left, top, width, height, 7 * ratio());
             } else if (d.outcome[at] === -2) {
               c.strokeStyle = "#000";
               c.lineWidth = 1;
@@ -467,6 +613,19 @@ window.nsdrill = (() => {
               c.stroke();
             }
           }
+        if (!o.safe) return;
+        for (const [colour, wide] of [["#fff", 4.5], ["#000", 2]]) {
+          c.strokeStyle = colour;
+          c.lineWidth = wide * ratio();
+          c.setLineDash([]);
+          c.beginPath();
+          for (let j = 0; j < ny; j++)
+            for (let i = 0; i < nx; i++) {
+              if (i + 1 < nx && o.safe[j * nx + i] !== o.safe[j * nx + i + 1]) { c.moveTo(X(xe[i + 1]), Y(ye[j])); c.lineTo(X(xe[i + 1]), Y(ye[j + 1])); }
+              if (j + 1 < ny && o.safe[j * nx + i] !== o.safe[(j + 1) * nx + i]) { c.moveTo(X(xe[i]), Y(ye[j + 1])); c.lineTo(X(xe[i + 1]), Y(ye[j + 1])); }
+            }
+          c.stroke();
+        }
       },
       over(c, X, Y) {
         if (!o.chosen) return;
@@ -549,215 +708,6 @@ window.nsdrill = (() => {
     c.stroke();
   }
 
-  // The motion of a point: the collar in its hole to scale, phase planes, time histories. `show` replaces the motion.
-  function motion(box, drawn, o = {}) {
-    const row = make("div", { class: drawn.orbit ? "orbitrow" : "orbitrow bare" }), read = make("p", { class: "read" });
-    const orbit = make("div", { class: "orbit" }), planes = make("div", { class: "planes" }), histories = make("div");
-    const canvas = make("canvas", { role: "img", "aria-label": "The collar in the hole, to scale" });
-    const play = make("button", { type: "button", title: "Animate the collar" }, "Play");
-    const slide = make("input", { type: "range", min: 0, max: 1, step: "any", value: 1, "aria-label": "Time" });
-    const clock = make("output", {}, "");
-    orbit.append(canvas);
-    if (drawn.orbit) row.append(orbit);
-    row.append(planes);
-    box.append(make("div", { class: "player" }, play, slide, clock), row, read, histories);
-    let m = null, charts = {}, background = null, at = 0, playing = null;
-
-    const channelOf = (name) => m.head.channels.find((channel) => channel.name === name);
-    const column = (name) => m.columns[name];
-
-    // Orbit and planes show the last 20 s of the motion: more revolutions cannot be distinguished.
-    function firstShown() {
-      const n = m.head.samples, shown = Math.round(20 / (m.head.interval || 1));
-      return Math.max(0, n - shown);
-    }
-
-    function index(time) {
-      const n = m.head.samples;
-      return Math.min(n - 1, Math.max(0, Math.round((time - m.head.begin) / (m.head.interval || 1))));
-    }
-
-    function drawBackground() {
-      const size = Math.round(Math.max(160, Math.min(orbit.clientWidth || 320, 420)) * ratio());
-      canvas.width = canvas.height = size;
-      const [hole, collar] = m.head.hole, scale = (0.485 * size) / hole, dpr = ratio();
-      background = make("canvas", { width: size, height: size });
-      const c = background.getContext("2d");
-      c.fillStyle = "#f3efe6";
-      c.fillRect(0, 0, size, size);
-      c.translate(size / 2, size / 2);
-      c.beginPath();
-      c.arc(0, 0, hole * scale, 0, 2 * Math.PI);
-      c.fillStyle = "#fff";
-      c.fill();
-      c.lineWidth = 1.5 * dpr;
-      c.strokeStyle = REFERENCE;
-      c.stroke();
-      c.setLineDash([3 * dpr, 3 * dpr]);
-      c.lineWidth = dpr;
-      c.beginPath();
-      c.arc(0, 0, (hole - collar) * scale, 0, 2 * Math.PI);
-      c.strokeStyle = "#999";
-      c.stroke();
-      c.setLineDash([]);
-      const begin = firstShown(), xs = column("x").subarray(begin), ys = column("y").subarray(begin);
-      const X = (value) => value * scale, Y = (value) => -value * scale;
-      path(c, X, Y, xs, ys, BLUE, 0.8);
-      const wall = column("wall_force");
-      if (wall) {
-        const touching = wall.subarray(begin);
-        path(c, X, Y, xs.map((value, i) => (touching[i] > 0 ? value : NaN)), ys, VERMILLION, 1.4);
-      }
-      c.fillStyle = INK;
-      c.font = `${11 * dpr}px "DejaVu Sans", Verdana, sans-serif`;
-      const unit = channelOf("x").unit, nice = [1, 2, 5, 10, 20, 50, 100, 200, 500].filter((v) => v < hole * 0.7).pop() || digits(hole / 3, 1);
-      c.strokeStyle = INK;
-      c.lineWidth = 2 * dpr;
-      c.beginPath();
-      c.moveTo(-size / 2 + 8 * dpr, size / 2 - 8 * dpr);
-      c.lineTo(-size / 2 + 8 * dpr + nice * scale, size / 2 - 8 * dpr);
-      c.stroke();
-      c.fillText(`${nice} ${unit}`, -size / 2 + 8 * dpr, size / 2 - 13 * dpr);
-      canvas.dataset.hole = hole * scale;
-      canvas.dataset.collar = collar * scale;
-    }
-
-    function frameAt(time) {
-      at = time;
-      const i = index(time);
-      slide.value = m.head.samples > 1 ? i / (m.head.samples - 1) : 1;
-      clock.textContent = `${digits(column("time")[i], 5)} s`;
-      if (!drawn.orbit || !m.head.hole || !column("x")) return;
-      const c = canvas.getContext("2d"), size = canvas.width, [hole, collar] = m.head.hole, scale = (0.485 * size) / hole;
-      const dpr = ratio(), x = size / 2 + column("x")[i] * scale, y = size / 2 - column("y")[i] * scale;
-      c.drawImage(background, 0, 0);
-      c.beginPath();
-      c.arc(x, y, collar * scale, 0, 2 * Math.PI);
-      c.fillStyle = "rgba(90, 100, 110, 0.28)";
-      c.fill();
-      c.strokeStyle = INK;
-      c.lineWidth = 1.5 * dpr;
-      c.stroke();
-      const angle = column("bit angle");
-      if (angle) { // a line that rotates with the bit
-        c.beginPath();
-        c.moveTo(x, y);
-        c.lineTo(x + collar * scale * Math.cos(angle[i]), y - collar * scale * Math.sin(angle[i]));
-        c.stroke();
-      }
-      c.beginPath();
-      c.arc(x, y, 2.5 * dpr, 0, 2 * Math.PI);
-      c.fillStyle = INK;
-      c.fill();
-    }
-
-    function stop() {
-      if (playing) cancelAnimationFrame(playing);
-      playing = null;
-      play.textContent = "Play";
-    }
-    play.addEventListener("click", () => {
-      if (playing) return stop();
-      play.textContent = "Pause";
-      const begin = m.head.begin + firstShown() * m.head.interval, end = m.head.begin + (m.head.samples - 1) * m.head.interval;
-      let before = null, time = at >= end - 0.05 ? begin : at;
-      const tick = (now) => {
-        if (before !== null) time += (now - before) / 1000;
-        before = now;
-        if (time >= end) time = begin;
-        frameAt(time);
-        drawOverlays();
-        playing = requestAnimationFrame(tick);
-      };
-      playing = requestAnimationFrame(tick);
-    });
-    slide.addEventListener("input", () => {
-      if (!m) return;
-      stop();
-      frameAt(m.head.begin + slide.value * (m.head.samples - 1) * m.head.interval);
-      drawOverlays();
-      showValues();
-    });
-    function drawOverlays() { for (const c of Object.values(charts)) c.over(); }
-    function showValues() {
-      const i = index(at);
-      const texts = drawn.histories.filter((name) => column(name)).map((name) => {
-        const channel = channelOf(name);
-        return `${channel.words} ${amount(column(name)[i], channel.unit)}`;
-      });
-      read.textContent = `At ${digits(column("time")[i], 6)} s: ${texts.join(", ")}`;
-    }
-
-    function history(name, last) {
-      const channel = channelOf(name), values = column(name);
-      const span = [m.head.begin, m.head.begin + (m.head.samples - 1) * m.head.interval];
-      const frame = {
-        x: span[1] > span[0] ? span : [span[0], span[0] + 1], y: padded(limits(values), 0.08), xlabel: "Time [s]",
-        ylabel: null, height: last ? 118 : 84, bare: !last, sync: o.sync || "motion", cross: false,
-        title: channel.label,
-        draw(c, X, Y, u) { timeSeries(c, X, Y, column("time"), column(name), u, BLUE); },
-        over(c, X, Y, u) {
-          c.strokeStyle = INK;
-          c.lineWidth = ratio();
-          c.beginPath();
-          c.moveTo(X(at), u.bbox.top);
-          c.lineTo(X(at), u.bbox.top + u.bbox.height);
-          c.stroke();
-        },
-        move(px, py, u) { if (!playing) { frameAt(u.posToVal(px, "x")); drawOverlays(); showValues(); } },
-      };
-      return frame;
-    }
-
-    function plane(across, up) {
-      const a = channelOf(across), b = channelOf(up);
-      return {
-        x: padded(limits(column(across).subarray(firstShown()))), y: padded(limits(column(up).subarray(firstShown()))),
-        xlabel: a.label, ylabel: b.label, height: o.planeHeight || 150, zoom: false, cross: false,
-        draw(c, X, Y) {
-          const begin = firstShown();
-          path(c, X, Y, column(across).subarray(begin), column(up).subarray(begin), BLUE, 0.7);
-        },
-        over(c, X, Y) {
-          const i = index(at), x = column(across)[i], y = column(up)[i];
-          c.fillStyle = VERMILLION;
-          c.beginPath();
-          c.arc(X(x), Y(y), 3.5 * ratio(), 0, 2 * Math.PI);
-          c.fill();
-        },
-      };
-    }
-
-    // Add or update a chart: between motions only ranges and data change.
-    function put(key, home, frame) {
-      if (charts[key]) {
-        Object.assign(charts[key].frame, { x: frame.x, y: frame.y });
-        charts[key].update();
-        return;
-      }
-      const place = make("div");
-      home.append(place);
-      charts[key] = Object.assign(chart(place, frame), { frame });
-    }
-
-    function show(reply) {
-      stop();
-      m = reply;
-      if (!m.head.samples) { read.textContent = "There is nothing to draw."; return; }
-      at = m.head.begin + (m.head.samples - 1) * m.head.interval;
-      if (drawn.orbit && m.head.hole && column("x")) drawBackground();
-      const names = drawn.histories.filter((name) => column(name));
-      names.forEach((name, i) => put(`h ${name}`, histories, history(name, i === names.length - 1)));
-      for (const [across, up] of drawn.planes)
-        if (column(across) && column(up)) put(`p ${across}`, planes, plane(across, up));
-      frameAt(at);
-      drawOverlays();
-      read.textContent = "Point at a history for its numbers; drag to zoom, double-click for all.";
-    }
-    new ResizeObserver(() => { if (m && drawn.orbit && m.head.hole && column("x")) { drawBackground(); frameAt(at); } }).observe(orbit);
-    return { show, stop, get reply() { return m; } };
-  }
-
   // The returns to a Poincaré section, as points in planes.
   function section(box, reply) {
     box.replaceChildren(make("p", { class: "read" }, reply.head.words));
@@ -793,53 +743,8 @@ window.nsdrill = (() => {
     return maxima;
   }
 
-  // The drawings and legends of the parts of a page as one picture, without the controls between them.
-  function picture(parts, title, lines) {
-    const dpr = ratio(), gap = 8 * dpr, drawn = [], font = (size, bold) => `${bold ? "bold " : ""}${size * dpr}px "DejaVu Sans", Verdana, sans-serif`;
-    const measure = make("canvas").getContext("2d");
-    let left = gap, bottom = 0;
-    const top = (30 + 18 * lines.length) * dpr;
-    for (const part of parts) {
-      const box = part.getBoundingClientRect(), items = [];
-      for (const element of part.querySelectorAll("canvas, .legend li, #legend li, #local-title")) {
-        const rect = element.getBoundingClientRect();
-        if (!rect.width || !rect.height || (element.localName === "canvas" && (!element.width || element.className === "swatch"))) continue;
-        items.push({ element, x: (rect.left - box.left) * dpr, y: rect.top * dpr, w: rect.width * dpr, h: rect.height * dpr });
-      }
-      if (!items.length) continue;
-      items.sort((a, b) => a.y - b.y);
-      let end = items[0].y, shift = items[0].y - top, wide = 0; // in the page, and the distance by which the next items move up
-      for (const item of items) {
-        if (item.y > end + gap) shift += item.y - end - gap;
-        end = Math.max(end, item.y + item.h);
-        drawn.push({ ...item, x: item.x + left, y: item.y - shift });
-        wide = Math.max(wide, item.x + item.w);
-        bottom = Math.max(bottom, item.y + item.h - shift);
-      }
-      left += wide + 2 * gap;
-    }
-    measure.font = font(12);
-    const width = Math.max(left, ...lines.map((line) => measure.measureText(line).width + 2 * gap));
-    const canvas = make("canvas", { width: Math.ceil(width), height: Math.ceil(bottom + gap) }), c = canvas.getContext("2d");
-    c.fillStyle = "#fff";
-    c.fillRect(0, 0, canvas.width, canvas.height);
-    c.fillStyle = INK;
-    c.font = font(14, true);
-    c.fillText(title, gap, 18 * dpr);
-    c.font = font(12);
-    lines.forEach((line, i) => c.fillText(line, gap, (38 + 18 * i) * dpr));
-    for (const { element, x, y, w, h } of drawn) {
-      if (element.localName === "canvas") {
-        c.drawImage(element, x, y, w, h);
-        continue;
-      }
-      const swatchCanvas = element.querySelector("canvas");
-      const size = swatchCanvas ? 12 * dpr : 0;
-      if (swatchCanvas) c.drawImage(swatchCanvas, x, y + (h - size) / 2, size, size);
-      c.fillText(element.textContent, x + size + (swatchCanvas ? 4 * dpr : 0), y + h * 0.75);
-    }
-    return canvas;
-  }
-
-  return { branchWords, lineEntries, unpack, make, digits, decimals, amount, valueOf, limits, chart, scatter, cells, colourOf, viridis, motion, section, swatch, peaks, picture };
+  return {
+    FAMILY, font, INK, BLUE, VERMILLION, REFERENCE, ratio, branchWords, branchOf, unpack, make, digits, decimals, amount, valueOf, limits, padded,
+    chart, scatter, cells, difference, dash, legendOf, mapLegendOf, section, outline, peaks, timeSeries, path, fewTicks,
+  };
 })();

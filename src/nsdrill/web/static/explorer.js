@@ -3,11 +3,42 @@
 (() => {
   const N = window.nsdrill, { make, digits, amount, valueOf } = N;
   const $ = (id) => document.getElementById(id);
-  const token = location.hash.slice(1);
-  let meta = null, view = null, motion = null, charts = [], local = null;
+  let meta = null, view = null, motion = null, charts = [], local = null, pinned = null;
   // The present point: its place in the sweep, the changed values, the changes that the server accepted, and the state that
   // the next motion starts from.
-  const now = { place: null, changes: {}, accepted: {}, state: null, states: null, values: {}, reply: null };
+  const now = { place: null, changes: {}, accepted: {}, state: null, states: null, values: {}, reply: null, request: null };
+
+  // The part of the address after #: the token of the explorer where it was printed, and what is shown (writeLink). The token is
+  // kept by the browser for this explorer, so that an address can be copied without it.
+  const STORED = "nsdrill-token";
+  const fragment = location.hash.slice(1), given = /^[^=&]+(?=&|$)/.exec(fragment)?.[0] || "";
+  const linked = new URLSearchParams(given ? fragment.slice(given.length + 1) : fragment);
+  let isKept = true;
+  const stored = (work) => { try { return work(localStorage); } catch { isKept = false; return null; } }; // a frame may not keep anything
+  const token = given || stored((store) => store.getItem(STORED)) || "";
+  addEventListener("hashchange", () => location.reload());
+
+  // Write what is shown into the address, soon: while a slider moves, browsers refuse to do that at every step.
+  let linkTimer = 0;
+  function writeLink() {
+    clearTimeout(linkTimer);
+    linkTimer = setTimeout(writeLinkNow, 250);
+  }
+  function writeLinkNow() {
+    const shown = new URLSearchParams();
+    if (view) {
+      shown.set("show", $("channel").value);
+      if (!$("along-label").hidden) shown.set("x", $("along").value);
+      if (!$("against-label").hidden) shown.set("y", $("against").value);
+      if (Object.keys(view.held).length) shown.set("held", JSON.stringify(view.held));
+      if (view.member) shown.set("member", view.member);
+      if (view.procedure) shown.set("procedure", view.procedure);
+      if (view.hidden.size) shown.set("hidden", JSON.stringify([...view.hidden]));
+    }
+    if ($("seconds").value !== String(meta.seconds)) shown.set("seconds", $("seconds").value);
+    if (now.request) shown.set("run", JSON.stringify(now.request));
+    history.replaceState(null, "", `#${isKept ? "" : `${token}&`}${shown}`);
+  }
 
   function banner(words) {
     $("banner").textContent = words || "";
@@ -19,7 +50,7 @@
   // A banner tells of a request that takes longer than a moment. Where a string is run, its code may have to be compiled.
   let pending = 0, progressBanner = "";
   const PROGRESS = {
-    meta: "Opening the file", diagram: "Reading the diagram", plane: "Reading the map", replay: "Running this point again",
+    meta: "Opening the file", diagram: "Reading the diagram", plane: "Reading the map", area: "Reading the map", replay: "Running this point again",
     orbit: "Running the motion of this branch", live: "Running on", local: "Running the points around the present one",
     section: "Collecting the returns to the section", saved: "Writing the study",
   };
@@ -104,19 +135,26 @@
   const options = (select, list, chosen) =>
     select.replaceChildren(...list.map(([value, words]) => make("option", { value, selected: value === chosen }, words)));
 
+  function linkedData(name, otherwise) {
+    try { return JSON.parse(linked.get(name)) || otherwise; } catch { return otherwise; }
+  }
+
   function addControls() {
     const c = meta.choices, several = c.axes.length > 1;
-    if (!c.axes.length) return;
     $("sweep").hidden = false;
     const channels = [];
+    channels.push(...c.areas.map((item) => [`area ${item.name}`, item.words]));
     if (several) channels.push(...c.labels.map((item) => [`map ${item.name}`, `Map: ${item.long}`]), ...c.features.map((item) => [`map ${item.name}`, `Map: ${item.words}`]));
-    if (c.panels.length) channels.push(["all", "Peaks of all motions"], ...c.panels.map((item) => [`line ${item.name}`, item.words]));
-    channels.push(...c.features.map((item) => [`line ${item.name}`, item.words]));
+    if (c.axes.length) {
+      if (c.panels.length) channels.push(["all", "Peaks of all motions"], ...c.panels.map((item) => [`line ${item.name}`, item.words]));
+      channels.push(...c.features.map((item) => [`line ${item.name}`, item.words]));
+    }
     const longest = [...c.axes].sort((a, b) => (a.texts ? 1 : 0) - (b.texts ? 1 : 0) || b.values.length - a.values.length).map((item) => item.name);
     const second = several ? c.axes.find((item) => item.name === longest[1]).values.length : 0;
-    options($("channel"), channels, several && second > 3 ? "map response" : c.panels.length ? "all" : channels[0][0]);
-    options($("along"), c.axes.map((item) => [item.name, item.words]), longest[0]);
-    options($("against"), c.axes.map((item) => [item.name, item.words]), longest[1]);
+    const first = channels.some(([value]) => value === linked.get("show")) ? linked.get("show") : c.areas.length ? channels[0][0] : several && second > 3 ? "map response" : c.panels.length ? "all" : channels[0][0];
+    options($("channel"), channels, first);
+    options($("along"), c.axes.map((item) => [item.name, item.words]), linked.get("x") || longest[0]);
+    options($("against"), c.axes.map((item) => [item.name, item.words]), linked.get("y") || longest[1]);
     $("channel").addEventListener("change", redraw);
     for (const id of ["along", "against"])
       $(id).addEventListener("change", () => {
@@ -126,18 +164,23 @@
         }
         redraw();
       });
-    view = { held: {}, member: 0, visible: c.procedures.map(() => true), procedure: 0, chosen: null };
+    view = {
+      held: linkedData("held", {}), member: Number(linked.get("member") || 0), visible: c.procedures.map(() => true),
+      procedure: Math.min(Number(linked.get("procedure") || 0), c.procedures.length - 1), chosen: null, hidden: new Set(linkedData("hidden", [])),
+    };
   }
 
   // The selection of procedures: one of a map, any of lines.
   function procedureControls() {
     const c = meta.choices;
-    if (c.procedures.length < 2) return;
-    $("procedures").replaceChildren(
+    $("procedures").replaceChildren();
+    if (c.procedures.length < 2 || view.kind === "area probability") return;
+    $("procedures").append(
+      ...(view.map ? ["A click here runs"] : []),
       ...c.procedures.map((name, p) => {
         const tick = make("input", { type: view.map ? "radio" : "checkbox", name: "procedure", checked: view.map ? p === view.procedure : view.visible[p] });
         tick.addEventListener("change", () => {
-          if (view.map) { view.procedure = p; redraw(); return; }
+          if (view.map) { view.procedure = p; writeLink(); return; }
           view.visible[p] = tick.checked;
           for (const chart of charts) chart.show(view.visible);
         });
@@ -147,7 +190,7 @@
   }
 
   // Selects for the axes that the drawing does not show.
-  function heldControls(free) {
+  function heldControls(free, byItself) {
     const c = meta.choices, home = $("held");
     home.replaceChildren();
     for (const axis of c.axes) {
@@ -156,7 +199,7 @@
       select.addEventListener("change", () => { view.held[axis.name] = Number(select.value); redraw(); });
       home.append(make("label", {}, `${axis.words} `, select, " "));
     }
-    if (c.members) {
+    if (c.members && !byItself) {
       const { name, count } = c.members, field = make("input", { type: "number", min: 0, max: count - 1, value: view.member });
       field.addEventListener("change", () => { view.member = Math.min(Math.max(0, Math.round(Number(field.value) || 0)), count - 1); redraw(); });
       home.append(make("label", {}, `${name} `, field));
@@ -165,31 +208,56 @@
 
   const redraw = latestOnly(async () => {
     const [kind, name] = $("channel").value.split(" "), c = meta.choices, several = c.axes.length > 1;
-    view.map = kind === "map";
-    $("along-label").hidden = !several;
-    $("against-label").hidden = !several || !view.map;
-    const x = $("along").value, free = view.map ? [x, $("against").value] : [x];
-    heldControls(free);
-    procedureControls();
-    const fixed = Object.fromEntries(Object.entries(view.held).filter(([axis]) => !free.includes(axis)));
-    const common = { held: fixed, member: view.member, x };
+    const x = $("along").value, y = $("against").value;
+    view.kind = $("channel").value;
+    view.map = kind === "map" || kind === "area";
+    const byItself = kind === "area"; // an area knows its axes
+    const free = kind === "map" ? [x, y] : [x];
+    const fixed = () => Object.fromEntries(Object.entries(view.held).filter(([axis]) => !free.includes(axis)));
     for (const chart of charts) chart.end();
     charts = [];
     $("diagram").replaceChildren();
     view.chosen = null;
-    if (view.map) {
-      const reply = await ask("plane", { ...common, y: $("against").value, colour: name });
-      drawMap(reply);
+    let panels = null, all = null;
+    if (byItself) {
+      const area = joined(await ask("area", { name, held: view.held }));
+      if (!area.x_edges) all = [area];
+      else {
+        free.splice(0, 2, area.x.name, area.y.name);
+        panels = area.procedures.map((words, p) => ({ d: area.scales ? { ...area, scale: area.scales[p] } : area, panel: p, procedure: null, title: words || area.title, safe: area.safe }));
+        if (name === "window") {
+          const d = joined(await ask("plane", { held: fixed(), member: view.member, x: area.x.name, y: area.y.name, colour: "response" }));
+          panels.push(...planesOf(d, "Responses").map((one) => ({ ...one, safe: area.safe })));
+        }
+      }
+    } else if (view.map) {
+      const d = joined(await ask("plane", { held: fixed(), member: view.member, x, y, colour: name })), [up, down] = ["up", "down"].map((one) => d.procedures.indexOf(one));
+      panels = planesOf(d, d.colour.words);
+      if (up >= 0 && down >= 0) {
+        const differing = N.difference(d, up, down);
+        panels.push({ d: differing, panel: 0, procedure: null, title: differing.procedures[0] });
+      }
     } else {
       const names = kind === "all" ? c.panels.map((item) => item.name) : [name];
-      const replies = await Promise.all(names.map((y) => ask("diagram", { ...common, y })));
-      drawLines(replies.map(({ head, columns }) => ({ ...head, ...columns })));
+      all = (await Promise.all(names.map((one) => ask("diagram", { held: fixed(), member: view.member, x, y: one })))).map(joined);
     }
+    view.map = panels !== null;
+    $("along-label").hidden = !several || byItself;
+    $("against-label").hidden = $("along-label").hidden || !view.map;
+    heldControls(free, byItself);
+    procedureControls();
+    document.querySelector("main").classList.toggle("wide", view.map && panels.length > 1);
+    if (panels) drawMaps(panels);
+    else drawLines(all);
+    markPlace();
+    writeLink();
   });
+  const joined = ({ head, columns }) => ({ ...head, ...columns });
+  const planesOf = (d, words) => d.procedures.map((procedure, p) => ({ d, panel: p, procedure: p, title: `${words}${d.procedures.length > 1 ? `, ${procedure}` : ""}` }));
 
   function placeOf(d, p, i) {
     const place = [...d.place];
-    place[0] = p;
+    place[0] = d.joined ? view.procedure : p; // the lines of probabilities are no procedures
     place[d.dimension] = i;
     return place;
   }
@@ -198,30 +266,21 @@
 
   function drawLines(all) {
     view.all = all;
-    const codes = new Set();
+    $("diagram").style.gridTemplateColumns = "";
     all.forEach((d, number) => {
       const box = make("div");
       $("diagram").append(box);
       charts.push(
         N.scatter(box, d, {
-          responses: meta.responses, visible: [...view.visible], height: all.length > 1 ? (number === all.length - 1 ? 222 : 190) : 430,
+          responses: meta.responses, visible: d.procedures.map((_, p) => view.visible[p] ?? true), hidden: view.hidden, height: all.length > 1 ? (number === all.length - 1 ? 222 : 190) : 430,
           bare: number < all.length - 1, sync: "sweep", move: (hit) => hit && showPoint(d, hit),
           pick: (hit) => ("curve" in hit ? pickBranch(d, hit) : pick(d, hit.p, hit.i)),
         }),
       );
-      for (const code of d.outcome) codes.add(code);
     });
     const d = all[0];
-    const items = meta.responses.filter((_, code) => codes.has(code))
-      .map((style) => make("li", {}, N.swatch(style.marker, style.colour), style.name));
-    if (d.procedures.includes("down") && d.procedures.length > 1)
-      items.push(make("li", {}, N.swatch("o", "#4D4D4D"), "up: filled"), make("li", {}, N.swatch("o", "#4D4D4D", false), "down: open"));
-    if (d.hysteresis.length) items.push(make("li", {}, N.swatch("s", "#E8D47A"), "up and down differ"));
-    if (codes.has(-2)) items.push(make("li", {}, N.swatch("X", "#000"), "failed"));
-    if (d.curves) items.push(make("li", {}, "black line: branch, solid where stable, dashed where not"));
-    items.push(...all.flatMap(N.lineEntries));
-    if (d.note) items.push(make("li", {}, d.note));
-    $("legend").replaceChildren(...items);
+    $("legend").replaceChildren(...N.legendOf(all, meta.responses, view.hidden, () => { for (const chart of charts) chart.redraw(); writeLink(); }));
+    $("hover").textContent = meta.kind === "branches" ? "Point at a branch; click a point of it to run its motion." : "Point at the diagram for numbers; click a point to run it again.";
     view.count = d.x.values.length;
     showLivePeaks();
   }
@@ -251,37 +310,88 @@
     $("hover").replaceChildren(...head);
   }
 
-  function drawMap({ head, columns }) {
-    const d = { ...head, ...columns };
-    view.all = [d];
-    const showCell = (hit) => {
-      if (!hit) return;
-      const shown = hit.outcome < 0 ? word(hit.outcome) : d.classes ? (d.classes[hit.value] || {}).name || "–" : amount(hit.value, d.colour.unit);
-      $("hover").replaceChildren(
-        make("span", { class: "name" }, `${d.x.words} ${valueOf(d.x, hit.i, 5)}, ${d.y.words} ${valueOf(d.y, hit.j, 5)}${d.procedures.length > 1 ? `, ${d.procedures[hit.p]}` : ""}`),
-        make("br"), `${d.colour.words}: ${shown}`,
-      );
+  // Maps next to each other: a click in one runs the point in its procedure, or in the chosen one.
+  function drawMaps(panels) {
+    view.all = panels.map((one) => one.d);
+    view.panels = panels;
+    view.showCell = (i, j) => {
+      const d = panels[0].d, at = j * d.x.values.length + i, cells = d.x.values.length * d.y.values.length;
+      const texts = panels.map(({ d: one, panel, title }) => {
+        const value = one.values[panel * cells + at], outcome = one.outcome[panel * cells + at];
+        return `${title}: ${outcome < 0 ? word(outcome) : one.classes ? (one.classes[value] || {}).name || "–" : amount(value, one.colour.unit)}`;
+      });
+      $("hover").replaceChildren(make("span", { class: "name" }, `${d.x.words} ${valueOf(d.x, i, 5)}, ${d.y.words} ${valueOf(d.y, j, 5)}`), make("br"), texts.join(" · "));
     };
-    const cells = N.cells($("diagram"), d, {
-      procedure: view.procedure, height: 480, move: showCell,
-      pick: (hit) => { cells.choose(hit.i, hit.j); view.chosen = [hit.i, hit.j]; run(mapPlace(d, hit.i, hit.j)); },
+    const several = panels.length > 1;
+    panels.forEach(({ d, panel, procedure, title, safe }, number) => {
+      const box = make("div");
+      $("diagram").append(box);
+      const cells = N.cells(box, d, {
+        panel, title, safe, bareY: number > 0 && several && !narrow.matches, height: several ? 250 : 450,
+        move: (hit) => hit && view.showCell(hit.i, hit.j), pick: (hit) => pickCell(hit.i, hit.j, procedure),
+      });
+      charts.push({ ...cells, show() {}, live() {} });
     });
-    charts = [{ ...cells, show() {}, live() {} }];
-    const values = new Set(d.values);
-    $("legend").replaceChildren(
-      ...(d.classes
-        ? d.classes.filter((_, code) => values.has(code)).map((style) => make("li", {}, N.swatch("s", style.colour), style.name))
-        : [0, 0.25, 0.5, 0.75, 1].map((part) => make("li", {}, N.swatch("s", `rgb(${N.viridis(part).join()})`), amount(d.limits[0] + part * (d.limits[1] - d.limits[0]), d.colour.unit, 3)))),
-    );
-    view.showCell = (i, j) => showCell({ p: view.procedure, i, j, value: d.values[(view.procedure * d.y.values.length + j) * d.x.values.length + i], outcome: d.outcome[(view.procedure * d.y.values.length + j) * d.x.values.length + i] });
+    // the first one has the numbers of the axis
+    $("diagram").style.gridTemplateColumns = several && !narrow.matches ? `minmax(0, calc(${100 / panels.length}% + ${Math.round(54 * (1 - 1 / panels.length))}px)) repeat(${panels.length - 1}, minmax(0, 1fr))` : "";
+    // of classes every one once; of values those of each colour scale, after what has them
+    const keyOf = ({ d }) => (d.classes ? "" : JSON.stringify([d.scale, d.limits])), scales = new Map(panels.filter(({ d }) => !d.classes).map((one) => [keyOf(one), one]));
+    const classes = new Map([...new Set(view.all)].filter((d) => d.classes).flatMap(N.mapLegendOf).map((item) => [item.textContent, item]));
+    const ofScales = [...scales].flatMap(([key, one]) => [...(scales.size > 1 ? [make("li", {}, `${panels.filter((other) => keyOf(other) === key).map((other) => other.title).join(", ")}:`)] : []), ...N.mapLegendOf(one.d)]);
+    $("legend").replaceChildren(...classes.values(), ...ofScales, ...(panels.some(({ safe }) => safe && safe.includes(0) && safe.includes(1)) ? [N.dash("#000", view.kind === "area probability" ? "border of 90 % safe" : "border of the safe window")] : []));
+    $("hover").textContent = "Point at a map for numbers; click a cell to run it again.";
+  }
+  const narrow = matchMedia("(max-width: 860px)");
+
+  function pickCell(i, j, procedure = null) {
+    view.chosen = [i, j];
+    for (const chart of charts) chart.choose(i, j);
+    view.showCell(i, j);
+    run(mapPlace(view.all[0], i, j, procedure ?? view.procedure));
   }
 
-  function mapPlace(d, i, j) {
+  function mapPlace(d, i, j, procedure) {
     const place = [...d.place];
-    place[0] = view.procedure;
-    place[d.x.dimension] = i;
-    place[d.y.dimension] = j;
+    place[0] = procedure;
+    place[d.x.dimension] += i * (d.x.step || 1);
+    place[d.y.dimension] += j * (d.y.step || 1);
     return place;
+  }
+
+  // The cell of a place in the maps that are drawn.
+  function cellOf(place) {
+    const { x, y } = view.all[0], step = x.step || 1;
+    const i = x.dimension === y.dimension ? Math.floor(place[x.dimension] / step) : place[x.dimension];
+    return [i, x.dimension === y.dimension ? place[y.dimension] % step : place[y.dimension]];
+  }
+
+  // Mark the present point of the sweep in what is drawn.
+  function markPlace() {
+    if (!view || !view.all || !now.place || meta.kind !== "results") return;
+    const d = view.all[0], free = [0, d.dimension, d.x.dimension, d.y.dimension];
+    if (!d.place || d.place.some((at, k) => !free.includes(k) && at !== now.place[k])) return; // it lies elsewhere
+    if (view.map) view.chosen = cellOf(now.place);
+    else view.chosen = [now.place[0], now.place[d.dimension]];
+    if (view.chosen) for (const chart of charts) chart.choose(...view.chosen);
+  }
+
+  // The point to begin with: the one that is recommended, the most probable one, or that in the middle.
+  function chooseFirst() {
+    const d = view.all[0];
+    if (view.map) {
+      const [nx, ny] = [d.x.values.length, d.y.values.length];
+      let best = d.recommended || [Math.floor(nx / 2), Math.floor(ny / 2)];
+      if (!d.recommended && view.kind === "area probability") {
+        const greatest = d.values.subarray(0, nx * ny).reduce((a, value, k, all) => (value > all[a] ? k : a), 0);
+        best = [greatest % nx, Math.floor(greatest / nx)];
+      }
+      return pickCell(...best);
+    }
+    if (!d.x.values.length) return pickBranch(d, { curve: Math.floor(d.curves.sizes[0] / 2), at: d["curve x"][Math.floor(d.curves.sizes[0] / 2)] });
+    if (!d.place) return undefined;
+    const n = d.x.values.length, middle = Math.floor(n / 2);
+    const nearest = [...Array(n).keys()].sort((a, b) => Math.abs(a - middle) - Math.abs(b - middle)).find((i) => d.outcome[i] >= 0);
+    return nearest === undefined ? undefined : pick(d, 0, nearest);
   }
 
   function pickBranch(d, hit) {
@@ -313,7 +423,7 @@
       if (view.map) {
         const [i, j] = view.chosen || [Math.floor(n / 2), Math.floor(d.y.values.length / 2)];
         view.chosen = [clip(i + far * steps[0], n), clip(j + far * steps[1], d.y.values.length)];
-        charts[0].choose(...view.chosen);
+        for (const chart of charts) chart.choose(...view.chosen);
         view.showCell(...view.chosen);
       } else {
         const shown = d.procedures.map((_, p) => p).filter((p) => view.visible[p]); // the arrow up selects the procedure before
@@ -325,7 +435,8 @@
       }
     } else if ((event.key === "Enter" || event.key === " ") && view.chosen) {
       event.preventDefault();
-      run(view.map ? mapPlace(d, ...view.chosen) : placeOf(d, ...view.chosen));
+      if (view.map) pickCell(...view.chosen);
+      else run(placeOf(d, ...view.chosen));
     }
   });
 
@@ -359,31 +470,50 @@
 
   const seconds = () => Number($("seconds").value);
 
-  const run = latestOnly(async (place) => {
-    const reply = await ask("replay", { place, seconds: seconds() });
-    now.place = place;
-    now.changes = {};
-    now.accepted = {};
+  // What a request for a motion does to the present point: the point of a file, that of a branch, or from where it is.
+  const POINTS = {
+    replay: ({ place }) => ({ place, changes: {} }),
+    orbit: (request, reply) => ({ place: view.all ? view.all[0].place : null, changes: { ...reply.head.changes } }),
+    live: ({ place, changes }) => ({ place, changes: { ...changes } }),
+  };
+
+  // Ask for a motion and show it. The motion before is kept for Undo, of one movement of a slider (`stroke`) only once.
+  async function runMotion(name, request, stroke = null) {
+    const reply = await ask(name, request);
+    if (now.reply && !(stroke && stroke.kept)) {
+      past.push({ now: { ...now }, chosen: view && view.chosen });
+      past.splice(0, past.length - MOST_PAST);
+      if (stroke) stroke.kept = true;
+    }
+    const { place, changes } = POINTS[name](request, reply);
+    Object.assign(now, { place, changes, accepted: { ...changes }, request: [name, request] });
     showMotion(reply);
-  });
+  }
+  const past = [], MOST_PAST = 50;
+
+  const run = latestOnly((place) => runMotion("replay", { place, seconds: seconds() }));
 
   // The motion of a point of a branch; the sliders start from it.
-  const follow = latestOnly(async (d, point) => {
-    const reply = await ask("orbit", { point });
-    now.place = d.place;
-    now.changes = { ...reply.head.changes };
-    now.accepted = { ...now.changes };
-    showMotion(reply);
+  const follow = latestOnly((d, point) => runMotion("orbit", { point }));
+
+  const undo = latestOnly(async () => {
+    const before = past.pop();
+    if (!before) return;
+    Object.assign(now, before.now);
+    showMotion(now.reply);
+    if (view && before.chosen && charts.length) {
+      view.chosen = before.chosen;
+      for (const chart of charts) chart.choose(...before.chosen);
+    }
   });
 
   // A change that the server refuses is undone, or the server would refuse all later ones with it.
-  const move = latestOnly(async (request = {}) => {
+  const move = latestOnly(async (request = {}, stroke = null) => {
     const changes = { ...now.changes };
-    let reply;
     try {
-      reply = await ask("live", {
+      await runMotion("live", {
         place: now.place, changes, state: now.state, states: now.states, seconds: Math.min(seconds(), 200), ...request,
-      });
+      }, stroke);
     } catch (error) {
       if (error.name === "AbortError") throw error; // the newest change runs next, with these
       for (const [key, value] of Object.entries(changes))
@@ -394,16 +524,30 @@
       updateSliders();
       throw error;
     }
-    now.accepted = changes;
-    showMotion(reply);
   });
+
+  // Run from a start that was clicked in the hole or in a phase plane: the present state with these values, as shown.
+  function startAt(values) {
+    if (!now.state) return;
+    const state = [...now.state], channels = now.reply.head.channels;
+    for (const [name, value] of Object.entries(values)) {
+      const place = now.states.indexOf(name), channel = channels.find((one) => one.name === name);
+      if (place < 0) {
+        banner(`${channel ? channel.words : name} is no state of this string, so no start can be chosen here. Click the hole or another plane.`);
+        return;
+      }
+      state[place] = value * channel.scale;
+    }
+    move({ state, states: now.states, chosen: true });
+  }
 
   function showMotion(reply) {
     now.reply = reply;
     now.state = reply.head.state;
     now.states = reply.head.states;
     now.values = reply.head.values;
-    motion.show(reply);
+    motion.show(reply, pinned);
+    if (pinned) pinned.view.show(pinned, reply);
     const h = reply.head, which = $("which");
     const name = h.from ? h.from.map(([a, b]) => `${a} ${b}`).join(", ") : meta.usual.map((key) => slider(key)).filter(Boolean).map((item) => `${item.words} ${item.choices ? now.values[item.key] : amount(now.values[item.key] / item.scale, item.unit, 5)}`).join(", ");
     which.replaceChildren(make("span", { class: "name" }, name), make("span", { class: "labels" }, h.labels.join(", ")));
@@ -418,7 +562,10 @@
     $("features-box").hidden = !h.features.length;
     $("section-box").hidden = !h.place || !meta.drawn.section.length || h.ended !== "";
     if ($("section-box").open && h.place) section();
-    $("again").disabled = false;
+    $("again").disabled = $("pin").disabled = $("save-trace").disabled = false;
+    $("undo").disabled = !past.length;
+    document.body.dataset.moved = "1";
+    writeLink();
     $("onward").disabled = $("local-run").disabled = $("save-study").disabled = !now.state;
     updateSliders();
     showLivePeaks();
@@ -465,17 +612,25 @@
     const text = make("input", { type: "text", "aria-label": `${quantity.words}, a number with its unit`, spellcheck: false });
     const label = make("label", { htmlFor: id, title: quantity.meaning }, quantity.words);
     const node = make("div", { class: "slider" }, label, range, text);
+    let stroke = null; // one movement of the slider
+    range.addEventListener("change", () => { stroke = null; });
     range.addEventListener("input", () => {
+      stroke ??= {};
       now.changes[key] = Number(range.value);
       text.value = amount(range.value / quantity.scale, quantity.unit, 4);
       range.setAttribute("aria-valuetext", text.value);
       node.classList.add("changed");
-      move();
+      move({}, stroke);
     });
     text.addEventListener("change", () => {
       const typed = text.value.trim();
       if (!typed) return;
-      const isNumber = /^[-+]?[\d.]+(e[-+]?\d+)?$/i.test(typed);
+      const isNumber = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?$/i.test(typed);
+      if (isNumber && quantity.unit) { // a bare number has the unit of its field, which is written behind it
+        text.value = `${typed} ${quantity.unit}`;
+        text.classList.add("completed");
+        setTimeout(() => text.classList.remove("completed"), 2500);
+      }
       now.changes[key] = isNumber ? Number(typed) * quantity.scale : typed;
       move();
     });
@@ -569,9 +724,58 @@
     const { text, name } = await ask("saved", { place: now.place, changes: now.changes, state: now.state, states: now.states });
     download(name, new Blob([text], { type: "application/yaml" }));
   }));
-  $("save-picture").addEventListener("click", () => {
-    const lines = [meta.about, $("which").textContent && [...$("which").children].slice(0, 2).map((item) => item.textContent).join(": ")].filter(Boolean);
-    N.picture([$("sweep"), $("point"), $("local")].filter((item) => !item.hidden), meta.title, lines).toBlob((blob) => download("nsdrill.png", blob));
+  const nameOf = (ending) => `${meta.file.replace(/\.\w+$/, "")}.${ending}`;
+  for (const as of ["png", "svg"])
+    $(`save-${as}`).addEventListener("click", async () => {
+      const wide = document.querySelector("main.wide") !== null;
+      const legend = charts.length ? N.legendBoxes($("legend"), $("diagram").clientWidth) : [];
+      const left = [...(wide ? [charts] : charts), ...legend, ...(local ? local.charts : [])];
+      const right = pinned ? [[pinned.view.parts(), motion.parts()]] : wide ? [motion.parts().flatMap((row, k) => (k ? [row.flat()] : row))] : motion.parts();
+      const lines = [meta.about, pinned && `Left: ${$("pinned-which").textContent}`, $("which").textContent && [...$("which").children].slice(0, 2).map((item) => item.textContent).join(": ")].filter(Boolean);
+      download(nameOf(as), await N.picture(wide ? [[...left, [right]]] : [left, right], meta.title, lines, as));
+    });
+
+  // The samples of the motion as they are shown: names and units over each column.
+  $("save-trace").addEventListener("click", () => {
+    const { head, columns } = now.reply, cell = (value) => (value === value ? String(Number(value.toPrecision(7))) : "nan");
+    const heads = ["time [s]", ...head.channels.map((one) => `${one.name} [${one.unit || 1}]`)], series = [columns.time, ...head.channels.map((one) => columns[one.name])];
+    const rows = Array.from({ length: head.samples }, (_, i) => series.map((values) => cell(values[i])).join(","));
+    download(nameOf("csv"), new Blob([`${[heads.map((one) => (one.includes(",") ? `"${one}"` : one)).join(","), ...rows].join("\n")}\n`], { type: "text/csv" }));
+  });
+
+  $("link").addEventListener("click", async () => {
+    writeLinkNow();
+    try {
+      await navigator.clipboard.writeText(location.href);
+      $("link").textContent = "Copied";
+      setTimeout(() => { $("link").textContent = "Copy link"; }, 2000);
+    } catch {
+      banner(`The browser does not let the page copy. The address of this view: ${location.href}`);
+    }
+  });
+
+  $("undo").addEventListener("click", () => undo());
+  addEventListener("keydown", (event) => {
+    if ((event.ctrlKey || event.metaKey) && event.key === "z" && !event.target.matches("input[type=text]") && !$("undo").disabled) {
+      event.preventDefault();
+      undo();
+    }
+  });
+
+  // Keep the shown motion beside the next ones, or let it go.
+  $("pin").addEventListener("click", () => {
+    pinned = pinned ? null : { ...now.reply };
+    $("pinned").hidden = !pinned;
+    $("motions").classList.toggle("two", pinned !== null);
+    $("pin").textContent = pinned ? "Unpin" : "Pin";
+    $("pin").setAttribute("aria-pressed", String(pinned !== null));
+    $("pinned-motion").replaceChildren();
+    if (pinned) {
+      $("pinned-which").textContent = [...$("which").children].slice(0, 2).map((item) => item.textContent).join(": ");
+      pinned.view = N.motion($("pinned-motion"), meta.drawn, { sync: "pinned", historyHeight: 70 });
+      pinned.view.show(pinned);
+    }
+    motion.show(now.reply, pinned);
   });
 
   // ---- the beginning
@@ -582,13 +786,15 @@
       return;
     }
     meta = await ask("meta");
+    stored((store) => store.setItem(STORED, token));
     keepAlive();
     document.title = `${meta.title} – nsdrill`;
     $("title").textContent = meta.title;
     meta.about = [meta.file, meta.model, ...(meta.points ? [`${meta.points} points`] : []), ...meta.overrides].join(" · ");
     $("about").textContent = meta.about;
     options($("seconds"), [...new Set([meta.seconds, 60, 200, meta.longest])].filter((item) => item <= meta.longest || item === meta.seconds).sort((a, b) => a - b).map((item) => [String(item), item === meta.longest ? `all ${digits(item)} s` : `last ${digits(item)} s`]), String(meta.seconds));
-    motion = N.motion($("motion"), meta.drawn);
+    if (linked.get("seconds") && [...$("seconds").options].some((item) => item.value === linked.get("seconds"))) $("seconds").value = linked.get("seconds");
+    motion = N.motion($("motion"), meta.drawn, { start: startAt, historyHeight: 70 });
     for (const key of meta.usual) addSlider(key);
     const others = meta.sliders.filter((item) => !meta.usual.includes(item.key));
     options($("more"), [["", "choose …"], ...others.map((item) => [item.key, item.words])], "");
@@ -597,23 +803,33 @@
     const along = meta.choices && meta.choices.axes.length && slider(meta.choices.axes[0].key);
     if (along && !along.choices && !along.whole) $("around").value = along.key;
     $("seconds").addEventListener("change", () => (now.place && now.reply.head.begins === "stored" ? run(now.place) : now.state && move()));
-    $("again").addEventListener("click", () => { now.changes = {}; now.accepted = {}; if (now.place) run(now.place); else move({ state: null }); });
+    $("again").addEventListener("click", () => {
+      now.changes = {};
+      if (now.place && meta.kind === "results") run(now.place);
+      else move({ state: null });
+    });
     $("onward").addEventListener("click", () => move());
     $("local-run").addEventListener("click", () => runLocal($("around").value));
-    $("which").textContent = "No point is chosen yet.";
-    if (meta.choices && meta.choices.axes.length) {
-      if (meta.kind === "branches") {
-        $("hover").textContent = "Point at a branch; click a point of it to run its motion.";
-        $("diagram").setAttribute("aria-label", "Branches. Left and right arrows go along a branch, up and down to another, Enter runs the point.");
-      }
+    const c = meta.choices, isDrawn = c && (c.axes.length > 0 || c.areas.length > 0);
+    document.querySelector("main").classList.toggle("alone", !isDrawn);
+    if (isDrawn) {
+      if (meta.kind === "branches") $("diagram").setAttribute("aria-label", "Branches. Left and right arrows go along a branch, up and down to another, Enter runs the point.");
       addControls();
       await redraw();
-    } else {
-      document.querySelector("main").classList.add("alone");
-      if (meta.choices) run(Array(meta.choices.dimensions).fill(0));
-      else move({ state: null });
     }
     document.body.dataset.ready = "1";
+    const [name, request] = linkedData("run", []);
+    if (name in POINTS && request) await runLinked(name, request);
+    else if (isDrawn) chooseFirst();
+    else if (c) run(Array(c.dimensions).fill(0));
+    else move({ state: null });
   }
+
+  // The motion of an address, with its point marked in the diagram.
+  const runLinked = latestOnly(async (name, request) => {
+    for (const key of Object.keys(request.changes || {})) addSlider(key);
+    await runMotion(name, request);
+    markPlace();
+  });
   begin().catch((error) => banner(error.message));
 })();

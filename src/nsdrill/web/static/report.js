@@ -22,22 +22,16 @@
       const d = { ...replies[0].head, ...replies[0].columns }, box = make("div");
       place.append(box, legend, text);
       N.cells(box, d, {
-        procedure: drawing.procedure, height: 420, pick() {},
+        panel: drawing.procedure, height: 420, pick() {},
         move(hit) {
           if (!hit) return;
           const shown = hit.outcome < 0 ? word(hit.outcome) : d.classes ? (d.classes[hit.value] || {}).name || "–" : `${d.colour.words} ${amount(hit.value, d.colour.unit, 3)}`;
           text.textContent = `${d.x.words} ${amount(d.x.values[hit.i], d.x.unit, 5)}, ${d.y.words} ${amount(d.y.values[hit.j], d.y.unit, 5)}: ${shown}`;
         },
       });
-      const values = new Set(d.values);
-      legend.append(
-        ...(d.classes
-          ? d.classes.filter((_, code) => values.has(code)).map((style) => make("li", {}, N.swatch("s", style.colour), style.name))
-          : [0, 0.25, 0.5, 0.75, 1].map((part) => make("li", {}, N.swatch("s", `rgb(${N.viridis(part).join()})`), amount(d.limits[0] + part * (d.limits[1] - d.limits[0]), d.colour.unit, 3)))),
-      );
-      if (d.outcome.includes(-2)) legend.append(make("li", {}, N.swatch("X", "#000"), "failed"));
+      legend.append(...N.mapLegendOf(d));
     } else {
-      const all = replies.map(({ head, columns }) => ({ ...head, ...columns })), codes = new Set();
+      const all = replies.map(({ head, columns }) => ({ ...head, ...columns }));
       all.forEach((d, number) => {
         const box = make("div");
         place.append(box);
@@ -62,17 +56,8 @@
             );
           },
         });
-        for (const code of d.outcome) codes.add(code);
       });
-      const d = all[0];
-      legend.append(...drawing.responses.filter((_, code) => codes.has(code)).map((style) => make("li", {}, N.swatch(style.marker, style.colour), style.name)));
-      if (d && d.procedures.includes("down") && d.procedures.length > 1)
-        legend.append(make("li", {}, N.swatch("o", "#4D4D4D"), "up: filled"), make("li", {}, N.swatch("o", "#4D4D4D", false), "down: open"));
-      if (d && d.hysteresis.length) legend.append(make("li", {}, N.swatch("s", "#E8D47A"), "up and down differ"));
-      if (d && d.curves) legend.append(make("li", {}, "black line: branch, solid where stable, dashed where not"));
-      legend.append(...all.flatMap(N.lineEntries));
-      if (d && d.note) legend.append(make("li", {}, d.note));
-      if (codes.has(-2)) legend.append(make("li", {}, N.swatch("X", "#000"), "failed"));
+      legend.append(...N.legendOf(all, drawing.responses));
       place.append(legend, text);
     }
   }

@@ -1,0 +1,225 @@
+"""The replies with a motion: a stored point run again, a motion that goes on from any
+state, the motion of a point of the branches, and the section of a point."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsdrill.data import Trace
+from nsdrill.errors import InputError
+from nsdrill.models.leaves import words_of
+from nsdrill.models.registry import described, drawn_in
+from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.plot.labels import quantity
+from nsdrill.variables import OK, dimension_of
+from nsdrill.web import asked
+from nsdrill.web.diagrams import Reply
+from nsdrill.web.saving import command, point_rows
+from nsdrill.web.shown import label_words, quantity_data, value_rows
+from nsdrill.web.sliders import DEFAULT_SLIDERS, changes, start_state, value_at
+
+if TYPE_CHECKING:
+    from nsdrill.app.motions import Motion
+    from nsdrill.study.study import Study
+    from nsdrill.web.source import Source
+
+
+def orbit(session: Source, request: Mapping[str, Any]) -> Reply:
+    """The motion of a ``point`` of the branches: over one period where it is
+    unstable, else over whole periods of :data:`asked.DEFAULT_SECONDS` or more."""
+    branches, point = session.branches, asked.integer(request, "point", -1)
+    if branches is None or not 0 <= point < len(branches.label):
+        raise InputError(f"point: found {point}; allowed: a point of the branches.")
+    values = {
+        name: float(branches.features[name][point])
+        for name in DEFAULT_SLIDERS
+        if name in branches.features
+    }
+    values[branches.key] = float(branches.numbers[point])
+    period = float(branches.period[point])
+    if not 0.0 < period < asked.MAX_SECONDS:  # steady drilling has none
+        period = asked.DEFAULT_SECONDS
+    seconds = period * (
+        1 if branches.unstable[point] else max(1, math.ceil(asked.DEFAULT_SECONDS / period))
+    )
+    with session.computing():
+        study = session.motions.at(session.motions.own | values)
+        simulation = replace(
+            study.simulation, rtol=float(branches.attrs.get("rtol", study.simulation.rtol))
+        )
+        study = replace(study, simulation=simulation)
+        state = np.append(branches.state[point], 0.0)
+        motion = session.motions.run_from(study, state, seconds, min(asked.SAMPLE, period / 400))
+    # "settled" compares the halves of the observation, which says nothing of a
+    # motion with another period.
+    labels = {name: value for name, value in motion.found.items() if name != "settled"}
+    head, columns = motion_reply(session, motion, study, {"status": motion.status, **labels})
+    if motion.status == OK:
+        head["features"] = value_rows(described(study.model).shown, motion.found, session.units)
+    file = shlex.quote(branches.path)
+    head |= {
+        "begins": f"Point {point}, {branches.name_of(point)}: run for {seconds:.4g} s, its "
+        f"period is {period:.4g} s.",
+        "changes": values,
+        "command": f"nsdrill show {file} --study > branches_study.yaml && nsdrill simulate "
+        f"branches_study.yaml "
+        f"--orbit {file} --point {point} -o trace.h5",
+    }
+    return head, columns
+
+
+def replay(session: Source, request: Mapping[str, Any]) -> Reply:
+    """The last ``seconds`` of the stored point at ``place``, run again."""
+    from nsdrill.app.provenance import unlike
+
+    place, results = session.place(request), session.sweep()
+    seconds = asked.seconds(request)
+    with session.computing():
+        motion = session.motions.replay(place, seconds, asked.sample(seconds))
+        study = session.motions.stored(place)
+    stored = {
+        name: v[place].item() for name, v in results.variables.items() if v.ndim == len(place)
+    }
+    head, columns = motion_reply(session, motion, study, stored)
+    names = [name for name in stored if BY_NAME[name].dtype == "f8" and math.isfinite(stored[name])]
+    head |= {
+        "place": list(place),
+        "same_bits": motion.same_bits,
+        "command": command(session, place),
+        "features": value_rows(names, stored, session.units),
+        "differing": []
+        if motion.same_bits
+        else unlike(session.sweep().attrs, "numpy_version", "processor"),
+        "from": point_rows(session, place),
+        "begins": "stored",
+    }
+    return head, columns
+
+
+def live(session: Source, request: Mapping[str, Any]) -> Reply:
+    """The motion from ``state`` on with ``changes``; from the study's own start
+    where no state is given. ``settle`` and ``observe`` are those of a point of a
+    local diagram. ``chosen`` says that the state was clicked, and nothing else."""
+    values = session.values(request)
+    seconds = asked.seconds(request)
+    settle, observe = (
+        asked.number(request, name, 0.0, asked.MAX_SECONDS, 0.0) for name in ("settle", "observe")
+    )
+    with session.computing():
+        study = session.motions.at(values, changes(session, request))
+        state = start_state(session, request, study)
+        if state is None:
+            state = session.motions.start(study)
+            settle, observe = study.simulation.transient, study.simulation.observe
+        motion = session.motions.run_from(
+            study, state, seconds, asked.sample(seconds), settle=settle, observe=observe
+        )
+    names = described(study.model).shown
+    head, columns = motion_reply(session, motion, study, {"status": motion.status, **motion.found})
+    if motion.status == OK:
+        head["features"] = value_rows(names, motion.found, session.units)
+    duration = (
+        f"for {motion.seconds:g} s{', with changed numbers' if request.get('changes') else ''}"
+    )
+    if request.get("chosen"):
+        head["begins"] = f"Run from the chosen start {duration}."
+    elif request.get("state"):
+        head["begins"] = f"Run on from the present state {duration}."
+    else:
+        head["begins"] = f"Run from the study's start {duration}.{_middle_of_sweep(session)}"
+    return head, columns
+
+
+def _middle_of_sweep(session: Source) -> str:
+    """The values at which the page of a study that sweeps begins, as a sentence."""
+    values = session.motions.own
+    swept = (
+        [name for name in session.study.swept if not words_of(name)]
+        if session.results is None
+        else []
+    )
+    texts = value_rows(
+        list(map(dimension_of, swept)),
+        {dimension_of(name): values[name] for name in swept},
+        session.units,
+    )
+    return (
+        f" The study sweeps; this is the middle: {', '.join(map(' '.join, texts))}."
+        if texts
+        else ""
+    )
+
+
+def section(session: Source, request: Mapping[str, Any]) -> Reply:
+    """The returns of the stored point at ``place`` to the Poincare section, in the
+    planes of the model."""
+    place, results = session.place(request), session.sweep()
+    drawn = drawn_in(results.attrs)
+    stored = all(name in results.variables for name in drawn.section) and bool(drawn.section)
+    if stored:
+        returns = {
+            name: results[name][place] for name in results.variables if name.startswith("section_")
+        }
+        source = "stored returns"
+    else:
+        from nsdrill.plot.kinds.section import section_of
+
+        simulation = session.study.simulation
+        with session.computing():
+            motion = session.motions.replay(
+                place, simulation.observe, max(0.01, simulation.observe / asked.MAX_SAMPLES)
+            )
+        speed = session.motions.values(place)["rotary_speed"]
+        attrs = {"transient": motion.time[0] if len(motion.time) else 0.0, "rotary_speed": speed}
+        returns = section_of(Trace(motion.time, motion.variables, attrs))
+        source = "returns in the observed time"
+    columns, planes = {}, []
+    for pair in drawn.section_planes:
+        if not all(name in returns for name in pair):
+            continue
+        planes.append([quantity_data(name, session.units) for name in pair])
+        for name in pair:
+            columns[name] = returns[name] / quantity(name, session.units).scale
+    count = int(np.isfinite(next(iter(columns.values()))).sum()) if columns else 0
+    return {"planes": planes, "words": f"{count} {source}"}, columns
+
+
+def motion_reply(session: Source, motion: Motion, study: Study, labels: Mapping[str, Any]) -> Reply:
+    """The reply with a motion."""
+    from nsdrill.app.wording import ENDINGS
+
+    status = (BY_NAME["status"].flag_meanings or "").split()[motion.status]
+    model, variables = described(study.model), motion.variables
+    names = [v.name for v in model.trace if v.name in variables and quantity(v.name).scale]
+    hole = model.hole(study.parameters) if model.hole else None
+    x = quantity("x", session.units) if hole and "x" in variables else None
+    head = {
+        "channels": [quantity_data(name, session.units) for name in names],
+        "interval": float(motion.time[1] - motion.time[0]) if len(motion.time) > 1 else 0.0,
+        "begin": float(motion.time[0]) if len(motion.time) else 0.0,
+        "samples": len(motion.time),
+        "labels": label_words(labels),
+        "outcome": int(labels["response"]) if motion.status == OK and "response" in labels else -2,
+        "ended": ""
+        if motion.status == OK
+        else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}",
+        "state": motion.final if motion.status == OK else None,
+        "states": session.motions.states(study),
+        "values": {
+            key: value_at(study.resolved, leaf.key) for key, leaf in session.adjustable.items()
+        },
+        "hole": [radius / x.scale for radius in hole] if hole and x else None,
+        "features": [],
+        "steps": motion.steps,
+    }
+    columns = {"time": motion.time}
+    columns |= {name: variables[name] / quantity(name, session.units).scale for name in names}
+    if "twist" in variables and "drive_angle" in variables:
+        columns["bit angle"] = np.mod(variables["twist"] + variables["drive_angle"], 2 * math.pi)
+    return head, columns

@@ -1,0 +1,197 @@
+"""What an explorer was opened with: a results file (or the ``.part`` file of a run in
+progress), branches or a study; its data, and its motions, which run one at a time."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsdrill import interrupt
+from nsdrill.data import Array, Results, Trace, json_text
+from nsdrill.errors import FileError, InputError
+from nsdrill.plot.labels import operating_point, retold
+from nsdrill.plot.registry import is_study
+from nsdrill.variables import OK, POINT
+from nsdrill.web import asked
+from nsdrill.web.around import MAX_POINTS
+from nsdrill.web.branches import Branches, is_branches, read_branches
+from nsdrill.web.sliders import DEFAULT_SLIDERS, adjustable
+
+if TYPE_CHECKING:
+    from nsdrill.app.motions import Motions
+    from nsdrill.study.keys import Leaf
+    from nsdrill.study.study import Study
+
+_READ_GROUPS = ("run", "feature", "label", "trust", "peaks", "section", "states")
+
+
+class Source:
+    """The file ``path``: results, an unfinished run, branches, or a study with
+    ``overrides`` applied. Over the diagrams of results lie the branches of the file
+    ``over``, if given.
+
+    FileError or InputError where it is something else.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        units: str = "si",
+        overrides: list[str] | None = None,
+        over: str | os.PathLike[str] | None = None,
+    ) -> None:
+        self.path, self.units = os.fspath(path), units
+        self.branches: Branches | None = None if over is None else read_branches(over)
+        self._compute_lock = threading.Lock()
+        self.results: Results | None = None
+        if is_study(path):
+            from nsdrill.study import load_study
+
+            self.study: Study = load_study(Path(path), overrides or [])
+        else:
+            if overrides:
+                raise InputError(
+                    f"--set: found with {self.path}; allowed: with a study, which "
+                    f"ends in .yaml or .yml."
+                )
+            self._open()
+        if over is not None and self.results is None:
+            raise InputError(f"--over: found with {self.path}; allowed: with results of a sweep.")
+        if self.branches is not None and self.branches.study.model != self.study.model:
+            raise InputError(
+                f"--over: found branches of the model {self.branches.study.model}; allowed: of "
+                f"{self.study.model}."
+            )
+
+    def _open(self) -> None:
+        if os.path.lexists(self.path) and is_branches(self.path):
+            self.branches = read_branches(self.path)
+            self.study = self.branches.study
+            return
+        self.results = self._read()
+        from nsdrill.app.stored import stored_study
+
+        self.study = stored_study(
+            self.path, self.results.attrs, self.results.coords, self.results.drawn
+        )
+
+    def _read(self) -> Results:
+        from nsdrill.app.reading import read_any
+        from nsdrill.store import kind_of, variables_in
+
+        if os.path.lexists(self.path) and kind_of(self.path) == "trace":
+            raise FileError(
+                f"{self.path}: found a trace; allowed: results, or a study. Draw it "
+                f"with nsdrill plot."
+            )
+        names = None
+        if os.path.lexists(self.path):
+            names = [
+                v.name for v in variables_in(self.path) if v.room in _READ_GROUPS or v.dims == POINT
+            ]
+        results = read_any(self.path, names)
+        assert not isinstance(results, Trace)
+        return results
+
+    @property
+    def kind(self) -> str:
+        """``results``, ``branches`` or ``study``."""
+        if self.results is not None:
+            return "results"
+        return "study" if self.branches is None else "branches"
+
+    @property
+    def attrs(self) -> Mapping[str, Any]:
+        """The attributes of the results, or those that a study would give them."""
+        if self.results is not None:
+            return self.results.attrs
+        return {
+            "model": self.study.model,
+            "study_resolved": json_text(self.study.resolved),
+            "study_overrides": json_text(list(self.study.overrides)),
+        }
+
+    @property
+    def title(self) -> str:
+        """The title of the study, in the units that are shown; the name of the file
+        where it has none."""
+        axes = self.study.axes
+        values = {
+            name: axes.get(name, np.array([getattr(self.study.operation, name)]))
+            for name in DEFAULT_SLIDERS
+        }
+        held = {name: float(of[0]) for name, of in values.items() if len(of) == 1}
+        return retold(
+            " ".join(self.study.title.split()), operating_point(held, self.units)
+        ) or os.path.basename(self.path)
+
+    def sweep(self) -> Results:
+        """The results; InputError where there are none."""
+        if self.results is None:
+            raise InputError("found a study, which has no points; allowed: with results.")
+        return self.results
+
+    def place(self, request: Mapping[str, Any]) -> tuple[int, ...]:
+        """The place of a point in the grid of the results, from a request."""
+        return asked.place(request, self.sweep().shape)
+
+    def values(self, request: Mapping[str, Any]) -> dict[str, float]:
+        """The values of the axes at the point that the page started from."""
+        if self.results is None or request.get("place") is None:
+            return self.motions.own
+        return self.motions.values(self.place(request))
+
+    # Motions
+
+    @cached_property
+    def adjustable(self) -> dict[str, Leaf]:
+        """The keys of the study that may change while the string rotates."""
+        return adjustable(self.study.model)
+
+    @cached_property
+    def motions(self) -> Motions:
+        """The motions of the string; imported at first use, as this loads the
+        compiler."""
+        from nsdrill.app.motions import Motions
+
+        return Motions(self.study, self.results)
+
+    @contextmanager
+    def computing(self) -> Iterator[None]:
+        """One run at a time; KeyboardInterrupt where nobody waits for it any more."""
+        while not self._compute_lock.acquire(timeout=0.1):
+            interrupt.check()
+        try:
+            interrupt.check()
+            yield
+        finally:
+            self._compute_lock.release()
+
+    def warm(self) -> None:
+        """Load or compile the machine code that a first click, slider and local diagram
+        need. The lock is released in between, so that a page is served meanwhile."""
+        values = self.motions.own
+        study = self.motions.at(values)
+        state = self.motions.start(study)
+        with self.computing():
+            self.motions.short_motion(study, state)
+        self.motions.compile(study, state)
+        time.sleep(0.01)  # a waiting request takes the lock first
+        with self.computing():
+            motion = self.motions.run_from(study, state, 0.1, asked.SAMPLE)
+        if motion.status == OK:
+            near: Array = np.linspace(0.99, 1.01, MAX_POINTS) * values["rotary_speed"]
+            self.motions.compile(study, motion.final, "rotary_speed", near)
+            time.sleep(0.01)
+            with self.computing():
+                self.motions.run_along(
+                    study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01
+                )
