@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from nsdrill.app.check import Report
     from nsdrill.app.fit import Fit
     from nsdrill.app.trajectory import Trajectory
-    from nsdrill.data import Results, Trace
+    from nsdrill.data import Results
     from nsdrill.study.study import Study
     from nsdrill.web.notebook import View
 
@@ -456,7 +456,9 @@ def plot(
     over: ResultsLike | None = None,
     severity: int | None = None,
     confidence: float | None = None,
+    panel: str | None = None,
     xlim: tuple[Quantity, Quantity] | None = None,
+    ylim: tuple[Quantity, Quantity] | None = None,
     time: tuple[Quantity | None, Quantity | None] | None = None,
     width: Quantity | None = None,
     height: Quantity | None = None,
@@ -492,7 +494,7 @@ def plot(
     """
     from nsdrill.data import Trace
     from nsdrill.models.registry import drawn_in
-    from nsdrill.plot import draw, look_of, needed
+    from nsdrill.plot import draw, look_of
     from nsdrill.plot.registry import is_study
     from nsdrill.study.study import Study
 
@@ -507,7 +509,9 @@ def plot(
             "over": over,
             "severity": severity,
             "confidence": confidence,
+            "panel": panel,
             "xlim": xlim,
+            "ylim": ylim,
             "time": time,
         }
         for name, value in given.items():
@@ -528,80 +532,66 @@ def plot(
             style=style,
         )
     _check_confidence(confidence)
-    wanted = look_of(width, height, font_size, title, style, xlim, time)
+    wanted = look_of(width, height, font_size, title, style, xlim, time, ylim)
     chosen = values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
     start = number_in("start", start)
-    if (branches := branches_in(data)) is not None:
-        from nsdrill.plot.branches import draw_branches
-
-        if (
-            kind not in (None, "branches")
-            or ax is not None
-            or chosen
-            or start is not None
-            or states
-            or severity
-        ):
-            raise InputError(
-                "plot: found branches with a kind, axes or a choice of points; allowed: units, "
-                "over, width, height, "
-                "font_size, title and style. Their panels are a figure of their own."
-            )
-        return draw_branches(
-            branches,
-            units=units,
-            look=wanted,
-            over=None if over is None else with_variables(data_in(over, None), "over", ("status",)),
-        )
-    outline = outline_in(data)
-    if isinstance(outline, Trace):
-        more = {"start": start, "states": states, "severity": severity, "confidence": confidence}
-        for name, value in (*chosen.items(), *more.items()):
-            if value is not None:
-                raise InputError(
-                    f"{name}: found with a trace, which is of one point; allowed: with results."
-                )
-        drawn: Results | Trace = outline
-    elif severity is not None:
-        if kind != "window":
-            raise InputError(f"severity: found with kind={kind!r}; allowed: with kind='window'.")
-        from nsdrill.app.window import read_for_window
-
-        source = data_in(data, None) if is_dataset(data) else name_in(data)
-        drawn = read_for_window(source, severity)  # type: ignore[arg-type]
-    else:
-        drawn = data_in(data, needed(outline, kind, chosen, start))
     behind: Any = None
-    if over is not None:
-        curves = branches_in(over)
-        behind = curves
-        if curves is None:
+    drawn = branches_in(data)
+    if drawn is not None:
+        if over is not None:
+            behind = with_variables(data_in(over, None), "over", ("status",))
+    else:
+        outline = outline_in(data)
+        drawn = outline
+        if not isinstance(outline, Trace):
+            drawn = _sweep_to_draw(data, outline, kind, chosen, start, panel, severity)
+        if over is not None and (behind := branches_in(over)) is None:
             behind = results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
-
-    def picture() -> Figure:
-        options: dict[str, Any] = {
-            "over": behind,
-            "states": states,
-            "severity": severity,
-            "confidence": confidence,
-        }
-        return draw(
-            drawn, kind, units=units, at=chosen or None, start=start, look=wanted, **options
-        )
-
     with missing_variable_errors("plot"):
-        if ax is None:
-            figure = picture()
-            if missing := getattr(figure, "missing", ""):
-                text = (
-                    f"The title has characters that no font here has: {missing[:20]}. title gives "
-                    f"another one."
-                )
-                warnings.warn(text, RunWarning, stacklevel=3)
-            return figure
-        from nsdrill.plot.into import into_axes
+        figure = draw(
+            drawn,
+            kind,
+            units=units,
+            at=chosen or None,
+            start=start,
+            look=wanted,
+            panel=panel,
+            ax=ax,
+            over=behind,
+            states=states,
+            severity=severity,
+            confidence=confidence,
+        )
+    if missing := getattr(figure, "missing", ""):
+        text = (
+            f"The title has characters that no font here has: {missing[:20]}. title gives another "
+            f"one."
+        )
+        warnings.warn(text, RunWarning, stacklevel=3)
+    return figure
 
-        return into_axes(picture, ax, kind)
+
+def _sweep_to_draw(
+    data: ResultsLike,
+    outline: Results,
+    kind: str | None,
+    chosen: dict[str, float],
+    start: int | None,
+    panel: str | None,
+    severity: int | None,
+) -> Results:
+    """The results with what a picture is drawn of."""
+    from nsdrill.plot import needed
+
+    if severity is None:
+        found: Any = data_in(data, needed(outline, kind, chosen, start, panel))
+        return cast("Results", found)
+    if kind != "window":
+        raise InputError(f"severity: found with kind={kind!r}; allowed: with kind='window'.")
+    from nsdrill.app.window import read_for_window
+
+    source = data_in(data, None) if is_dataset(data) else name_in(data)
+    return read_for_window(source, severity)  # type: ignore[arg-type]
 
 
 @_in_words_of_python
@@ -675,14 +665,7 @@ def chart(
 
     loaded, wanted = study_in(study, set), look_of(width, height, font_size, title, style)
 
-    def picture() -> Figure:
-        return draw_chart(loaded, kind, along, units=units, look=wanted)
-
-    if ax is None:
-        return picture()
-    from nsdrill.plot.into import into_axes
-
-    return into_axes(picture, ax, kind)
+    return draw_chart(loaded, kind, along, units=units, look=wanted, ax=ax)
 
 
 @_in_words_of_python

@@ -137,7 +137,7 @@ def test_labels_have_units(
 
 
 def test_field_units_are_exact(speeds: Results) -> None:
-    [drive] = drawn(plot.draw(speeds, units="field"), "set speed")
+    [drive] = drawn(plot.draw(speeds, units="field"), "rotary speed")
     np.testing.assert_allclose(
         drive.get_xdata(), speeds.coords["rotary_speed"] * 30 / np.pi, rtol=1e-14
     )
@@ -175,7 +175,7 @@ def test_a_sweep_without_peaks_has_no_bifurcation_diagram(speeds: Results) -> No
     bare = Results(
         speeds.coords, {k: v for k, v in speeds.variables.items() if k not in PEAKS}, speeds.attrs
     )
-    assert plot.kinds_for(bare)[0] == "summary"
+    assert plot.kinds_for(bare)[0] == "value"
     with pytest.raises(InputError, match=r"record\.peaks"):
         plot.draw(bare, "bifurcation")
     assert plot.draw(bare).axes

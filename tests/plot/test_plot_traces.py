@@ -103,7 +103,7 @@ def test_slow_motion_stays_a_line_however_long_it_takes() -> None:
 
 def test_reference_lines(trace: Trace) -> None:
     figure = plot.draw(trace, "histories")
-    assert line(figure, "set speed").get_ydata()[0] == 3.0
+    assert line(figure, "rotary speed").get_ydata()[0] == 3.0
     assert line(figure, "wall").get_ydata()[0] == pytest.approx(GAP * 1e3)
 
 

@@ -22,6 +22,7 @@ from nsdrill.plot.registry import STUDY, kinds_of
 from nsdrill.variables import dimension_of, short_key
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from nsdrill.models.numbers import CriticalSpeeds
@@ -51,6 +52,7 @@ def draw_chart(
     *,
     units: str = "si",
     look: Look | None = None,
+    ax: Axes | None = None,
 ) -> Figure:
     """The chart ``kind`` of a study as a figure. InputError where the kind is unknown,
     or the study lacks the quantities that it shows."""
@@ -67,7 +69,7 @@ def draw_chart(
     axis = getattr(numbers, "axis", None)
     point = {name: getattr(operation, name) for name in OPERATION if name != axis}
     return draw(
-        Chart(numbers, attrs, point, ends_of(study, "rotary_speed")), units=units, look=look
+        Chart(numbers, attrs, point, ends_of(study, "rotary_speed")), units=units, look=look, ax=ax
     )
 
 

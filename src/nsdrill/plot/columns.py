@@ -23,7 +23,15 @@ from nsdrill.plot.legend import marker_entry, response_entries
 from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import Line, edges, name_words, spaced
 from nsdrill.plot.slices import line as line_along
-from nsdrill.plot.style import RESPONSES, SHADE, cell_style, new_figure, page_width, put_title
+from nsdrill.plot.style import (
+    RESPONSES,
+    SHADE,
+    cell_style,
+    name_panel,
+    new_figure,
+    page_width,
+    put_title,
+)
 from nsdrill.plot.verdicts import overlay_verdicts, verdict_handles
 
 STRIP_ROW_HEIGHT = 0.13  # inches, a row for each procedure
@@ -45,11 +53,12 @@ def lines_of(results: Results) -> list[Line]:
 
 
 def new_columns(
-    results: Results, units: str, panels: int, height: float
+    results: Results, units: str, names: Sequence[str], height: float
 ) -> tuple[Figure, list[Line], list[list[Axes]]]:
     """The empty figure, its lines, and for each line the axes of its column: the strip
-    and the panels, top to bottom, with titles and x labels."""
-    lines = lines_of(results)
+    and a panel for each of the variables ``names``, top to bottom, with titles and
+    labels."""
+    lines, panels = lines_of(results), len(names)
     strip_height = STRIP_ROW_HEIGHT * len(lines[0].procedures)
     figure = new_figure(page_width(), height + strip_height)
     ratios = [strip_height, *[(height - TEXT_HEIGHT) / panels] * panels]
@@ -63,6 +72,9 @@ def new_columns(
                 grid[row, number], sharex=column[0] if column else None, sharey=shared_y
             )
             axes.tick_params(labelbottom=row == panels, labelleft=number == 0)
+            name_panel(axes, ["strip", *names][row], ["", *names][row])
+            if row and not number:
+                axes.set_ylabel(quantity(names[row - 1], units).label)
             column.append(axes)
         columns.append(column)
         x = quantity(line.axis, units)

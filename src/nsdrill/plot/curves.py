@@ -31,6 +31,7 @@ from nsdrill.plot.style import (
     VERMILLION,
     WINE,
     font_size,
+    name_panel,
     new_figure,
     page_width,
     put_title,
@@ -47,7 +48,7 @@ SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
     figure, lines, columns = new_columns(
-        results, units, len(names), 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9
+        results, units, names, 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9
     )
     for row, name in enumerate(names, start=1):
         y = quantity(name, units)
@@ -65,7 +66,8 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
         elif name == "whirl_ratio":
             for column in columns:
                 column[row].axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
-        columns[0][row].set_ylabel(y.wrapped if len(names) == 1 else y.label)
+        if len(names) == 1:
+            columns[0][row].set_ylabel(y.wrapped)
     legend_below(figure, [*_direction_handles(lines[0]), *outcome_handles(lines, markers=False)], 4)
     return figure
 
@@ -103,6 +105,7 @@ def draw_words(results: Results, name: str, units: str) -> Figure:
     axes.set_xlim(*(edges(lines[0].x)[[0, -1]] / x.scale))
     axes.set_xlabel(x.label)
     axes.set_ylabel(y.label)
+    name_panel(axes, name, name)
     _limit_y([axes] * len(lines), lines, name, y, units)
     if bounds := severity_bounds(results.attrs, name):
         shade_severity(

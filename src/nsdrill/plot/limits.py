@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
-from nsdrill.plot.labels import quantity
+from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.look import Ends, Look, value_of
 from nsdrill.plot.registry import Kind
 from nsdrill.plot.slices import edges
@@ -18,6 +19,7 @@ from nsdrill.quantity import quantity as base_quantity
 # Kinds that say something of the whole sweep keep all its points; only their axes are
 # limited.
 UNCUT_KINDS = ("window",)
+BESIDE = ("axes fraction", "data")  # the place of words beside a panel, at a height
 
 
 def apply_limits(data: Any, kind: Kind, look: Look) -> tuple[Any, tuple[float, float] | None]:
@@ -102,3 +104,45 @@ def _cells_between(data: Results, axis: str, low: float, high: float) -> Results
     place = 1 + data.axes.index(axis)
     variables = {name: np.take(array, chosen, axis=place) for name, array in data.variables.items()}
     return Results({**data.coords, axis: values[chosen]}, variables, data.attrs, data.more)
+
+
+def limit_y_axes(panels: Sequence[Any], ends: Ends, units: str) -> None:
+    """Limit the y axes of the ``panels`` that show a quantity of the unit of ``ends``.
+    InputError where none does, or several quantities do: then one panel is to be drawn
+    alone."""
+    panels = [axes for axes in panels if axes.yaxis.get_gid()]
+    names = dict.fromkeys(str(axes.yaxis.get_gid()) for axes in panels)
+    limits: dict[str, list[float]] = {}
+    error = InputError("--ylim: found a picture whose panels have no limits of their own.")
+    for name in names:
+        try:
+            limits[name] = [_shown_end(end, name, quantity(name, units)) for end in ends]
+        except InputError as other_unit:
+            error = other_unit
+    if not limits:
+        raise error
+    if len(limits) > 1:
+        raise InputError(
+            f"--ylim: found panels of {', '.join(limits)} with this unit; allowed: one of them. "
+            f"Choose it with --panel."
+        )
+    ((name, (low, high)),) = limits.items()
+    resolve_ends("ylim", (low, high), quantity(name, units).unit)
+    for axes in panels:
+        if axes.yaxis.get_gid() == name:
+            for arrow in [line for line in axes.lines if "beyond" in str(line.get_gid())]:
+                arrow.remove()  # at the border that was chosen before
+            for words in [text for text in axes.texts if hasattr(text, "xy")]:
+                if words.xycoords == BESIDE and not low <= words.xy[1] <= high:
+                    words.remove()
+            top_first = axes.yaxis_inverted()
+            axes.set_ylim((high, low) if top_first else (low, high))
+
+
+def _shown_end(end: Any, name: str, shown: Shown) -> float:
+    """A limit in the unit in which a variable is shown; of a share also in per cent."""
+    text = str(end).strip()
+    if shown.unit == "%" and text.endswith("%"):
+        return value_of("ylim", text.rstrip("% "), "1")
+    units = base_quantity(name).units
+    return value_of("ylim", end, "1" if units == "percent" else units) / shown.scale

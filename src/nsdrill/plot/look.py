@@ -28,8 +28,8 @@ class Look:
     """How the user wants a picture to look; what is None is chosen by the kind.
 
     ``width`` and ``height`` in inches, ``font_size`` in points, ``title`` a text or
-    False for none; ``style`` holds settings of matplotlib. ``xlim``: the ends of the x
-    axis; ``time``: the part of a trace that is drawn.
+    False for none; ``style`` holds settings of matplotlib. ``xlim`` and ``ylim``: the
+    ends of the axes; ``time``: the part of a trace that is drawn.
     """
 
     width: float | None = None
@@ -39,6 +39,7 @@ class Look:
     style: Mapping[str, Any] | None = None
     xlim: Ends | None = None
     time: Ends | None = None
+    ylim: Ends | None = None
 
 
 look: ContextVar[Look] = ContextVar("look", default=Look())  # noqa: B039, as a Look is frozen
@@ -52,6 +53,7 @@ def look_of(
     style: Any = None,
     xlim: Any = None,
     time: Any = None,
+    ylim: Any = None,
 ) -> Look:
     """The look that the user asks for: lengths as texts with a unit or numbers in m,
     ``font_size`` in points, as a number or "8 pt", ``style`` the name of a style file
@@ -64,6 +66,7 @@ def look_of(
         _style(style),
         _two_ends("xlim", xlim),
         _two_ends("time", time),
+        _two_ends("ylim", ylim),
     )
 
 

@@ -42,6 +42,7 @@ from nsdrill.plot.style import (
     SHADE_EDGE,
     WHIRLS,
     cell_style,
+    name_panel,
     new_figure,
     page_width,
     panels_per_row,
@@ -271,6 +272,7 @@ def _new_panels(
         axes.set_xlabel(x.label if is_lowest else "")
         axes.set_ylabel(y.label if is_leftmost else "")
         axes.set_title(_panel_title(planes, *divmod(number, columns), units, with_colour_bar))
+        name_panel(axes, [*planes.procedures, "compared"][number % columns], planes.y)
         panels.append(axes)
     x_edges, y_edges = _cell_edges(planes, units)
     spaced(panels[0], positions(planes.results, planes.x), positions(planes.results, planes.y))

@@ -1,4 +1,4 @@
-"""Reference lines of pictures, the set speed and the wall of the hole, and the size of
+"""Reference lines of pictures, the rotary speed and the wall of the hole, and the size of
 markers."""
 
 from __future__ import annotations
@@ -34,15 +34,15 @@ def draw_set_speed(lines: list[Line], panels: list[Axes], units: str) -> list[Ar
     style: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.7, "dashes": (4, 2), "zorder": 1.5}
     for line, axes in zip(lines, panels, strict=True):
         if line.axis == "rotary_speed" and len(line.x) > 1:
-            axes.plot(line.x / y.scale, line.x / y.scale, gid="set speed", **style)
+            axes.plot(line.x / y.scale, line.x / y.scale, gid="rotary speed", **style)
         else:
             place = line.place[3] if isinstance(line.place[3], int) else 0
             axes.axhline(
                 float(line.results.coords["rotary_speed"][place]) / y.scale,
-                gid="set speed",
+                gid="rotary speed",
                 **style,
             )
-    return [Line2D([], [], label="set speed", **style)]
+    return [Line2D([], [], label="rotary speed", **style)]
 
 
 def draw_wall(results: Results, panels: list[Axes], units: str) -> list[Artist]:

@@ -43,7 +43,7 @@ MANY_MARKERS = 20_000
 BLUE, SKY, GREEN, ORANGE, VERMILLION = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00"
 WINE, GREY, BLACK = "#882255", "#ABABAB", "#000000"
 SHADE, SHADE_EDGE = "#FFF3B8", "#C8B560"  # hysteresis: pale behind every marker colour
-REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the set speed
+REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the rotary speed
 # colours belong to the responses
 DIRECTION_COLOURS = {"same": BLACK, "up": BLACK, "down": "#808080"}
 
@@ -310,6 +310,24 @@ def new_figure(width: float, height: float) -> Figure:
     assert isinstance(engine, ConstrainedLayoutEngine)
     engine.set(w_pad=0.03, h_pad=0.03, hspace=0.02, wspace=0.02)
     return figure
+
+
+def stack(figure: Any, rows: int, *, shared: bool = True, **ratios: Any) -> list[Axes]:
+    """Panels one below the other, which share the x axis where ``shared``."""
+    grid = figure.add_gridspec(rows, 1, **ratios)
+    panels: list[Axes] = []
+    for row in range(rows):
+        first = panels[0] if shared and panels else None
+        panels.append(figure.add_subplot(grid[row, 0], sharex=first))
+        panels[-1].tick_params(labelbottom=not shared or row == rows - 1)
+    return panels
+
+
+def name_panel(axes: Axes, name: str, y: str = "") -> None:
+    """Name a panel, as the user may ask for it alone, and the variable along its y
+    axis, where that has a unit for limits."""
+    axes.set_label(name)
+    axes.yaxis.set_gid(y)
 
 
 def has_title() -> bool:

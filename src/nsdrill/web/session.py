@@ -30,7 +30,7 @@ from nsdrill.errors import FileError, InputError
 from nsdrill.models.leaves import word_or_number, words_of
 from nsdrill.models.registry import described, drawn_in
 from nsdrill.models.vocabulary import BY_NAME
-from nsdrill.plot.labels import operating_point, quantity, retold
+from nsdrill.plot.labels import operating_point, quantity
 from nsdrill.plot.registry import is_study
 from nsdrill.quantity import find
 from nsdrill.variables import OK, POINT, dimension_of
@@ -203,17 +203,8 @@ class Session:
 
     @property
     def title(self) -> str:
-        """The title of the study, in the units that are shown; the name of the file
-        where it has none."""
-        axes = self.study.axes
-        values = {
-            name: axes.get(name, np.array([getattr(self.study.operation, name)]))
-            for name in DEFAULT_SLIDERS
-        }
-        held = {name: float(of[0]) for name, of in values.items() if len(of) == 1}
-        return retold(
-            " ".join(self.study.title.split()), operating_point(held, self.units)
-        ) or os.path.basename(self.path)
+        """The title of the study; the name of the file where it has none."""
+        return " ".join(self.study.title.split()) or os.path.basename(self.path)
 
     def _branch_choices(self) -> dict[str, Any]:
         """What can be drawn of branches without a sweep."""

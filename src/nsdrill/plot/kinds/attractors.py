@@ -23,7 +23,15 @@ from nsdrill.plot.legend import legend_below, marker_entry, response_entries
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges, name_words, positions, robust_limits, spaced
 from nsdrill.plot.starts import ATTRACTOR_VARIABLES, attractors_along, has_starts, is_matched
-from nsdrill.plot.style import REFERENCE, RESPONSES, font_size, new_figure, page_width, put_title
+from nsdrill.plot.style import (
+    REFERENCE,
+    RESPONSES,
+    font_size,
+    name_panel,
+    new_figure,
+    page_width,
+    put_title,
+)
 
 HEIGHT = 6.0
 # diameters in points, of the share 1 and of a single start among many
@@ -65,6 +73,7 @@ def draw(results: Results, units: str = "si") -> Figure:
         low = min(low, 0.0)
         axes.set_ylim(low - 0.03 * (high - low), high + 0.06 * (high - low))
         axes.set_ylabel(Shown(label, y.unit, y.scale).label)
+        name_panel(axes, name, name)
         axes.tick_params(labelbottom=row == len(panels_shown) - 1)
         panels.append(axes)
     spaced(panels[0], centres)

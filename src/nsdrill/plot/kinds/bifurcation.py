@@ -39,7 +39,10 @@ HEIGHT = 6.3  # inches, of three panels and the words
 def draw(results: Results, units: str = "si") -> Figure:
     panels = drawn_in(results.attrs).panels
     figure, lines, columns = new_columns(
-        results, units, len(panels), TEXT_HEIGHT + (HEIGHT - TEXT_HEIGHT) * len(panels) / 3
+        results,
+        units,
+        [panel.peaks for panel in panels],
+        TEXT_HEIGHT + (HEIGHT - TEXT_HEIGHT) * len(panels) / 3,
     )
     handles = outcome_handles(lines, markers=True)
     shaded_spans = steady_points = 0
@@ -57,8 +60,6 @@ def draw(results: Results, units: str = "si") -> Figure:
     rows = {panel.mode: [column[1 + row] for column in columns] for row, panel in enumerate(panels)}
     speed = draw_set_speed(lines, rows["torsional"], units) if "torsional" in rows else []
     wall = draw_wall(results, rows["lateral"], units) if "lateral" in rows else []
-    for axes, panel in zip(columns[0][1:], panels, strict=True):
-        axes.set_ylabel(quantity(panel.peaks, units).label)
     handles += direction_entries(lines[0].procedures)
     if shaded_spans:
         handles.append(

@@ -21,10 +21,12 @@ from nsdrill.plot.style import (
     REFERENCE,
     SKY,
     font_size,
+    name_panel,
     new_figure,
     page_width,
     put_title,
     set_panel_title,
+    stack,
 )
 from nsdrill.plot.traces import HISTORY_HEIGHT, check_length, extra_height, title_of, varies
 from nsdrill.variables import SCHEDULED
@@ -55,7 +57,7 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
     names = [
         name for name in (*drawn_in(trace.attrs).histories, *scheduled) if name not in constants
     ]
-    panels = list(np.atleast_1d(figure.subplots(len(names), 1, sharex=True)))
+    panels = stack(figure, len(names))
     time = quantity("time", units)
     histories = {name: trace[name] / quantity(name, units).scale for name in names}
     notes = [
@@ -79,6 +81,7 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
                 gid=f"history:{name}",
             )
         axes.set_ylabel(quantity(name, units).label)
+        name_panel(axes, name, name)
         axes.margins(x=0)
     if bins:
         bin_width = float(trace.time[-1] - trace.time[0]) / bins
@@ -95,13 +98,13 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
             linewidth=0.7,
             dashes=(4, 2),
             zorder=3,
-            gid="set speed",
+            gid="rotary speed",
         )
     elif "bit_speed" in names and speed is not None:
         _draw_reference(
             panels[names.index("bit_speed")],
             float(speed) / quantity("bit_speed", units).scale,
-            "set speed",
+            "rotary speed",
         )
     if "radius" in names and gap is not None:
         _draw_reference(

@@ -45,7 +45,7 @@ def _draw_lines(results: Results, units: str) -> Figure:
         for name in LABELS
         if any(np.isfinite(_values_to_draw(line, name)).any() for line in lines_of(results))
     ]
-    figure, lines, columns = new_columns(results, units, 1 + len(names), 2.0 + 1.3 * len(names))
+    figure, lines, columns = new_columns(results, units, ["motion", *names], 2.0 + 1.3 * len(names))
     present: set[int] = set()
     for line, column in zip(lines, columns, strict=True):
         x = quantity(line.axis, units)

@@ -23,6 +23,7 @@ from nsdrill.plot.style import (
     REFERENCE,
     VERMILLION,
     has_title,
+    name_panel,
     new_figure,
     page_width,
     put_title,
@@ -87,6 +88,7 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
             wall_text = f"wall at {wall:.4g} {across.unit}"
     draw_direction(axes, np.asarray(x), np.asarray(y), 0.15 * extent)
     axes.set_aspect("equal")
+    name_panel(axes, "orbit", "y")
     half_width = (1.2 if wall_text else 1.06) * (extent or 1.0)
     axes.set(
         xlim=(-half_width, half_width),
@@ -195,5 +197,6 @@ KINDS = (
         place=lambda data: 82 if isinstance(data, Trace) and has_orbit(data) else None,
         draw=draw,
         advice=_advice,
+        part_of="trace",
     ),
 )

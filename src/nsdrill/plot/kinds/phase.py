@@ -13,6 +13,7 @@ from nsdrill.plot.style import (
     BLUE,
     MANY_MARKERS,
     REFERENCE,
+    name_panel,
     new_figure,
     page_width,
     panels_per_row,
@@ -53,6 +54,7 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
             gid=f"phase:{across}",
         )
         axes.set(xlabel=x.label, ylabel=y.label)
+        name_panel(axes, f"phase_{across}", up)
         if part_text:
             set_panel_title(axes, part_text)
         axes.xaxis.set_major_locator(MaxNLocator(TICKS, steps=(1, 2, 2.5, 5, 10)))
@@ -72,5 +74,6 @@ KINDS = (
         of=TRACE,
         place=lambda data: 83 if isinstance(data, Trace) else None,
         draw=draw,
+        part_of="trace",
     ),
 )

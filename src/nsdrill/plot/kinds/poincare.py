@@ -7,6 +7,7 @@ motion, a cloud chaos.
 from __future__ import annotations
 
 from math import pi
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,6 +17,7 @@ from nsdrill.data import Results
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.columns import is_open, new_columns, outcome_handles
 from nsdrill.plot.decimation import one_per_pixel
+from nsdrill.plot.kinds.section import draw_point
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.legend import direction_entries, legend_below, motion_entries
 from nsdrill.plot.references import draw_set_speed, draw_wall, marker_size
@@ -28,9 +30,11 @@ PIXELS = (1050, 300)  # of a panel: half those in print, as a marker covers seve
 
 
 def draw(results: Results, units: str = "si") -> Figure:
-    """Every recorded return along one axis."""
+    """Every recorded return along one axis; of a single point its section in planes."""
+    if not results.swept:
+        return draw_point(results, units)
     shown = drawn_in(results.attrs).section
-    figure, lines, columns = new_columns(results, units, len(shown), 1.5 * len(shown) + 1.5)
+    figure, lines, columns = new_columns(results, units, shown, 1.5 * len(shown) + 1.5)
     markers = len(shown) * int(np.isfinite(results[shown[0]]).sum())
     present: set[int] = set()
     for line, column in zip(lines, columns, strict=True):
@@ -39,8 +43,6 @@ def draw(results: Results, units: str = "si") -> Figure:
             present |= draw_returns(
                 axes, line, name, x, quantity(name, units), markers > MANY_MARKERS
             )
-    for axes, name in zip(columns[0][1:], shown, strict=True):
-        axes.set_ylabel(quantity(name, units).label)
     rows = {name: [column[1 + row] for column in columns] for row, name in enumerate(shown)}
     for axes in rows.get("section_whirl_angle", ()):
         _set_angle_axis(axes, quantity("section_whirl_angle", units))
@@ -101,15 +103,22 @@ def _set_angle_axis(axes: Axes, y: Shown) -> None:
     )
 
 
+def _place(data: Any) -> float | None:
+    if not fits_columns(data) or "motion" not in data.variables:
+        return None
+    return 32 if data.swept else 20
+
+
 KINDS = (
     Kind(
         "poincare",
-        "every return to the Poincare section along one axis, coloured by the kind of motion",
+        "every return to the Poincare section along one axis, coloured by the kind of motion; "
+        "planes of one point",
         of=RETURNS,
-        place=lambda data: 32 if fits_columns(data) and "motion" in data.variables else None,
+        place=_place,
         draw=draw,
-        uses=lambda model: ("motion", *(variable.name for variable in model.section)),
-        across=longest,
+        uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
+        across=lambda data: longest(data) if data.swept else None,
         advice=needs_returns,
     ),
 )

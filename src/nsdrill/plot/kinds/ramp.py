@@ -30,9 +30,11 @@ from nsdrill.plot.style import (
     MANY_MARKERS,
     REFERENCE,
     VERMILLION,
+    name_panel,
     new_figure,
     page_width,
     put_title,
+    stack,
 )
 from nsdrill.variables import AXES, OK
 
@@ -44,7 +46,7 @@ def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure
     x = quantity(axis, units)
     panels_drawn = drawn_in(trace.attrs).panels
     figure = new_figure(page_width(), 1.2 + 1.7 * len(panels_drawn))
-    panels = list(np.atleast_1d(figure.subplots(len(panels_drawn), 1, sharex=True)))
+    panels = stack(figure, len(panels_drawn))
     values = setpoint(trace, axis)
     direction = np.sign(np.diff(values, append=values[-1]))
     direction[-1] = direction[-2]
@@ -73,6 +75,7 @@ def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure
                     **style,
                 )
         axes.set_ylabel(y.label)
+        name_panel(axes, panel.peaks, panel.peaks)
     handles += [
         Line2D([], [], linestyle="none", **{**STYLES[sign], "markersize": 3.5})
         for sign in (1, -1, 0)
@@ -192,7 +195,7 @@ def draw_sweep(
 
 
 def _draw_references(panels: list[Axes], trace: Trace, axis: str, units: str) -> list[Artist]:
-    """Draw the set speed and the wall of the hole as lines in the panels of torsional
+    """Draw the rotary speed and the wall of the hole as lines in the panels of torsional
     and lateral motion, if any."""
     style: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.7, "dashes": (4, 2), "zorder": 3}
     handles: list[Artist] = []
@@ -202,10 +205,10 @@ def _draw_references(panels: list[Axes], trace: Trace, axis: str, units: str) ->
     if "torsional" in modes and (axis == "rotary_speed" or ends[0] == ends[1]):
         torsional_panel = panels[modes.index("torsional")]
         if axis == "rotary_speed":
-            torsional_panel.plot(ends, ends, gid="set speed", **style)
+            torsional_panel.plot(ends, ends, gid="rotary speed", **style)
         else:
-            torsional_panel.axhline(ends[0], gid="set speed", **style)
-        handles.append(Line2D([], [], label="set speed", **style))
+            torsional_panel.axhline(ends[0], gid="rotary speed", **style)
+        handles.append(Line2D([], [], label="rotary speed", **style))
     gap, radius = trace.attrs.get("gap"), quantity("radius", units)
     if gap is None or "lateral" not in modes:
         return handles

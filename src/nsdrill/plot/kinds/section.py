@@ -27,6 +27,7 @@ from nsdrill.plot.style import (
     BLUE,
     MOTIONS,
     REFERENCE,
+    name_panel,
     new_figure,
     page_width,
     panels_per_row,
@@ -109,6 +110,7 @@ def _draw_planes(
             section[across] / x.scale, section[up] / y.scale, gid=f"section:{across}", **style
         )
         axes.set(xlabel=x.label, ylabel=y.label)
+        name_panel(axes, across, up)
         _widen_limits(axes)
     for axes in panels:
         axes.xaxis.set_major_locator(MaxNLocator(3))
@@ -149,6 +151,7 @@ def _draw_orbit(
         ylabel=f"across [{x.unit}]",
     )
     axes.set_aspect("equal")
+    name_panel(axes, "section_orbit")
 
 
 def _widen_limits(axes: Axes) -> None:
@@ -265,5 +268,6 @@ KINDS = (
         draw=draw,
         uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
         advice=_advice,
+        part_of="trace",
     ),
 )

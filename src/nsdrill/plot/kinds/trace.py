@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, cast
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from nsdrill.data import Trace
@@ -12,7 +11,7 @@ from nsdrill.plot.kinds.histories import constant_histories, draw_histories
 from nsdrill.plot.kinds.orbit import draw_orbit, has_orbit
 from nsdrill.plot.kinds.phase import draw_planes
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import new_figure, page_width, put_title
+from nsdrill.plot.style import new_figure, page_width, put_title, stack
 from nsdrill.plot.traces import HISTORY_HEIGHT, check_length, extra_height, planes_of, title_of
 
 PLANE_HEIGHT = 1.6  # inches
@@ -35,7 +34,7 @@ def draw(trace: Trace, units: str = "si") -> Figure:
         figure = new_figure(page_width(), height + height_below)
         left, right = cast("Any", figure.subfigures(2, 1, height_ratios=(height, height_below)))
     draw_histories(left, trace, units)
-    panels = list(np.atleast_1d(right.subplots(shows_orbit + planes, 1, height_ratios=heights)))
+    panels = stack(right, shows_orbit + planes, shared=False, height_ratios=heights)
     if shows_orbit:
         draw_orbit(panels[0], trace, units)
     draw_planes(panels[shows_orbit:], trace, units)

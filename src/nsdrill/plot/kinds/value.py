@@ -1,5 +1,5 @@
-"""One measured value: along one axis, or as a map. There is a kind for every feature,
-with its name."""
+"""Measured values: those that a model counts as its most telling along one axis; or one
+of them, along an axis or as a map. Every feature has a panel with its name."""
 
 from __future__ import annotations
 
@@ -10,10 +10,20 @@ from matplotlib.figure import Figure
 
 from nsdrill.data import Results
 from nsdrill.models.leaves import words_along
+from nsdrill.models.registry import drawn_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.curves import draw_curves, draw_words
 from nsdrill.plot.maps import draw_values_map, lies_across
-from nsdrill.plot.registry import VALUE, Kind, is_sweep, longest, needs_returns
+from nsdrill.plot.registry import (
+    LINE,
+    VALUE,
+    Kind,
+    fits_columns,
+    is_sweep,
+    longest,
+    needs_one_axis,
+    needs_returns,
+)
 from nsdrill.variables import POINT
 
 ALIASES = {
@@ -24,7 +34,14 @@ ALIASES = {
 FIRST = ("stick_slip_index", *ALIASES, "whirl_ratio")  # in the list of kinds, before all others
 
 
-def draw(variable: str, results: Results, units: str = "si") -> Figure:
+def draw(results: Results, units: str = "si") -> Figure:
+    summary = drawn_in(results.attrs).summary
+    if fits_columns(results) and not _has_word_axis(results):
+        return draw_curves(results, summary, units)
+    return draw_one(summary[0], results, units)
+
+
+def draw_one(variable: str, results: Results, units: str = "si") -> Figure:
     if len(results.swept) < 2:
         return draw_curves(results, (variable,), units)
     if _has_word_axis(results):
@@ -34,6 +51,10 @@ def draw(variable: str, results: Results, units: str = "si") -> Figure:
 
 def _across(data: Any) -> str:
     return longest(data) if len(data.swept) < 2 or _has_word_axis(data) else lies_across(data)
+
+
+def _across_several(data: Any) -> str:
+    return longest(data) if fits_columns(data) else _across(data)
 
 
 def _has_word_axis(data: Any) -> bool:
@@ -54,17 +75,42 @@ def _kind(name: str, variable: str, place: float) -> Kind:
         f"{BY_NAME[variable].long_name}: one value",
         of=VALUE,
         place=lambda data: place if is_sweep(data) and variable in data.variables else None,
-        draw=partial(draw, variable),
+        draw=partial(draw_one, variable),
         uses=lambda model: (variable,),
         across=_across,
         advice=partial(_advice, variable),
+        part_of="value",
     )
 
 
 _MEASURED = [
     name for name, variable in BY_NAME.items() if variable.dtype == "f8" and variable.dims == POINT
 ]
-KINDS = tuple(
-    _kind(name, ALIASES.get(name, name), 60 + 0.01 * number)
-    for number, name in enumerate(dict.fromkeys((*FIRST, *_MEASURED)))
+KINDS = (
+    Kind(
+        "value",
+        "measured values along one axis; or one of them, also as a map: --panel NAME",
+        of=LINE,
+        place=lambda data: (31 if fits_columns(data) else 43) if is_sweep(data) else None,
+        draw=draw,
+        uses=lambda model: model.drawn.summary,
+        across=_across_several,
+    ),
+    Kind(
+        "summary",
+        "the most telling values along one axis",
+        of=LINE,
+        place=lambda data: 31 if fits_columns(data) else None,
+        draw=lambda results, units="si": draw_curves(
+            results, drawn_in(results.attrs).summary, units
+        ),
+        uses=lambda model: model.drawn.summary,
+        across=longest,
+        advice=needs_one_axis,
+        part_of="value",
+    ),
+    *(
+        _kind(name, ALIASES.get(name, name), 60 + 0.01 * number)
+        for number, name in enumerate(dict.fromkeys((*FIRST, *_MEASURED)))
+    ),
 )

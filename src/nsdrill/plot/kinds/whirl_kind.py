@@ -22,5 +22,6 @@ KINDS = (
         draw=draw,
         uses=lambda model: ("whirl_kind",),
         across=lies_across,
+        part_of="map",
     ),
 )

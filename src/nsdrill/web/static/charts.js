@@ -246,7 +246,7 @@ window.nsdrill = (() => {
         c.strokeStyle = REFERENCE;
         c.lineWidth = dpr;
         for (const line of d.lines || []) {
-          c.setLineDash(line.words === "set speed" ? [5 * dpr, 3 * dpr] : []);
+          c.setLineDash(line.words === "rotary speed" ? [5 * dpr, 3 * dpr] : []);
           c.beginPath();
           c.moveTo(X(xs[0]), Y(line.y[0]));
           c.lineTo(X(xs[N - 1]), Y(line.y[1]));
@@ -421,7 +421,7 @@ window.nsdrill = (() => {
       const canvas = make("canvas", { class: "swatch", width: 28, height: 28 }), c = canvas.getContext("2d");
       c.strokeStyle = REFERENCE;
       c.lineWidth = 2;
-      c.setLineDash(line.words === "set speed" ? [8, 4] : []);
+      c.setLineDash(line.words === "rotary speed" ? [8, 4] : []);
       c.beginPath();
       c.moveTo(0, 14);
       c.lineTo(28, 14);

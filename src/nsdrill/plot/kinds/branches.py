@@ -30,11 +30,9 @@ from nsdrill.analysis.equations import other_string
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.plot.labels import check_units, heading, operating_point, quantity
+from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
-from nsdrill.plot.limits import resolve_ends
-from nsdrill.plot.look import Look
-from nsdrill.plot.look import look as chosen_look
+from nsdrill.plot.registry import BRANCHES, Kind, is_branches
 from nsdrill.plot.slices import line as line_of
 from nsdrill.plot.style import (
     BLACK,
@@ -45,14 +43,12 @@ from nsdrill.plot.style import (
     VERMILLION,
     WINE,
     font_size,
-    freeze_layout,
-    house_style,
+    name_panel,
     new_figure,
     page_width,
     put_title,
-    using_look,
+    stack,
 )
-from nsdrill.quantity import quantity as base_quantity
 
 HEIGHT, TEXT_HEIGHT = 5.6, 1.4  # inches
 # The peaks of the sweep: a pale colour, and points wider than the lines above them.
@@ -79,20 +75,10 @@ MOTION_NAMES = {
 MERGE_DISTANCE = 0.004
 
 
-def draw_branches(
-    data: Any, *, units: str = "si", over: Results | None = None, look: Look | None = None
-) -> Figure:
+def draw(data: Any, units: str = "si", over: Results | None = None) -> Figure:
     """The branches of a Dataset: of each motion the greatest values over its period, in
     the panels that its model declares. ``over`` is a sweep whose peaks are drawn
-    beneath, ``look`` how the user wants the picture to look."""
-    check_units(units)
-    with using_look(look or Look()), house_style():
-        figure = _draw_figure(data, units, over)
-        freeze_layout(figure)
-    return figure
-
-
-def _draw_figure(data: Any, units: str, over: Results | None) -> Figure:
+    beneath."""
     along = str(data.attrs.get("along", "rotary_speed"))
     panels = [panel for panel in drawn_in(data.attrs).panels if panel.greatest in data]
     if not panels:
@@ -111,7 +97,7 @@ def _draw_figure(data: Any, units: str, over: Results | None) -> Figure:
     figure = new_figure(
         page_width(), TEXT_HEIGHT + (HEIGHT - TEXT_HEIGHT) * max(2, len(panels)) / 3
     )
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    axes = stack(figure, len(panels))
     handles: dict[str, Artist] = {}
     ends = [
         float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")
@@ -122,12 +108,8 @@ def _draw_figure(data: Any, units: str, over: Results | None) -> Figure:
             _draw_sweep(panel_axes, over, along, panel, x.scale, y.scale, handles)
         _draw_branches(panel_axes, data, along, panel.greatest, x.scale, y.scale, handles)
         panel_axes.set_ylabel(y.label)
+        name_panel(panel_axes, panel.greatest, panel.greatest)
     axes[-1].set_xlabel(x.label)
-    if (xlim := chosen_look.get().xlim) is not None:
-        low, high = resolve_ends(
-            "xlim", xlim, base_quantity(along).units, *(end * x.scale for end in ends)
-        )
-        ends = [low / x.scale, high / x.scale]
     if np.all(np.isfinite(ends)):
         axes[-1].set_xlim(*ends)
     _draw_wall(data, panels, axes, units, handles)
@@ -347,7 +329,7 @@ def draw_branch_curves(figure: Figure, data: Any, x: str, y: str, units: str) ->
     styles: dict[int, Any] = {FOLD: "-", DOUBLING: (0, (5, 1.5))}
     grazing_styles: list[Any] = [(0, (1, 1)), (0, (4, 1, 1, 1)), (0, (2, 2))]
     handles: dict[str, Artist] = {}
-    panels = [axes for axes in figure.axes if axes.get_subplotspec() is not None]
+    panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
     first = 0
     for number, size in enumerate(data["curve_row_size"].values.tolist()):
         part = slice(first, first + size)
@@ -383,3 +365,16 @@ def draw_branch_curves(figure: Figure, data: Any, x: str, y: str, units: str) ->
             framealpha=0.9,
             fontsize=font_size(6),
         )
+
+
+KINDS = (
+    Kind(
+        "branches",
+        "stable and unstable motions along the number that is continued",
+        of=BRANCHES,
+        place=lambda data: 0 if is_branches(data) else None,
+        draw=draw,
+        takes=("over",),
+        across=lambda data: str(data.attrs.get("along", "rotary_speed")),
+    ),
+)
