@@ -90,6 +90,7 @@ def draw(
     chosen_kind, panel = choose_kind(data, kind, panel)
     check_options(chosen_kind, kind_options)
     data, ends = apply_limits(data, chosen_kind, look)
+    from nsdrill.plot.dark import marks_of, on_dark_page
     from nsdrill.plot.into import draw_panel
     from nsdrill.plot.style import (
         freeze_layout,
@@ -119,10 +120,13 @@ def draw(
     with using_look(look), house_style(), without_glyph_warnings():
         figure = picture()
         freeze_layout(figure)
+        earlier = set(ax.findobj()) if hasattr(ax, "findobj") else set()
         if alone:
             figure = draw_panel(picture, figure, panel, ax)
-            if ax is None:
-                freeze_layout(figure)
+        marks = marks_of(figure, panels_of(figure))
+        on_dark_page(figure, [mark for mark in marks if mark not in earlier])
+        if alone and ax is None:
+            freeze_layout(figure)
     return figure
 
 

@@ -28,7 +28,7 @@ from nsdrill.models.leaves import words_along
 from nsdrill.observe.trust import verdict
 from nsdrill.plot import isolines
 from nsdrill.plot.bands import severity_bounds
-from nsdrill.plot.hatching import hatch
+from nsdrill.plot.hatching import PALE_GREY, hatch, veil
 from nsdrill.plot.isolines import RATE_OF_PENETRATION
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
@@ -187,16 +187,8 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
     has_lines = False
     for row in range(len(planes.panel_values)):
         for column in range(len(planes.procedures)):
-            dot_colour = "white" if name or is_response_map else "#606060"
-            hatch(
-                grid[row][column],
-                cells,
-                inferred[column, row],
-                "....",
-                "none",
-                dot_colour,
-                "inferred",
-            )
+            if name is None:  # a veil would change the colours of a scale
+                veil(grid[row][column], cells, inferred[column, row])
             if verdicts is not None:
                 overlay_verdicts(grid[row][column], *cells, verdicts[column, row], cell_size)
             hatch(
@@ -228,7 +220,7 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
         outcomes,
         difference if name is None else None,
         inferred,
-        "inferred" if name is None else "interpolated",
+        "paler: inferred" if name is None else "interpolated between runs",
     )
     if verdicts is not None:
         handles += verdict_handles(verdicts)
@@ -509,10 +501,8 @@ def _legend_entries(
     failed = int((outcomes == FAILED_POINT).sum())
     pending, not_run = int((outcomes == PENDING_POINT).sum()), int(inferred.sum())
     if not_run:
-        label = f"dotted: {method} ({not_run} of {outcomes.size})"
-        handles.append(
-            Patch(facecolor=GREY, edgecolor="white", linewidth=0.4, hatch="....", label=label)
-        )
+        label = f"{method} ({not_run} of {outcomes.size})"
+        handles.append(Patch(facecolor=PALE_GREY if "paler" in method else "none", label=label))
     if failed:
         handles.append(
             Patch(

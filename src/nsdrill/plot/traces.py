@@ -61,10 +61,15 @@ def _point_and_procedure(trace: Trace, units: str) -> str:
     return ", ".join(part for part in (operating_point_text(trace, units), words) if part)
 
 
+def is_chosen() -> bool:
+    """Whether the user has chosen the part of the trace that is drawn."""
+    return look.get().time is not None or look.get().xlim is not None
+
+
 def shown_part(trace: Trace) -> tuple[slice, str]:
     """The part of the trace for orbit and phase planes, and its description (empty if
     it is the whole trace)."""
-    if look.get().time is not None or look.get().xlim is not None:  # as the user has chosen
+    if is_chosen():
         return slice(None), f"{trace.time[0]:.4g} to {trace.time[-1]:.4g} s"
     speed = float(
         trace["drive_speed"][-1]

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from nsdrill.data import Results
+from nsdrill.data import Array, Results
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.columns import (
     TEXT_HEIGHT,
@@ -33,6 +33,7 @@ from nsdrill.plot.slices import Line
 from nsdrill.plot.style import MANY_MARKERS, RESPONSES, SHADE, SHADE_EDGE
 
 PIXELS = (1050, 300)  # of a panel: half those in print, as a marker covers several
+MISSED = 2.0  # times the highest of the last peaks: the greatest value is drawn as well
 HEIGHT = 6.3  # inches, of three panels and the words
 
 
@@ -88,7 +89,7 @@ def draw_peaks(
             if not selected.any():
                 continue
             hollow = is_open(procedure, line.procedures)
-            peak_y = values[row, selected]
+            peak_y = with_greatest(values[row, selected], constants[row, selected])
             finite = np.isfinite(peak_y)
             peak_x = np.broadcast_to(x_values[selected][:, None], peak_y.shape)[finite]
             if peak_x.size:
@@ -121,6 +122,15 @@ def draw_peaks(
                 )
                 steady_points += int(is_steady.sum())
     return steady_points
+
+
+def with_greatest(peaks: Array, greatest: Array) -> Array:
+    """The ``peaks`` [point, peak] with the greatest value of each point, NaN where they
+    have it nearly already: the last peaks of a bit that sticks may all be ripples on
+    its rest, and leave out the slip."""
+    highest = np.max(peaks, axis=1, initial=-np.inf, where=np.isfinite(peaks))
+    missed = np.isfinite(highest) & (greatest > MISSED * np.maximum(highest, 0.0))
+    return np.column_stack((peaks, np.where(missed, greatest, np.nan)))
 
 
 # Factors that make markers of different shapes look equally large.

@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from matplotlib import patheffects
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -32,6 +33,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
+from nsdrill.plot.look import look, value_of
 from nsdrill.plot.registry import BRANCHES, Kind, is_branches
 from nsdrill.plot.slices import line as line_of
 from nsdrill.plot.style import (
@@ -49,6 +51,7 @@ from nsdrill.plot.style import (
     put_title,
     stack,
 )
+from nsdrill.quantity import quantity as base_quantity
 
 HEIGHT, TEXT_HEIGHT = 5.6, 1.4  # inches
 # The peaks of the sweep: a pale colour, and points wider than the lines above them.
@@ -70,9 +73,8 @@ MOTION_NAMES = {
     CYCLE: "limit cycles",
     CIRCLE: "invariant circles (whirl)",
 }
-# of the width of the axes: of labels of one kind that are closer, only the first is
-# drawn
-MERGE_DISTANCE = 0.004
+# inches along x and y: special points that are closer share a marker
+MARKER_DISTANCE = (0.14, 0.09)
 
 
 def draw(data: Any, units: str = "si", over: Results | None = None) -> Figure:
@@ -110,8 +112,13 @@ def draw(data: Any, units: str = "si", over: Results | None = None) -> Figure:
         panel_axes.set_ylabel(y.label)
         name_panel(panel_axes, panel.greatest, panel.greatest)
     axes[-1].set_xlabel(x.label)
-    if np.all(np.isfinite(ends)):
-        axes[-1].set_xlim(*ends)
+    if (xlim := look.get().xlim) is not None:
+        ends = [value_of("xlim", end, base_quantity(along).units) / x.scale for end in xlim]
+    for panel_axes in axes if np.all(np.isfinite(ends)) else ():
+        panel_axes.set_xlim(*ends)
+    for panel_axes, panel in zip(axes, panels, strict=True):
+        y = quantity(panel.greatest, units)
+        _draw_special_points(panel_axes, data, along, panel.greatest, x.scale, y.scale, handles)
     _draw_wall(data, panels, axes, units, handles)
     put_title(figure, heading(data.attrs, operating_point(fixed, units)))
     legend_below(figure, list(handles.values()), 4)
@@ -204,17 +211,8 @@ def _draw_branches(
 ) -> None:
     """The branches in one panel."""
     numbers, values = data[along].values / x_scale, data[feature].values / y_scale
-    unstable, labels = data["unstable"].values, data["label"].values
+    unstable = data["unstable"].values
     row_sizes, motions = (data[key].values for key in ("row_size", "motion"))
-    meanings = meanings_of(model_in(data.attrs))
-    grazing_markers: dict[int, tuple[str, str]] = {}
-    for code in meanings:
-        if code > 100:
-            grazing_markers[code] = GRAZING_MARKERS[len(grazing_markers) % len(GRAZING_MARKERS)]
-    low, high = (
-        float(data.attrs.get(key, np.nan)) / x_scale for key in ("continue_from", "continue_to")
-    )
-    merge_distance = MERGE_DISTANCE * (high - low) if np.isfinite(high - low) else 0.0
     first = 0
     for number, size in enumerate(row_sizes.tolist()):
         part = slice(first, first + size)
@@ -242,46 +240,86 @@ def _draw_branches(
                 handles[name] = Line2D(
                     [], [], linestyle=style, linewidth=width, color=BLACK, label=name
                 )
-        labelled: list[tuple[int, float, float]] = []
-        for place in np.flatnonzero((labels[part] != 0) & (labels[part] != END)):
-            code = int(labels[part][place])
-            if not np.isfinite(y[place]) or any(
-                label_code == code and abs(x[place] - label_x) < merge_distance
-                for label_code, label_x, _ in labelled
-            ):
-                continue
-            labelled.append((code, x[place], y[place]))
-            marker, colour_of_label = MARKERS.get(code, grazing_markers.get(code, ("o", BLACK)))
-            meaning = meanings.get(code)
-            name = (meaning.name if meaning else str(code)).replace("_", " ")
-            axes.plot(
-                x[place],
-                y[place],
-                marker=marker,
-                color=colour_of_label,
-                markersize=4,
-                markeredgecolor="white" if marker != "x" else colour_of_label,
-                markeredgewidth=0.4 if marker != "x" else 0.9,
-                zorder=4,
-                linestyle="none",
-                gid=f"label {code}",
-            )
-            handles.setdefault(
-                name,
-                Line2D(
-                    [],
-                    [],
-                    marker=marker,
-                    color=colour_of_label,
-                    linestyle="none",
-                    markersize=4,
-                    label=name,
-                ),
-            )
     # The colour denotes the motion, solid or dashed its stability.
     for motion in dict.fromkeys(str(motion) for motion in motions):
         words = MOTION_NAMES.get(motion, motion.replace("_", " "))
         handles.setdefault(words, Patch(facecolor=COLOURS.get(motion, BLACK), label=words))
+
+
+def _draw_special_points(
+    axes: Axes,
+    data: Any,
+    along: str,
+    feature: str,
+    x_scale: float,
+    y_scale: float,
+    handles: dict[str, Artist],
+) -> None:
+    """The special points in one panel. Where several would lie on each other, one
+    marker stands for them, with their number above it; a black one for more than two
+    kinds."""
+    meanings = meanings_of(model_in(data.attrs))
+    grazing = [code for code in meanings if code > 100]
+    looks = {**MARKERS, **{code: GRAZING_MARKERS[i % 3] for i, code in enumerate(grazing)}}
+    labels = data["label"].values
+    x, y = data[along].values / x_scale, data[feature].values / y_scale
+    low, high = sorted(axes.get_xlim())
+    shown = (labels != 0) & (labels != END) & np.isfinite(y) & (x >= low) & (x <= high)
+    places = np.flatnonzero(shown)
+    inches = axes.transData.transform(np.column_stack((x, y))[places]) / axes.figure.dpi
+    steps = inches / MARKER_DISTANCE
+    groups: list[list[int]] = []  # of numbers in places, the first of which has the marker
+    for number in range(len(places)):
+        distances = [float(np.hypot(*(steps[group[0]] - steps[number]))) for group in groups]
+        if distances and min(distances) < 1.0:
+            groups[int(np.argmin(distances))].append(number)
+        else:
+            groups.append([number])
+    for group in groups:
+        members = places[group]
+        codes = dict.fromkeys(labels[members].tolist())
+        if len(codes) > 2:
+            _mark(axes, "several special points, their number", x, y, members[0], handles, "o")
+        for code in codes if len(codes) <= 2 else ():
+            name = meanings[code].name.replace("_", " ") if code in meanings else str(code)
+            marker, colour = looks.get(code, ("o", BLACK))
+            first = members[labels[members] == code][0]
+            _mark(axes, name, x, y, first, handles, marker, colour)
+        if len(group) > 2:
+            axes.annotate(
+                str(len(group)),
+                (x[members[0]], y[members[0]]),
+                (0, 3.5),
+                textcoords="offset points",
+                ha="center",
+                fontsize=font_size(6),
+                path_effects=[patheffects.withStroke(linewidth=1.5, foreground="white")],
+                zorder=5,
+                gid="number",
+            )
+
+
+def _mark(
+    axes: Axes,
+    name: str,
+    x: Array,
+    y: Array,
+    place: int,
+    handles: dict[str, Artist],
+    marker: str,
+    colour: str = BLACK,
+) -> None:
+    """A marker with this ``name`` in the legend, at one ``place`` of the branches."""
+    style: dict[str, Any] = {
+        "marker": marker,
+        "color": colour,
+        "linestyle": "none",
+        "markersize": 4,
+        "markeredgecolor": colour if marker == "x" else "white",
+        "markeredgewidth": 0.9 if marker == "x" else 0.4,
+    }
+    axes.plot([x[place]], [y[place]], zorder=4, gid=f"special:{name}", **style)
+    handles.setdefault(name, Line2D([], [], label=name, **style))
 
 
 def _connected_pieces(x: Array, y: Array, selected: Array) -> tuple[Array, Array]:

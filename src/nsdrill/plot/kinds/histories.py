@@ -7,13 +7,16 @@ from its least to its greatest sample, with its mean in it, and a note says so.
 from __future__ import annotations
 
 import numpy as np
+from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
-from nsdrill.data import Array, Trace
+from nsdrill.data import Array, Trace, resolved_study
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.decimation import binned_statistics, count_upcrossings, envelope
 from nsdrill.plot.labels import quantity
+from nsdrill.plot.limits import between
+from nsdrill.plot.references import WALL_VISIBLE_FROM
 from nsdrill.plot.registry import TRACE, Kind
 from nsdrill.plot.schedule import moving_values, setpoint
 from nsdrill.plot.style import (
@@ -28,11 +31,19 @@ from nsdrill.plot.style import (
     set_panel_title,
     stack,
 )
-from nsdrill.plot.traces import HISTORY_HEIGHT, check_length, extra_height, title_of, varies
+from nsdrill.plot.traces import (
+    HISTORY_HEIGHT,
+    check_length,
+    extra_height,
+    is_chosen,
+    title_of,
+    varies,
+)
 from nsdrill.variables import SCHEDULED
 
 BINS = 1500  # of a history: about one for each pixel in print
 SOLID_DENSITY = 50  # oscillations per inch from which on lines leave no white between them
+LAST_SECONDS = 20.0  # of a run whose histories would be bands
 BAND_BINS = 100  # bins of a band per inch
 PANEL_MARGINS = 1.1  # inches of axis and margin beside a panel
 
@@ -50,6 +61,10 @@ def draw(trace: Trace, units: str = "si") -> Figure:
 def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None:
     """Draw the motions and the contact forces against time, and the operating values
     that move, one below the other."""
+    run, width = float(trace.time[-1]), figure.bbox.width / figure.dpi - PANEL_MARGINS
+    trace, notes = last_seconds(trace, width), []
+    if trace.time[-1] - trace.time[0] < 0.999 * run:
+        notes.append(f"last {LAST_SECONDS:g} s of {run:.4g} s")
     scheduled, constants = (
         [SCHEDULED[name] for name in moving_values(trace)],
         constant_histories(trace),
@@ -60,14 +75,13 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
     panels = stack(figure, len(names))
     time = quantity("time", units)
     histories = {name: trace[name] / quantity(name, units).scale for name in names}
-    notes = [
-        f"{quantity(name, units).words.lower()} {quantity(name, units).value(value)}"
-        for name, value in constants.items()
-    ]
-    notes = [f"constant: {', '.join(notes)}"] if notes else []
-    bins = band_bins(
-        list(histories.values()), figure.bbox.width / panels[0].figure.dpi - PANEL_MARGINS
-    )
+    if constants:
+        values = (
+            f"{quantity(name, units).words.lower()} {quantity(name, units).value(value)}"
+            for name, value in constants.items()
+        )
+        notes.append(f"constant: {', '.join(values)}")
+    bins = band_bins(list(histories.values()), width)
     for axes, (name, values) in zip(panels, histories.items(), strict=True):
         if bins:
             _draw_band(axes, trace.time / time.scale, values, bins, name)
@@ -86,7 +100,6 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
     if bins:
         bin_width = float(trace.time[-1] - trace.time[0]) / bins
         notes += [f"bands: least to greatest in each {bin_width:.2g} s", "lines: the mean"]
-    set_panel_title(panels[0], "; ".join(notes), "left")
     speed, gap = trace.attrs.get("rotary_speed"), trace.attrs.get("gap")
     if "bit_speed" in names and "drive_speed" in scheduled:
         speeds = setpoint(trace, "rotary_speed") / quantity("bit_speed", units).scale
@@ -107,9 +120,12 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
             "rotary speed",
         )
     if "radius" in names and gap is not None:
-        _draw_reference(
-            panels[names.index("radius")], float(gap) / quantity("radius", units).scale, "wall"
-        )
+        radius = quantity("radius", units)
+        if np.nanmax(trace["radius"]) > WALL_VISIBLE_FROM * float(gap):
+            _draw_reference(panels[names.index("radius")], float(gap) / radius.scale, "wall")
+        else:
+            notes.append(f"wall at {radius.value(float(gap))}")
+    set_panel_title(panels[0], "; ".join(notes), "left")
     panels[-1].set_xlabel(time.label)
     figure.align_ylabels(panels)
 
@@ -120,6 +136,23 @@ def constant_histories(trace: Trace) -> dict[str, float]:
     names = drawn_in(trace.attrs).histories
     constants = {name: float(np.mean(trace[name])) for name in names if not varies(trace, name)}
     return constants if len(constants) < len(names) else {}
+
+
+def last_seconds(trace: Trace, width: float) -> Trace:
+    """The last :data:`LAST_SECONDS` of a run whose histories would be bands in panels
+    ``width`` inches wide; all of it where the user chooses the part, where an operating
+    value moves, or where the drive is switched on during the run."""
+    drive = resolved_study(trace.attrs).get("drive") or {}
+    names = drawn_in(trace.attrs).histories
+    if (
+        is_chosen()
+        or trace.time[-1] - trace.time[0] <= LAST_SECONDS
+        or moving_values(trace)
+        or (drive.get("on_at") or 0.0) > 0.0
+        or not band_bins([trace[name] for name in names], width)
+    ):
+        return trace
+    return between(trace, (float(trace.time[-1]) - LAST_SECONDS, None))
 
 
 def band_bins(histories: list[Array], width: float) -> int:
@@ -149,18 +182,19 @@ def _draw_band(axes: Axes, time: Array, values: Array, bins: int, name: str) -> 
 
 
 def _draw_reference(axes: Axes, height: float, label: str) -> None:
-    """Draw a reference line, labelled at its end so that it needs no legend."""
+    """Draw a reference line with its name above its end, so that it needs no legend."""
     axes.axhline(height, color=REFERENCE, linewidth=0.7, dashes=(4, 2), zorder=3, gid=label)
     axes.annotate(
         label,
         (1.0, height),
         xycoords=("axes fraction", "data"),
-        xytext=(2, 0),
+        xytext=(-2, 1),
         textcoords="offset points",
-        va="center",
-        rotation=90,
+        ha="right",
         fontsize=font_size(6),
         color=REFERENCE,
+        path_effects=[patheffects.withStroke(linewidth=1.5, foreground="white")],
+        zorder=3.5,
     )
 
 
