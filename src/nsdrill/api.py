@@ -420,7 +420,7 @@ def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
 
 
 @_in_words_of_python
-def show(data: ResultsLike, *, units: str = "si") -> str:
+def show(data: ResultsLike, *, units: str = "si", everything: bool = False) -> str:
     """The summary of results, an unfinished run, branches or a trace that the command
     ``nsdrill show`` prints, in ``units`` si or field."""
     if units not in ("si", "field"):
@@ -433,7 +433,7 @@ def show(data: ResultsLike, *, units: str = "si") -> str:
     if (branches := branches_in(data)) is not None:
         from nsdrill.app.branch_summary import summarize_branches
 
-        return "\n".join(lines(name, summarize_branches(branches), units))
+        return "\n".join(lines(name, summarize_branches(branches), units, everything))
     if not is_dataset(data) and (found := unfinished.summary(name)) is not None:
         return "\n".join(lines(name, found, units))
     with missing_variable_errors("show"):

@@ -197,18 +197,18 @@ def command(
                 f"{option}: found with {file}; allowed: with a study, a file that "
                 f"ends in .yaml or .yml."
             )
-    if is_branches(file):
-        data: Any = open_branches(file)
-    else:
-        data = outline(file)
-    if listing:
+    if not listing:
+        output = _require_output(output)
+        if animate:
+            options.check_not_input(file, output)
+        else:
+            options.claim_picture(file, output, overwrite)
+    data: Any = open_branches(file) if is_branches(file) else outline(file)
+    if output is None or listing:
         _list_kinds(cut(data, point, start))
         return 0
-    output = _require_output(output)
     if animate:
-        options.check_not_input(file, output)
         return _draw_animation(data, output, units, look, speed, overwrite)
-    options.claim_picture(file, output, overwrite)
     background: Any = None
     if over is not None:
         options.check_not_input(over, output)

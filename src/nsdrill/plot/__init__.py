@@ -90,6 +90,8 @@ def draw(
     chosen_kind, panel = choose_kind(data, kind, panel)
     check_options(chosen_kind, kind_options)
     data, ends = apply_limits(data, chosen_kind, look)
+    from matplotlib.artist import Artist
+
     from nsdrill.plot.dark import marks_of, on_dark_page
     from nsdrill.plot.into import draw_panel
     from nsdrill.plot.style import (
@@ -120,7 +122,7 @@ def draw(
     with using_look(look), house_style(), without_glyph_warnings():
         figure = picture()
         freeze_layout(figure)
-        earlier = set(ax.findobj()) if hasattr(ax, "findobj") else set()
+        earlier = set(ax.findobj()) if isinstance(ax, Artist) else set()
         if alone:
             figure = draw_panel(picture, figure, panel, ax)
         marks = marks_of(figure, panels_of(figure))

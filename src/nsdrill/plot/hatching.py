@@ -5,14 +5,15 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
-from matplotlib.colors import to_rgb
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.path import Path
 
 from nsdrill.data import Array
 from nsdrill.plot.style import GREY
 
 VEIL = 0.18  # share of white over cells that were not run
-PALE_GREY = tuple((1 - VEIL) * part + VEIL for part in to_rgb(GREY))
+_RED, _GREEN, _BLUE = ((1 - VEIL) * part + VEIL for part in to_rgb(GREY))
+PALE_GREY = to_hex((_RED, _GREEN, _BLUE))
 
 
 def veil(axes: Axes, cells: tuple[Array, Array], selected: Array) -> None:

@@ -76,11 +76,11 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
     time = quantity("time", units)
     histories = {name: trace[name] / quantity(name, units).scale for name in names}
     if constants:
-        values = (
+        texts = (
             f"{quantity(name, units).words.lower()} {quantity(name, units).value(value)}"
             for name, value in constants.items()
         )
-        notes.append(f"constant: {', '.join(values)}")
+        notes.append(f"constant: {', '.join(texts)}")
     bins = band_bins(list(histories.values()), width)
     for axes, (name, values) in zip(panels, histories.items(), strict=True):
         if bins:
