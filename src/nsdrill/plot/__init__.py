@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
-from inspect import Signature, signature
-from types import ModuleType
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -193,28 +192,6 @@ def _refuse_choices(data: Any, names: Sequence[str]) -> None:
 _CHOICES = ("start", "states", "severity", "confidence")
 
 
-class _CallablePackage(ModuleType):
-    """Makes ``nsdrill.plot`` callable: once this package is imported, Python binds that
-    name to it, while for users it is a function."""
-
-    def __call__(self, data: Any, kind: str | None = None, **options: Any) -> Figure:
-        """Draw a file or a Dataset: see :func:`nsdrill.api.plot`."""
-        import nsdrill
-
-        figure: Figure = nsdrill.api.plot(data, kind, **options)
-        return figure
-
-    @property
-    def __signature__(self) -> Signature:
-        """The signature that editors and notebooks show."""
-        import nsdrill
-
-        return signature(nsdrill.api.plot)
-
-
-sys.modules[__name__].__class__ = _CallablePackage
-
-
 def _draw_branch_curves(figure: Figure, data: Results, branches: Any, units: str) -> None:
     """Curves of branches over the map of a sweep over two axes."""
     from nsdrill.plot.kinds.branches import check_same_string, draw_branch_curves
@@ -228,3 +205,16 @@ def _draw_branch_curves(figure: Figure, data: Results, branches: Any, units: str
     held = {name: float(branches[name].values.ravel()[0]) for name in data.held if name in branches}
     check_same_string(branches, data, held)
     draw_branch_curves(figure, branches, planes.x, planes.y, units)
+
+
+def _be_a_function() -> None:
+    """Put the function :func:`nsdrill.api.plot` in the place of this package, with all
+    that the package has: Python binds the name ``nsdrill.plot`` to what is imported, and
+    for users that is a function, with its help and its signature."""
+    function = import_module("nsdrill.api").plot
+    vars(function).update({name: thing for name, thing in globals().items() if name != "__doc__"})
+    function.__name__ = __name__  # by which Python finds the modules of the package
+    sys.modules[__name__] = function
+
+
+_be_a_function()
