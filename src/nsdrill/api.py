@@ -1207,9 +1207,7 @@ def fit(
 
     Examples
     --------
-    >>> found = nsdrill.fit(
-    ...     "uncertain.yaml", "field.csv", batch=16, rounds=2, samples=8, progress=False
-    ... )
+    >>> found = nsdrill.fit("uncertain.yaml", "field.csv", batch=16, progress=False)
     >>> list(found.samples)
     ['bit.friction.static']
     """

@@ -71,11 +71,9 @@ class Fit:
 
     Examples
     --------
-    >>> found = nsdrill.fit(
-    ...     "uncertain.yaml", "field.csv", batch=16, rounds=2, samples=8, progress=False
-    ... )
+    >>> found = nsdrill.fit("uncertain.yaml", "field.csv", batch=16, progress=False)
     >>> found.samples["bit.friction.static"].shape
-    (8,)
+    (128,)
     >>> figure = found.picture(units="field")
     """
 
