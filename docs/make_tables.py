@@ -25,7 +25,7 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described
 from nsdrill.models.segments.checks import COEFFICIENTS as OF_SEGMENTS
-from nsdrill.plot.kinds.value import ALIASES
+from nsdrill.plot.kinds.sweep import ALIASES
 from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
 from nsdrill.study.continuation import (
     BORDERS,

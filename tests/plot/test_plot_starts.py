@@ -15,7 +15,7 @@ from nsdrill import plot
 from nsdrill.analysis.attractors import wilson
 from nsdrill.data import Results
 from nsdrill.errors import InputError
-from nsdrill.plot.kinds.attractors import size
+from nsdrill.plot.kinds.starts import marker_diameter as size
 from nsdrill.plot.style import RESPONSES
 from nsdrill.variables import BIT_BOUNCE, OK, STEP_LIMIT, WHIRL
 

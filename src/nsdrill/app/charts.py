@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from nsdrill.models.numbers import CriticalSpeeds
-    from nsdrill.plot.charts import Numbers
+    from nsdrill.plot.kinds.charts import Numbers
     from nsdrill.plot.look import Look
     from nsdrill.study.study import Study
 
@@ -57,7 +57,7 @@ def draw_chart(
     """The chart ``kind`` of a study as a figure. InputError where the kind is unknown,
     or the study lacks the quantities that it shows."""
     from nsdrill.plot import draw
-    from nsdrill.plot.charts import Chart
+    from nsdrill.plot.kinds.charts import Chart
 
     numbers = chart_of(study, kind, along)
     attrs = {

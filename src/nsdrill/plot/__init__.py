@@ -18,8 +18,7 @@ from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
-from nsdrill.plot.limits import apply_limits, limit_y_axes
-from nsdrill.plot.look import Look, look_of
+from nsdrill.plot.look import Look, apply_limits, limit_y_axes, look_of
 from nsdrill.plot.registry import (
     all_kinds,
     check_options,

@@ -27,7 +27,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
 from nsdrill.observe.trust import verdict
 from nsdrill.plot import isolines
-from nsdrill.plot.bands import severity_bounds
+from nsdrill.plot.curves import severity_bounds
 from nsdrill.plot.hatching import PALE_GREY, hatch, veil
 from nsdrill.plot.isolines import RATE_OF_PENETRATION
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity

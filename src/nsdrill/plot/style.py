@@ -27,7 +27,8 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from nsdrill.errors import InputError
 from nsdrill.plot.labels import quantity
-from nsdrill.plot.look import Look, look
+from nsdrill.plot.look import Look
+from nsdrill.plot.look import look as look
 from nsdrill.variables import BIT_BOUNCE, STICK_SLIP, WHIRL
 
 FULL_WIDTH = 7.0  # inches: two columns of a journal page

@@ -578,7 +578,7 @@ class Session:
             }
             source = "stored returns"
         else:
-            from nsdrill.plot.kinds.section import section_of
+            from nsdrill.plot.kinds.returns import section_of
 
             simulation = self.study.simulation
             with self._computing():

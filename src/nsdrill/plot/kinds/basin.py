@@ -25,11 +25,16 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.starts import Starts, slice_values
 from nsdrill.plot.dark import light_of
+from nsdrill.plot.kinds.starts import (
+    ATTRACTOR_VARIABLES,
+    attractor_label,
+    by_operating_point,
+    has_starts,
+)
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below, marker_entry
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges
-from nsdrill.plot.starts import ATTRACTOR_VARIABLES, attractor_label, by_operating_point, has_starts
 from nsdrill.plot.style import RESPONSES, cell_style, new_figure, page_width, put_title
 from nsdrill.variables import OK, has_failed
 

@@ -33,7 +33,8 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
-from nsdrill.plot.look import look, value_of
+from nsdrill.plot.look import look as look
+from nsdrill.plot.look import value_of
 from nsdrill.plot.registry import BRANCHES, Kind, is_branches
 from nsdrill.plot.slices import line as line_of
 from nsdrill.plot.style import (

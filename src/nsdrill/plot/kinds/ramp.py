@@ -20,9 +20,8 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
-from nsdrill.plot.references import WALL_VISIBLE_FROM
+from nsdrill.plot.panels import WALL_VISIBLE_FROM
 from nsdrill.plot.registry import RAMP, Kind
-from nsdrill.plot.schedule import moving_values, operating_point_text, rate_text, setpoint
 from nsdrill.plot.slices import line, ordered
 from nsdrill.plot.style import (
     BLUE,
@@ -36,6 +35,7 @@ from nsdrill.plot.style import (
     put_title,
     stack,
 )
+from nsdrill.plot.traces import moving_values, operating_point_text, rate_text, setpoint
 from nsdrill.variables import AXES, OK
 
 SWEEP_COLOUR = "#D9D9D9"  # of the sweep below, paler than the peaks of the ramp

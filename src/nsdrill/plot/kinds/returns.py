@@ -1,8 +1,8 @@
-"""The Poincare section of one operating point or of a trace, in planes of the motion.
+"""The returns to the Poincare section: along one axis, coloured by the kind of motion, and
+of one operating point or a trace in planes.
 
 One dot is period one, n dots a period of n returns, a closed curve quasi-periodic
-motion, a cloud chaos.
-"""
+motion, a cloud chaos."""
 
 from __future__ import annotations
 
@@ -20,11 +20,30 @@ from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.description import Drawn
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.registry import TRACE, Kind, is_sweep, needs_returns
-from nsdrill.plot.slices import text
+from nsdrill.plot.decimation import one_per_pixel
+from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
+from nsdrill.plot.legend import direction_entries, legend_below, motion_entries
+from nsdrill.plot.panels import (
+    draw_set_speed,
+    draw_wall,
+    is_open,
+    marker_size,
+    new_columns,
+    outcome_handles,
+)
+from nsdrill.plot.registry import (
+    RETURNS,
+    TRACE,
+    Kind,
+    fits_columns,
+    is_sweep,
+    longest,
+    needs_returns,
+)
+from nsdrill.plot.slices import Line, text
 from nsdrill.plot.style import (
     BLUE,
+    MANY_MARKERS,
     MOTIONS,
     REFERENCE,
     name_panel,
@@ -34,11 +53,12 @@ from nsdrill.plot.style import (
     put_title,
 )
 from nsdrill.plot.traces import title_of
+from nsdrill.variables import OK
 
-WIDTH = 1.6  # least width of a plane in inches
+PLANE_WIDTH = 1.6  # least width of a plane in inches
 
 
-def draw(data: Results | Trace, units: str = "si") -> Figure:
+def draw_section(data: Results | Trace, units: str = "si") -> Figure:
     return draw_trace(data, units) if isinstance(data, Trace) else draw_point(data, units)
 
 
@@ -99,7 +119,7 @@ def _draw_planes(
     }
     has_orbit = "section_radius" in section and "section_radius" in drawn.section
     count = has_orbit + len(drawn.section_planes)
-    panels_in_row = panels_per_row(count, WIDTH)
+    panels_in_row = panels_per_row(count, PLANE_WIDTH)
     grid = figure.add_gridspec(-(-count // panels_in_row), panels_in_row)
     panels = [figure.add_subplot(grid[divmod(place, panels_in_row)]) for place in range(count)]
     if has_orbit:
@@ -121,7 +141,7 @@ def _plane_rows(attrs: Mapping[str, Any]) -> int:
     """The number of rows of the planes of one section."""
     drawn = drawn_in(attrs)
     count = len(drawn.section_planes) + ("section_radius" in drawn.section)
-    return -(-count // panels_per_row(count, WIDTH))
+    return -(-count // panels_per_row(count, PLANE_WIDTH))
 
 
 def _draw_orbit(
@@ -246,16 +266,99 @@ def section_of(trace: Trace) -> dict[str, Array]:
     return section
 
 
-def _place(data: Any) -> float | None:
+def _section_place(data: Any) -> float | None:
     if isinstance(data, Trace):
         return 84
     return 20 if is_sweep(data) and not data.swept and "motion" in data.variables else None
 
 
-def _advice(data: Any) -> str:
+def _section_advice(data: Any) -> str:
     if isinstance(data, Results) and "motion" in data.variables:
         return "it shows one operating point: select a value of every axis"
     return needs_returns(data)
+
+
+PIXELS = (1050, 300)  # of a panel: half those in print, as a marker covers several
+
+
+def draw_along(results: Results, units: str = "si") -> Figure:
+    """Every recorded return along one axis; of a single point its section in planes."""
+    if not results.swept:
+        return draw_point(results, units)
+    shown = drawn_in(results.attrs).section
+    figure, lines, columns = new_columns(results, units, shown, 1.5 * len(shown) + 1.5)
+    markers = len(shown) * int(np.isfinite(results[shown[0]]).sum())
+    present: set[int] = set()
+    for line, column in zip(lines, columns, strict=True):
+        x = quantity(line.axis, units)
+        for axes, name in zip(column[1:], shown, strict=True):
+            present |= draw_returns(
+                axes, line, name, x, quantity(name, units), markers > MANY_MARKERS
+            )
+    rows = {name: [column[1 + row] for column in columns] for row, name in enumerate(shown)}
+    for axes in rows.get("section_whirl_angle", ()):
+        _set_angle_axis(axes, quantity("section_whirl_angle", units))
+    handles = [*motion_entries(present), *direction_entries(lines[0].procedures)]
+    wall = draw_wall(results, rows["section_radius"], units) if "section_radius" in rows else []
+    speed = (
+        draw_set_speed(lines, rows["section_bit_speed"], units)
+        if "section_bit_speed" in rows
+        else []
+    )
+    legend_below(figure, [*handles, *speed, *wall, *outcome_handles(lines, markers=False)], 4)
+    return figure
+
+
+def draw_returns(
+    axes: Axes, line: Line, name: str, x: Shown, y: Shown, rasterise: bool
+) -> set[int]:
+    """Draw one panel, an artist for each kind of motion and procedure; returns the kinds
+    that occur."""
+    motion, values, x_values = line["motion"], line[name] / y.scale, line.x / x.scale
+    size = 0.75 * marker_size(len(x_values), axes)
+    present = set()
+    for code, style in enumerate(MOTIONS):
+        for row, procedure in enumerate(line.procedures):
+            selected = (motion[row] == code) & (line["status"][row] == OK)
+            return_y = values[row, selected]
+            finite = np.isfinite(return_y)
+            if not finite.any():
+                continue
+            present.add(code)
+            hollow = is_open(procedure, line.procedures)
+            return_x = np.broadcast_to(x_values[selected][:, None], return_y.shape)[finite]
+            kept = one_per_pixel(return_x, return_y[finite], PIXELS)
+            axes.plot(
+                return_x[kept],
+                return_y[finite][kept],
+                linestyle="none",
+                marker="o",
+                color=style.colour,
+                markersize=size,
+                markerfacecolor="none" if hollow else style.colour,
+                markeredgewidth=0.3 if hollow else 0.0,
+                rasterized=rasterise,
+                zorder=2 + 0.01 * code,
+                gid=f"{name}:{procedure}:{code}",
+            )
+    return present
+
+
+def _set_angle_axis(axes: Axes, y: Shown) -> None:
+    """Limit an axis of angles to minus and plus half a revolution, with ticks at the
+    quarters."""
+    axes.set_ylim(-1.04 * pi / y.scale, 1.04 * pi / y.scale)
+    ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / y.scale
+    axes.set_yticks(
+        ticks,
+        ["−π", "−π/2", "0", "π/2", "π"] if y.unit == "rad" else [f"{tick:g}" for tick in ticks],
+    )
+
+
+def _along_place(data: Any) -> float | None:
+    if not fits_columns(data) or "motion" not in data.variables:
+        return None
+    return 32 if data.swept else 20
 
 
 KINDS = (
@@ -264,10 +367,21 @@ KINDS = (
         "the Poincare section of one operating point, or of a trace: the motion once in every "
         "revolution of the bit",
         of=TRACE,
-        place=_place,
-        draw=draw,
+        place=_section_place,
+        draw=draw_section,
         uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
-        advice=_advice,
+        advice=_section_advice,
         part_of="trace",
+    ),
+    Kind(
+        "poincare",
+        "every return to the Poincare section along one axis, coloured by the kind of motion; "
+        "planes of one point",
+        of=RETURNS,
+        place=_along_place,
+        draw=draw_along,
+        uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
+        across=lambda data: longest(data) if data.swept else None,
+        advice=needs_returns,
     ),
 )
