@@ -133,27 +133,17 @@ def draw_words(results: Results, name: str, units: str) -> Figure:
     figure = new_figure(page_width(), 3.2)
     axes, lines = figure.add_subplot(), []
     for number, value in enumerate(results.coords[word_axis]):
-        line = line_along(results, axis, **{word_axis: number})
-        lines.append(line)
-        for row, procedure in enumerate(line.procedures):
-            ended_well, was_run = line["status"][row] == OK, line["status"][row] != INFERRED
-            kept_y = np.where(ended_well, line[name][row] / y.scale, np.nan)
-            kept_x, kept_y = envelope(line.x[was_run] / x.scale, kept_y[was_run], BINS)
-            style = _style(procedure, line.procedures, len(kept_x)) | {
-                "color": WORD_COLOURS[number % len(WORD_COLOURS)]
-            }
-            style |= {
-                "marker": WORD_MARKERS[number % len(WORD_MARKERS)],
-                "markerfacecolor": style["color"],
-                "markersize": 3.5,
-            }
-            axes.plot(
-                kept_x,
-                kept_y,
-                gid=f"{name}:{word_quantity.value(value)}",
-                label=word_quantity.value(value),
-                **style,
-            )
+        lines.append(line_along(results, axis, **{word_axis: number}))
+        word, colour = word_quantity.value(value), WORD_COLOURS[number % len(WORD_COLOURS)]
+        style = {
+            "color": colour,
+            "marker": WORD_MARKERS[number % len(WORD_MARKERS)],
+            "markerfacecolor": colour,
+            "markersize": 3.5,
+            "label": word,
+            "gid": f"{name}:{word}",
+        }
+        draw_values(axes, lines[-1], name, x, y, style)
     spaced(axes, lines[0].x)
     axes.set_xlim(*(edges(lines[0].x)[[0, -1]] / x.scale))
     axes.set_xlabel(x.label)
@@ -170,19 +160,17 @@ def draw_words(results: Results, name: str, units: str) -> Figure:
     return figure
 
 
-def draw_values(axes: Axes, line: Line, name: str, x: Shown, y: Shown) -> None:
+def draw_values(
+    axes: Axes, line: Line, name: str, x: Shown, y: Shown, style: Mapping[str, Any] | None = None
+) -> None:
     """A line for each procedure, broken where a run did not end well; points that were
     inferred instead of run are skipped."""
     for row, procedure in enumerate(line.procedures):
         ended_well, was_run = line["status"][row] == OK, line["status"][row] != INFERRED
         values = np.where(ended_well, line[name][row] / y.scale, np.nan)
         kept_x, kept_y = envelope(line.x[was_run] / x.scale, values[was_run], BINS)
-        axes.plot(
-            kept_x,
-            kept_y,
-            gid=f"{name}:{procedure}",
-            **_style(procedure, line.procedures, len(kept_x)),
-        )
+        own = {"gid": f"{name}:{procedure}", **_style(procedure, line.procedures, len(kept_x))}
+        axes.plot(kept_x, kept_y, **{**own, **(style or {})})
 
 
 def _style(procedure: str, procedures: tuple[str, ...], points: int = 0) -> dict[str, Any]:

@@ -156,7 +156,7 @@ def describe_overrides(attrs: Mapping[str, Any], width: int) -> str:
     changes = overrides(attrs, thresholds=True)
     in_title = ("title", *AXES, *(f"operation.{name}" for name in AXES))
     texts = [
-        f"{key} = {_LONG_NUMBER.sub(_rounded, value)}"
+        f"{key} = {_LONG_NUMBER.sub(lambda number: f'{float(number[0]):.6g}', value)}"
         for key, value in changes.items()
         if key not in in_title and key.partition(".")[0] != "sweep"
     ]

@@ -81,34 +81,19 @@ def look_of(
 
 def value_of(name: str, value: Any, units: str) -> float:
     """A quantity in SI ``units`` from a number or a text with a unit."""
-    if isinstance(value, str):
-        if units in ("", "1"):
-            return _plain_number(name, value)
+    if isinstance(value, str) and units not in ("", "1"):
         try:
             return float(parse_with_unit(value, units))
         except QuantityError as error:
             raise InputError(f"--{name}: {error}") from error
-    if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
-        return float(value)
     try:
-        number = float(value)  # a number of numpy, for example
+        number = math.nan if isinstance(value, bool) else float(value)
     except (TypeError, ValueError):
         number = math.nan
-    if isinstance(value, bool) or not math.isfinite(number):
-        raise InputError(
-            f"--{name}: found {value!r}; allowed: a number in SI units, or a text with its unit."
-        )
-    return number
-
-
-def _plain_number(name: str, text: str) -> float:
-    """The value of a quantity without a unit."""
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
     if not math.isfinite(number):
-        raise InputError(f"--{name}: found {text!r}; allowed: a number, as this axis has no unit.")
+        allowed = "a number in SI units, or a text with its unit"
+        allowed = "a number, as this axis has no unit" if isinstance(value, str) else allowed
+        raise InputError(f"--{name}: found {value!r}; allowed: {allowed}.")
     return number
 
 

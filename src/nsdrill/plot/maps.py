@@ -131,18 +131,11 @@ def lies_across(results: Results) -> str:
     return Planes.of(results).x
 
 
-def draw_categories_map(results: Results, variable: str, units: str) -> Figure:
-    """A map of ``response``, ``whirl_kind`` or ``motion``, by the colours of
-    :data:`CATEGORIES`."""
-    return _draw(results, variable, None, units)
-
-
-def draw_values_map(results: Results, name: str, units: str) -> Figure:
-    """A map of the feature ``name``."""
-    return _draw(results, "response", name, units)
-
-
-def _draw(results: Results, variable: str, name: str | None, units: str) -> Figure:
+def draw_map(
+    results: Results, units: str = "si", variable: str = "response", name: str | None = None
+) -> Figure:
+    """A map of the feature ``name``; without one, of ``response``, ``whirl_kind`` or
+    ``motion``, by the colours of :data:`CATEGORIES`."""
     planes = Planes.of(results)
     outcomes = outcome(planes["status"], planes["response"])
     inferred = planes["status"] == INFERRED
@@ -191,15 +184,8 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
                 veil(grid[row][column], cells, inferred[column, row])
             if verdicts is not None:
                 overlay_verdicts(grid[row][column], *cells, verdicts[column, row], cell_size)
-            hatch(
-                grid[row][column],
-                cells,
-                outcomes[column, row] == FAILED_POINT,
-                "xxxxxx",
-                "white",
-                "#000000",
-                "failed",
-            )
+            failed = outcomes[column, row] == FAILED_POINT
+            hatch(grid[row][column], cells, failed, "xxxxxx", "white", "#000000", "failed")
             if (
                 is_response_map
                 and RATE_OF_PENETRATION in results.variables
@@ -382,17 +368,10 @@ def _draw_differences(
     value = quantity(name, units)
     shown = np.ma.masked_invalid(differs / value.scale)
     high = max(map(abs, robust_limits(shown.compressed()))) if shown.count() else 1.0
-    panels = [row[-1] for row in grid]
-    mesh = _draw_cells(panels, planes, list(shown), Normalize(-high, high), DIFFERENCE, units)
-    _add_colour_bar(
-        figure,
-        mesh,
-        panels,
-        f"down less up [{value.unit}]" if value.unit else "down less up",
-        shown,
-        -high,
-        high,
-    )
+    panels, norm = [row[-1] for row in grid], Normalize(-high, high)
+    mesh = _draw_cells(panels, planes, list(shown), norm, DIFFERENCE, units)
+    label = f"down less up [{value.unit}]" if value.unit else "down less up"
+    _add_colour_bar(figure, mesh, panels, label, shown, -high, high)
 
 
 def _in_panel_order(shown: Any) -> list[Any]:
@@ -427,17 +406,8 @@ def _add_colour_bar(
     high: float,
 ) -> Any:
     """A colour bar for the panels, pointed at the ends beyond which there are values."""
-    extend_by_side = {
-        (False, False): "neither",
-        (True, False): "min",
-        (False, True): "max",
-        (True, True): "both",
-    }
-    extend = (
-        extend_by_side[bool(shown.min() < low), bool(shown.max() > high)]
-        if shown.count()
-        else "neither"
-    )
+    below, above = (shown.count() and (shown.min() < low, shown.max() > high)) or (False, False)
+    extend = ("both" if above else "min") if below else ("max" if above else "neither")
     return figure.colorbar(
         mesh, ax=list(panels), label=label, extend=extend, fraction=0.05, pad=0.01, aspect=30
     )
@@ -497,39 +467,18 @@ def _legend_entries(
     """Legend entries for what is not a colour of the map: inferred points with the
     ``method`` by which they are known, failed points, points not run yet, and those
     where up and down differ."""
-    handles: list[Artist] = []
-    failed = int((outcomes == FAILED_POINT).sum())
-    pending, not_run = int((outcomes == PENDING_POINT).sum()), int(inferred.sum())
-    if not_run:
-        label = f"{method} ({not_run} of {outcomes.size})"
-        handles.append(Patch(facecolor=PALE_GREY if "paler" in method else "none", label=label))
-    if failed:
-        handles.append(
-            Patch(
-                facecolor="white",
-                edgecolor="black",
-                linewidth=0.4,
-                hatch="xxxxxx",
-                label=f"failed ({failed} of {outcomes.size})",
-            )
-        )
-    if pending:
-        handles.append(
-            Patch(
-                facecolor="white",
-                edgecolor=GREY,
-                linewidth=0.4,
-                label=f"not run yet ({pending} of {outcomes.size})",
-            )
-        )
+    fine = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.4}
+    differs = {"facecolor": SHADE, "edgecolor": SHADE_EDGE, "hatch": "//////"}
+    inferred_style = {"facecolor": PALE_GREY if "paler" in method else "none"}
+    entries: list[tuple[str, Array, dict[str, Any]]] = [
+        (method, inferred, inferred_style),
+        ("failed", outcomes == FAILED_POINT, fine | {"hatch": "xxxxxx"}),
+        ("not run yet", outcomes == PENDING_POINT, fine | {"edgecolor": GREY}),
+    ]
+    entries = [entry for entry in entries if np.any(entry[1])]
     if difference is not None:
-        handles.append(
-            Patch(
-                facecolor=SHADE,
-                edgecolor=SHADE_EDGE,
-                linewidth=0.4,
-                hatch="//////",
-                label=f"up and down differ ({int((difference == 1).sum())} of {difference.size})",
-            )
-        )
-    return handles
+        entries.append(("up and down differ", difference == 1, fine | differs))
+    return [
+        Patch(label=f"{words} ({np.count_nonzero(cells)} of {cells.size})", **style)
+        for words, cells, style in entries
+    ]

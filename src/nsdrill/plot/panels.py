@@ -3,7 +3,7 @@ column for each value of a second axis, if any, and one legend at the bottom."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,8 @@ from matplotlib.patches import Patch
 
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.outcome import FAILED_POINT
-from nsdrill.data import Results
+from nsdrill.data import Array, Results
+from nsdrill.plot.decimation import one_per_pixel
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import marker_entry, response_entries
 from nsdrill.plot.registry import longest
@@ -28,6 +29,7 @@ from nsdrill.plot.style import (
     REFERENCE,
     RESPONSES,
     SHADE,
+    ResponseStyle,
     cell_style,
     name_panel,
     new_figure,
@@ -38,8 +40,6 @@ from nsdrill.plot.verdicts import overlay_verdicts, verdict_handles
 
 STRIP_ROW_HEIGHT = 0.13  # inches, a row for each procedure
 TEXT_HEIGHT = 1.2  # inches of title, axis labels and legend
-RESPONSE_COLOURS = ListedColormap([style.colour for style in RESPONSES], name="responses")
-RESPONSE_NORM = BoundaryNorm(np.arange(-0.5, len(RESPONSES)), len(RESPONSES))
 
 
 def lines_of(results: Results) -> list[Line]:
@@ -122,33 +122,47 @@ def column_title(line: Line, units: str) -> str:
 def draw_strip(axes: Axes, line: Line, scale: float, *, name_rows: bool) -> None:
     """The response of every point as coloured cells, a row for each procedure; a cross
     where the run failed, and dots or hatching where the checks of a point disagree."""
-    outcomes, x = line.outcome, line.x / scale
-    rows = np.arange(len(line.procedures))
-    mesh = axes.pcolormesh(
-        edges(line.x) / scale,
-        np.arange(len(rows) + 1) - 0.5,
-        np.ma.masked_less(outcomes, 0),
-        cmap=RESPONSE_COLOURS,
-        norm=RESPONSE_NORM,
-        **cell_style(outcomes.size),
-    )
-    mesh.set_gid("strip")
+    outcomes = line.outcome
+    codes = np.ma.masked_less(outcomes, 0)
+    rows = draw_cells(axes, line, scale, codes, RESPONSES, "strip", name_rows=name_rows)
     if (verdicts := line.verdicts) is not None:
-        cell_size = 72 * min(STRIP_ROW_HEIGHT, page_width() / len(x))
-        overlay_verdicts(
-            axes, edges(line.x) / scale, np.arange(len(rows) + 1) - 0.5, verdicts, cell_size
-        )
+        cell_size = 72 * min(STRIP_ROW_HEIGHT, page_width() / len(line.x))
+        overlay_verdicts(axes, edges(line.x) / scale, rows, verdicts, cell_size)
     row, point = np.nonzero(outcomes == FAILED_POINT)
     if row.size:
-        axes.plot(
-            x[point], row, "kx", markersize=3.5, markeredgewidth=0.8, linestyle="none", gid="failed"
-        )
-    axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.set_yticks(rows, line.procedures if name_rows else [""] * len(rows))
+        cross: dict[str, Any] = {"markersize": 3.5, "markeredgewidth": 0.8, "linestyle": "none"}
+        axes.plot(line.x[point] / scale, row, "kx", gid="failed", **cross)
     axes.tick_params(length=0, labelbottom=False)
     axes.grid(visible=False)  # a grid of the user's style would look like borders of cells
     for spine in axes.spines.values():
         spine.set_visible(False)
+
+
+def draw_cells(
+    axes: Axes,
+    line: Line,
+    scale: float,
+    codes: Any,
+    styles: Sequence[ResponseStyle],
+    gid: str,
+    *,
+    name_rows: bool,
+) -> Array:
+    """Cells [procedure, point] in the colours of the ``styles`` of their codes, a row for
+    each procedure, the first on top; returns the edges of the rows."""
+    borders = np.arange(len(line.procedures) + 1) - 0.5
+    axes.pcolormesh(
+        edges(line.x) / scale,
+        borders,
+        codes,
+        cmap=ListedColormap([style.colour for style in styles], name=gid),
+        norm=BoundaryNorm(np.arange(-0.5, len(styles)), len(styles)),
+        gid=gid,
+        **cell_style(codes.size),
+    )
+    axes.set_ylim(borders[-1], borders[0])
+    axes.set_yticks(borders[1:] - 0.5, line.procedures if name_rows else [""] * len(codes))
+    return borders
 
 
 def shade_hysteresis(axes: Axes, line: Line, scale: float) -> int:
@@ -208,8 +222,70 @@ def marker_size(points: int, axes: Axes) -> float:
     return float(np.clip(spacing, 1.7, 3.2))
 
 
-def draw_set_speed(lines: list[Line], panels: list[Axes], units: str) -> list[Artist]:
-    """The set speed of the drive as a line: the speed of the bit in steady drilling."""
+PIXELS = (1050, 300)  # of a panel: half those in print, as a marker covers several
+# Factors that make markers of different shapes look equally large.
+RELATIVE_SIZE = {
+    "^": 1.15,
+    "s": 0.9,
+    "p": 1.15,
+    "D": 0.85,
+    "P": 1.15,
+    "X": 1.15,
+    "*": 1.5,
+    "_": 1.6,
+}
+
+
+def draw_dots(
+    axes: Axes,
+    line: Line,
+    name: str,
+    looks: tuple[Array, Sequence[ResponseStyle]],
+    values: Array,
+    units: str,
+    rasterise: bool = False,
+    *,
+    marker: str = "",
+    scale: float = 1.0,
+    edge: float = 0.4,
+) -> set[int]:
+    """Draw every finite one of the ``values`` [procedure, point, number] of a variable,
+    an artist for each code of ``looks`` and procedure, and return the codes that occur:
+    ``looks`` are the codes [procedure, point] and the style of each. All have the
+    ``marker`` if given; those of the way down are open, with an ``edge`` [points]."""
+    codes, styles = looks
+    x, y = quantity(line.axis, units), quantity(name, units)
+    across = np.broadcast_to((line.x / x.scale)[:, None], values.shape[1:])
+    size, present = scale * marker_size(len(line.x), axes), set()
+    # By code first, so that grey lies below and the rarer combinations on top; the open
+    # markers after the filled.
+    for code, style in enumerate(styles):
+        for row, procedure in enumerate(line.procedures):
+            shown = np.isfinite(values[row]) & (codes[row] == code)[:, None]
+            if not shown.any():
+                continue
+            present.add(code)
+            hollow, shape = is_open(procedure, line.procedures), marker or style.marker
+            dots_x, dots_y = across[shown], values[row][shown] / y.scale
+            kept = one_per_pixel(dots_x, dots_y, PIXELS)
+            axes.plot(
+                dots_x[kept],
+                dots_y[kept],
+                linestyle="none",
+                marker=shape,
+                color=style.colour,
+                markersize=size * RELATIVE_SIZE.get(shape, 1.0),
+                markerfacecolor="none" if hollow else style.colour,
+                markeredgewidth=0.9 if shape == "_" else edge if hollow else 0.0,
+                rasterized=rasterise,
+                zorder=2 + 0.01 * code,
+                gid=f"{name}:{procedure}:{code}",
+            )
+    return present
+
+
+def draw_rotary_speed(lines: list[Line], panels: list[Axes], units: str) -> list[Artist]:
+    """The rotary speed of the drive as a line: the speed of the bit in steady drilling."""
     y = quantity("rotary_speed", units)
     style: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.7, "dashes": (4, 2), "zorder": 1.5}
     for line, axes in zip(lines, panels, strict=True):
@@ -217,18 +293,15 @@ def draw_set_speed(lines: list[Line], panels: list[Axes], units: str) -> list[Ar
             axes.plot(line.x / y.scale, line.x / y.scale, gid="rotary speed", **style)
         else:
             place = line.place[3] if isinstance(line.place[3], int) else 0
-            axes.axhline(
-                float(line.results.coords["rotary_speed"][place]) / y.scale,
-                gid="rotary speed",
-                **style,
-            )
+            speed = float(line.results.coords["rotary_speed"][place]) / y.scale
+            axes.axhline(speed, gid="rotary speed", **style)
     return [Line2D([], [], label="rotary speed", **style)]
 
 
-def draw_wall(results: Results, panels: list[Axes], units: str) -> list[Artist]:
-    """The wall of the hole as a line, where the file has its distance; an entry of the
-    legend alone where the motion stays far from it."""
-    gap = results.attrs.get("gap")
+def draw_wall(attrs: Mapping[str, Any], panels: list[Axes], units: str) -> list[Artist]:
+    """The wall of the hole as a line, where the file with these ``attrs`` has its
+    distance; an entry of the legend alone where the motion stays far from it."""
+    gap = attrs.get("gap")
     if gap is None:
         return []
     radius = quantity("radius_peaks", units)

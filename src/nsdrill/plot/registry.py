@@ -148,27 +148,20 @@ def choose_kind(data: Any, kind: str | None, panel: str | None = None) -> tuple[
         )
     lines = listing(allowed)
     if kind in known:
-        if (
-            isinstance(data, Results)
-            and "start" in data.coords
-            and known[kind].place(_without(data, "start")) is not None
+        for dimension, of, option in (
+            ("start", "start of every operating point", "--start,"),
+            (SAMPLE, "sample of the uncertain numbers", f"--at {SAMPLE}=...,"),
         ):
-            raise InputError(
-                f"plot kind: found {kind!r}, which draws one start of every operating point, with "
-                f"{describe(data)}; allowed here:\n{lines}\nor {kind!r} with --start, 0 to "
-                f"{len(data.coords['start']) - 1}."
-            )
-        if (
-            isinstance(data, Results)
-            and SAMPLE in data.coords
-            and known[kind].place(_without(data, SAMPLE)) is not None
-        ):
-            raise InputError(
-                f"plot kind: found {kind!r}, which draws one sample of the uncertain numbers, "
-                f"with {describe(data)}; allowed here:\n{lines}\nor {kind!r} with "
-                f"--at {SAMPLE}=..., 0 to "
-                f"{len(data.coords[SAMPLE]) - 1}."
-            )
+            if (
+                isinstance(data, Results)
+                and dimension in data.coords
+                and known[kind].place(_without(data, dimension)) is not None
+            ):
+                raise InputError(
+                    f"plot kind: found {kind!r}, which draws one {of}, with {describe(data)}; "
+                    f"allowed here:\n{lines}\nor {kind!r} with {option} 0 to "
+                    f"{len(data.coords[dimension]) - 1}."
+                )
         advice = known[kind].advice(data)
         raise InputError(
             f"plot kind: found {kind!r}, which does not fit "

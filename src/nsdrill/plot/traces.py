@@ -135,13 +135,10 @@ def extra_height(trace: Trace) -> float:
 
 def title_of(trace: Trace, units: str, width: int = 100) -> str:
     """The title of the study and the operating point."""
-    return heading(trace.attrs, _point_and_procedure(trace, units), width=width)
-
-
-def _point_and_procedure(trace: Trace, units: str) -> str:
     procedure = str(trace.attrs.get("procedure") or "")
     words = {"up": "carried up", "down": "carried down", "same": ""}.get(procedure, procedure)
-    return ", ".join(part for part in (operating_point_text(trace, units), words) if part)
+    parts = filter(None, (operating_point_text(trace, units), words))
+    return heading(trace.attrs, ", ".join(parts), width=width)
 
 
 def is_chosen() -> bool:

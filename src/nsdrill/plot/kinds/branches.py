@@ -35,6 +35,7 @@ from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
 from nsdrill.plot.look import look as look
 from nsdrill.plot.look import value_of
+from nsdrill.plot.panels import draw_wall
 from nsdrill.plot.registry import BRANCHES, Kind, is_branches
 from nsdrill.plot.slices import line as line_of
 from nsdrill.plot.style import (
@@ -66,6 +67,7 @@ MARKERS: dict[int, tuple[str, str]] = {
     HOPF: ("o", ORANGE),
     FAILED: ("x", BLACK),
 }
+GRAZING_DASHES = ((0, (1, 1)), (0, (4, 1, 1, 1)), (0, (2, 2)))
 GRAZING_MARKERS = (("v", SKY), ("<", "#7A5195"), (">", "#8C6D31"))
 COLOURS = {PERIODIC: BLACK, EQUILIBRIUM: BLACK, CYCLE: "#7A3B00", CIRCLE: "#00634A"}
 MOTION_NAMES = {
@@ -120,9 +122,10 @@ def draw(data: Any, units: str = "si", over: Results | None = None) -> Figure:
     for panel_axes, panel in zip(axes, panels, strict=True):
         y = quantity(panel.greatest, units)
         _draw_special_points(panel_axes, data, along, panel.greatest, x.scale, y.scale, handles)
-    _draw_wall(data, panels, axes, units, handles)
+    radii = [one for one, panel in zip(axes, panels, strict=True) if panel.mode == "lateral"]
+    walls = draw_wall(data.attrs, radii, units) if radii else []
     put_title(figure, heading(data.attrs, operating_point(fixed, units)))
-    legend_below(figure, list(handles.values()), 4)
+    legend_below(figure, [*handles.values(), *walls], 4)
     return figure
 
 
@@ -164,35 +167,22 @@ def _draw_sweep(
             "of that axis."
         )
     sweep_line = line_of(over, along)
-    if panel.peaks in over.variables:
-        peaks = sweep_line[panel.peaks]
-        x = np.broadcast_to(sweep_line.x[None, :, None], peaks.shape)
-        finite = np.isfinite(peaks)
-        axes.plot(
-            x[finite] / x_scale,
-            peaks[finite] / y_scale,
-            ".",
-            color=SWEEP_COLOUR,
-            markersize=SWEEP_MARKER_SIZE,
-            markeredgewidth=0,
-            zorder=1,
-            rasterized=True,
-            gid="sweep",
-        )
-    if panel.greatest in over.variables:
-        greatest = sweep_line[panel.greatest]
-        x = np.broadcast_to(sweep_line.x[None, :], greatest.shape)
-        axes.plot(
-            x.ravel() / x_scale,
-            greatest.ravel() / y_scale,
-            ".",
-            color=SWEEP_COLOUR,
-            markersize=SWEEP_MARKER_SIZE,
-            markeredgewidth=0,
-            zorder=1,
-            rasterized=True,
-            gid="sweep greatest",
-        )
+    for name, gid in ((panel.peaks, "sweep"), (panel.greatest, "sweep greatest")):
+        if name in over.variables:
+            values = sweep_line[name]
+            x = np.broadcast_to(sweep_line.x.reshape(-1, *[1] * (values.ndim - 2)), values.shape)
+            finite = np.isfinite(values)
+            axes.plot(
+                x[finite] / x_scale,
+                values[finite] / y_scale,
+                ".",
+                color=SWEEP_COLOUR,
+                markersize=SWEEP_MARKER_SIZE,
+                markeredgewidth=0,
+                zorder=1,
+                rasterized=True,
+                gid=gid,
+            )
     handles.setdefault(
         "sweep",
         Line2D(
@@ -213,24 +203,22 @@ def _draw_branches(
     """The branches in one panel."""
     numbers, values = data[along].values / x_scale, data[feature].values / y_scale
     unstable = data["unstable"].values
-    row_sizes, motions = (data[key].values for key in ("row_size", "motion"))
-    first = 0
-    for number, size in enumerate(row_sizes.tolist()):
-        part = slice(first, first + size)
-        first += size
+    motions = data["motion"].values
+    for number, part in enumerate(_parts(data["row_size"].values)):
         x, y, stable = numbers[part], values[part], unstable[part] == 0
         colour = COLOURS.get(str(motions[number]), BLACK)
-        style: Any
-        for is_stable, style, width, name in (
+        looks: tuple[tuple[bool, Any, float, str], ...] = (
             (True, "-", 1.3, "stable"),
             (False, (0, (3, 2)), 0.8, "unstable"),
-        ):
+        )
+        for is_stable, style, width, name in looks:
             # A piece between two points is stable where both points are.
             drawn = (stable[1:] & stable[:-1]) == is_stable
-            x_pieces, y_pieces = _connected_pieces(x, y, drawn)
+            # Every run of pieces is one line, as the dash pattern restarts after a break.
+            breaks = np.flatnonzero(~drawn) + 1
             axes.plot(
-                x_pieces,
-                y_pieces,
+                np.insert(x, breaks, np.nan),
+                np.insert(y, breaks, np.nan),
                 linestyle=style,
                 linewidth=width,
                 color=colour,
@@ -245,6 +233,12 @@ def _draw_branches(
     for motion in dict.fromkeys(str(motion) for motion in motions):
         words = MOTION_NAMES.get(motion, motion.replace("_", " "))
         handles.setdefault(words, Patch(facecolor=COLOURS.get(motion, BLACK), label=words))
+
+
+def _parts(sizes: Array) -> list[slice]:
+    """The parts of these sizes, one after the other."""
+    ends = np.cumsum(sizes).tolist()
+    return [slice(end - size, end) for end, size in zip(ends, sizes.tolist(), strict=True)]
 
 
 def _draw_special_points(
@@ -323,36 +317,6 @@ def _mark(
     handles.setdefault(name, Line2D([], [], label=name, **style))
 
 
-def _connected_pieces(x: Array, y: Array, selected: Array) -> tuple[Array, Array]:
-    """The line with NaN between its runs of selected pieces: every run is one unbroken
-    line, as the dash pattern restarts after a break."""
-    x_pieces: list[float] = []
-    y_pieces: list[float] = []
-    for place in np.flatnonzero(selected):
-        if place == 0 or not selected[place - 1]:
-            x_pieces += [np.nan, x[place]]
-            y_pieces += [np.nan, y[place]]
-        x_pieces.append(x[place + 1])
-        y_pieces.append(y[place + 1])
-    return np.array(x_pieces), np.array(y_pieces)
-
-
-def _draw_wall(data: Any, panels: Any, axes: Any, units: str, handles: dict[str, Artist]) -> None:
-    gap = data.attrs.get("gap")
-    if not isinstance(gap, float):
-        return
-    for panel_axes, panel in zip(axes, panels, strict=True):
-        if panel.mode == "lateral":
-            y = quantity(panel.greatest, units)
-            if panel_axes.get_ylim()[1] > 0.4 * gap / y.scale:
-                panel_axes.axhline(
-                    gap / y.scale, color="#4D4D4D", linewidth=0.9, zorder=1.5, gid="wall"
-                )
-                handles["wall"] = Line2D(
-                    [], [], color="#4D4D4D", linewidth=0.9, label="wall of the hole"
-                )
-
-
 def draw_branch_curves(figure: Figure, data: Any, x: str, y: str, units: str) -> None:
     """The curves of a file of branches over the panels of a map with the axes ``x`` and
     ``y``."""
@@ -365,19 +329,14 @@ def draw_branch_curves(figure: Figure, data: Any, x: str, y: str, units: str) ->
         )
     x_quantity, y_quantity = quantity(x, units), quantity(y, units)
     meanings = meanings_of(model_in(data.attrs))
+    codes = data["curve_label"].values.tolist()
     styles: dict[int, Any] = {FOLD: "-", DOUBLING: (0, (5, 1.5))}
-    grazing_styles: list[Any] = [(0, (1, 1)), (0, (4, 1, 1, 1)), (0, (2, 2))]
+    grazing = [code for code in dict.fromkeys(codes) if code not in styles]
+    styles |= {code: GRAZING_DASHES[i % 3] for i, code in enumerate(grazing)}
     handles: dict[str, Artist] = {}
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
-    first = 0
-    for number, size in enumerate(data["curve_row_size"].values.tolist()):
-        part = slice(first, first + size)
-        first += size
-        code = int(data["curve_label"].values[number])
-        if code not in styles:
-            styles[code] = grazing_styles[
-                sum(style_code > 100 for style_code in styles) % len(grazing_styles)
-            ]
+    for number, part in enumerate(_parts(data["curve_row_size"].values)):
+        code = codes[number]
         name = meanings[code].title
         line: dict[str, Any] = {
             "linestyle": styles[code],

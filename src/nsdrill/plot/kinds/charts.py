@@ -4,16 +4,13 @@ and the reflection and tuning of drives."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter, StrMethodFormatter
 
 from nsdrill.models.numbers import (
@@ -65,17 +62,17 @@ class Chart:
 
 
 def chart_kind(
-    name: str, words: str, numbers: type, panel: Callable[[Figure, Axes, Chart, str], list[Artist]]
+    name: str, words: str, numbers: type, panel: Callable[[Figure, Axes, Chart, str], None]
 ) -> Kind:
-    """The kind of chart that shows ``numbers``; ``panel`` draws them and returns the
-    entries of the legend."""
+    """The kind of chart that shows ``numbers``; ``panel`` draws them, with a
+    label for each entry of the legend."""
 
     def draw(chart: Chart, units: str = "si") -> Figure:
         figure = new_figure(page_width(), 4.4)
         axes = figure.add_subplot(figure.add_gridspec(1, 1)[0, 0])
-        handles = panel(figure, axes, chart, units)
+        panel(figure, axes, chart, units)
         put_title(figure, heading(chart.attrs, operating_point(chart.point, units)))
-        legend_below(figure, handles, 3)
+        legend_below(figure, axes.get_legend_handles_labels()[0], 3)
         return figure
 
     def place(data: Any) -> float | None:
@@ -115,7 +112,7 @@ def write_note(axes: Axes, text: str) -> None:
     axes.set_title(text, fontsize=font_size(7), loc="left", color=REFERENCE)
 
 
-def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart, units: str) -> list[Artist]:
+def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart, units: str) -> None:
     numbers: Any = chart.numbers
     across, up = axis_quantity(numbers.axis, numbers.x, units), quantity("rotary_speed", units)
     x = numbers.x / across.scale
@@ -126,36 +123,26 @@ def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart, units: str) 
         (f"{axial_label} off the rock", numbers.axial, GREEN, (0, (5, 1.5, 1, 1.5)), 0.65),
         (f"{axial_label} on the rock", numbers.axial_on_rock, BLACK, (0, (1, 1.4)), 0.45),
     )
-    handles: list[Artist] = []
     low, high = (speed / up.scale for speed in chart.speeds)
+    of_the_study: dict[str, Any] = {"zorder": 0, "gid": "operating"}
+    line = of_the_study | {"color": REFERENCE, "linewidth": 2.5, "alpha": 0.5}
     # the rotary speed lies along both axes: the string is on the diagonal
     if numbers.axis == "rotary_speed":
-        axes.plot(x, x, color=REFERENCE, linewidth=2.5, alpha=0.5, zorder=0, gid="operating")
-        handles.append(
-            Line2D(
-                [],
-                [],
-                color=REFERENCE,
-                linewidth=2.5,
-                alpha=0.5,
-                label="the speed at which the string turns",
-            )
-        )
+        axes.plot(x, x, label="the speed at which the string turns", **line)
     elif high > low:
-        axes.axhspan(low, high, color=OPERATING_COLOUR, linewidth=0, zorder=0, gid="operating")
-        handles.append(Patch(color=OPERATING_COLOUR, label="rotary speeds of the study"))
+        band: dict[str, Any] = of_the_study | {"color": OPERATING_COLOUR, "linewidth": 0}
+        axes.axhspan(low, high, label="rotary speeds of the study", **band)
     else:
-        axes.axhline(low, color=REFERENCE, linewidth=2.5, alpha=0.5, zorder=0, gid="operating")
-        handles.append(
-            Line2D(
-                [], [], color=REFERENCE, linewidth=2.5, alpha=0.5, label="rotary speed of the study"
-            )
-        )
+        axes.axhline(low, label="rotary speed of the study", **line)
     for label, speeds_of_modes, colour, dashes, part_along in families:
-        if not len(speeds_of_modes):
-            continue
         for number, values in enumerate(speeds_of_modes / up.scale, start=1):
-            axes.plot(x, values, color=colour, linestyle=dashes, linewidth=1.1, gid=label)
+            style: dict[str, Any] = {
+                "color": colour,
+                "linestyle": dashes,
+                "linewidth": 1.1,
+                "gid": label,
+            }
+            axes.plot(x, values, label=label if number == 1 else "_", **style)
             finite = np.flatnonzero(np.isfinite(values))
             if finite.size:
                 # each family at a different place, as its curves cross those of others
@@ -170,101 +157,62 @@ def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart, units: str) 
                     bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none"},
                     zorder=4,
                 )
-        handles.append(Line2D([], [], color=colour, linestyle=dashes, linewidth=1.1, label=label))
-    axes.set_yscale("log")
-    set_log_ticks(axes.yaxis)
-    wave_speeds = [
-        speeds_of_modes
-        for speeds_of_modes in (numbers.torsional, numbers.axial)
-        if len(speeds_of_modes)
-    ]
-    if wave_speeds:  # a span that is about to buckle has a speed of zero
-        axes.set_ylim(
-            bottom=0.6
-            * min(float(speeds_of_modes.min()) for speeds_of_modes in wave_speeds)
-            / up.scale
-        )
+    _set_log_height(axes, across.label, up.label)
+    waves = [speeds for speeds in (numbers.torsional, numbers.axial) if len(speeds)]
+    if waves:  # a span that is about to buckle has a speed of zero
+        axes.set_ylim(bottom=0.6 * min(float(speeds.min()) for speeds in waves) / up.scale)
     axes.set_xlim(x[0], x[-1])
-    axes.grid(True, axis="y", color=OPERATING_COLOUR, linewidth=0.4, zorder=0)
-    axes.set_xlabel(across.label)
-    axes.set_ylabel(up.label)
     write_note(
         axes,
         "The equations of motion have one mode of each kind, near the first (axial: off the "
         "rock), and no others.",
     )
-    return handles
 
 
-def _draw_buckling(figure: Figure, axes: Axes, chart: Chart, units: str) -> list[Artist]:
+def _set_log_height(axes: Axes, across: str, up: str) -> None:
+    """A logarithmic y axis with a grid, and the labels of both axes."""
+    axes.set(yscale="log", xlabel=across, ylabel=up)
+    set_log_ticks(axes.yaxis)
+    axes.grid(True, axis="y", color=OPERATING_COLOUR, linewidth=0.4, zorder=0)
+
+
+def _draw_buckling(figure: Figure, axes: Axes, chart: Chart, units: str) -> None:
     numbers: Any = chart.numbers
     force = shown_quantity("Axial load", "N", units)
     across = axis_quantity(numbers.axis, numbers.x, units)
     x = numbers.x / across.scale
-    handles: list[Artist] = []
-    tubes: tuple[tuple[str, np.ndarray, str, Any], ...] = (
-        ("collars", numbers.collar, VERMILLION, "-"),
-        ("pipe", numbers.pipe, BLUE, (0, (5, 1.5, 1, 1.5))),
+    helix: dict[str, Any] = {"alpha": 0.25, "linewidth": 0}
+    loads: tuple[tuple[np.ndarray, str, Any, float, str, str], ...] = (
+        (numbers.collar, VERMILLION, "-", 1.3, "collars: sinusoid on the low side", "collars"),
+        (numbers.pipe, BLUE, (0, (5, 1.5, 1, 1.5)), 1.3, "pipe: sinusoid on the low side", "pipe"),
+        (numbers.euler, BLACK, (0, (5, 2)), 1.0, "span of the collars, pinned (Euler)", ""),
+        (
+            numbers.vertical,
+            BLACK,
+            (0, (1, 1.4)),
+            1.0,
+            "collars in a vertical hole, their own weight",
+            "",
+        ),
+        (numbers.wob, REFERENCE, "-", 2.5, "weight on bit of the study", ""),
     )
-    for name, load, colour, dashes in tubes:
+    for load, colour, dashes, width, label, tube in loads:
         height = load / force.scale
-        if not (height > 0.0).any():
+        if not np.any(height > 0.0):
             continue  # the part floats in the mud, or does not fit the hole
-        axes.plot(x, height, color=colour, linestyle=dashes, linewidth=1.3, gid=name)
-        axes.fill_between(
-            x,
-            HELIX * height,
-            FULL_HELIX * height,
-            color=colour,
-            alpha=0.25,
-            linewidth=0,
-            gid=f"{name} helix",
-        )
-        handles.append(
-            Line2D(
-                [],
-                [],
-                color=colour,
-                linestyle=dashes,
-                linewidth=1.3,
-                label=f"{name}: sinusoid on the low side",
-            )
-        )
-        handles.append(
-            Patch(
-                color=colour,
-                alpha=0.25,
-                linewidth=0,
-                label=f"{name}: helix, from its onset to complete",
-            )
-        )
-    other_loads: tuple[tuple[np.ndarray, Any, str], ...] = (
-        (numbers.euler, (0, (5, 2)), "span of the collars, pinned (Euler)"),
-        (numbers.vertical, (0, (1, 1.4)), "collars in a vertical hole, their own weight"),
-        (numbers.wob, "-", "weight on bit of the study"),
-    )
-    for load, dashes, label in other_loads:
-        height = load / force.scale
-        if np.isfinite(height).any() and np.nanmax(height) > 0.0:
-            width = 2.5 if dashes == "-" else 1.0
-            colour = REFERENCE if dashes == "-" else BLACK
-            axes.plot(x, height, color=colour, linestyle=dashes, linewidth=width, gid=label)
-            handles.append(
-                Line2D([], [], color=colour, linestyle=dashes, linewidth=width, label=label)
-            )
-    axes.set_yscale("log")
-    set_log_ticks(axes.yaxis)
+        style = {"color": colour, "linestyle": dashes, "linewidth": width}
+        axes.plot(x, height, label=label, gid=tube or label, **style)
+        if tube:
+            ends = HELIX * height, FULL_HELIX * height
+            label = f"{tube}: helix, from its onset to complete"
+            axes.fill_between(x, *ends, color=colour, label=label, gid=f"{tube} helix", **helix)
+    _set_log_height(axes, across.label, force.label)
+    axes.set_xlim(x[0], x[-1])
     if numbers.axis == "inclination":
         axes.set_xlim(0.0, 90.0)
         axes.xaxis.set_major_locator(MultipleLocator(15.0))
-    else:
-        axes.set_xlim(x[0], x[-1])
-    axes.set_xlabel(across.label)
-    axes.set_ylabel(force.label)
-    axes.grid(True, axis="y", color=OPERATING_COLOUR, linewidth=0.4, zorder=0)
     if numbers.inclination is not None:
         write_note(axes, f"In a hole inclined by {math.degrees(numbers.inclination):.4g}°.")
-    return handles
 
 
 # Colour and dashes of each drive; the dashes distinguish them in grey.
@@ -279,25 +227,20 @@ DRIVES: dict[str, tuple[str, Any]] = {
 }
 
 
-def _draw_drive_card(figure: Figure, axes: Axes, chart: Chart, units: str) -> list[Artist]:
+def _draw_drive_card(figure: Figure, axes: Axes, chart: Chart, units: str) -> None:
     numbers: Any = chart.numbers
     slope = shown_quantity("", SLOPE_UNIT, units)
     x = numbers.frequency * TO_HERTZ
-    handles: list[Artist] = []
     for kind, held_slope in numbers.held.items():
-        label = (
-            f"{'this study: ' if kind == numbers.own else ''}{kind.replace('_', ' ')}, holds "
-            f"{held_slope / slope.scale:.4g}"
-        )
+        own = kind == numbers.own
+        label = f"{'this study: ' * own}{kind.replace('_', ' ')}, holds "
+        label += f"{held_slope / slope.scale:.4g}"
         if kind not in numbers.reflected:
-            handles.append(Line2D([], [], linestyle="none", label=f"{label} (no impedance)"))
+            axes.plot([], [], linestyle="none", label=f"{label} (no impedance)")
             continue
         colour, dashes = DRIVES[kind]
-        width = 2.0 if kind == numbers.own else 1.1
-        axes.plot(
-            x, numbers.reflected[kind], color=colour, linestyle=dashes, linewidth=width, gid=kind
-        )
-        handles.append(Line2D([], [], color=colour, linestyle=dashes, linewidth=width, label=label))
+        style = {"color": colour, "linestyle": dashes, "linewidth": 2.0 if own else 1.1}
+        axes.plot(x, numbers.reflected[kind], label=label, gid=kind, **style)
     for number, wave in enumerate(numbers.waves * TO_HERTZ, start=1):
         axes.axvline(wave, color=REFERENCE, linewidth=0.7, linestyle=(0, (1, 2)), zorder=0)
         axes.annotate(
@@ -312,19 +255,16 @@ def _draw_drive_card(figure: Figure, axes: Axes, chart: Chart, units: str) -> li
         )
     axes.set_xscale("log")
     set_log_ticks(axes.xaxis)
-    axes.set_xlim(x[0], x[-1])
-    axes.set_ylim(0.0, 1.05)
-    axes.set_xlabel("Frequency [Hz]")
-    axes.set_ylabel("Share of the wave thrown back, $|R|$")
+    axes.set(xlim=(x[0], x[-1]), ylim=(0.0, 1.05))
+    axes.set(xlabel="Frequency [Hz]", ylabel="Share of the wave thrown back, $|R|$")
     write_note(
         axes,
         f"Modes: standing torsional waves of the string. Holds: the fall of friction "
         f"withstood [{slope.unit}].",
     )
-    return handles
 
 
-def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart, units: str) -> list[Artist]:
+def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart, units: str) -> None:
     numbers: Any = chart.numbers
     slope = shown_quantity("Fall of friction that is held", SLOPE_UNIT, units)
     x, y, held_slope = numbers.matching, numbers.frequency * TO_HERTZ, numbers.held / slope.scale
@@ -334,56 +274,35 @@ def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart, units: str) -> 
     lines = axes.contour(x, y, held_slope, levels=8, colors="white", linewidths=0.6)
     axes.clabel(lines, fontsize=font_size(6), fmt="%g")
     figure.colorbar(mesh, ax=axes, label=slope.label, fraction=0.05, pad=0.01, aspect=30)
-    handles: list[Artist] = []
-    axes.axhline(numbers.lumped * TO_HERTZ, color="white", linewidth=1.0, linestyle=(0, (5, 2)))
-    handles.append(
-        Line2D(
-            [],
-            [],
-            color=REFERENCE,
-            linewidth=1.0,
-            linestyle=(0, (5, 2)),
-            label="frequency of the string",
-        )
-    )
+    string: dict[str, Any] = {"linewidth": 1.0, "linestyle": (0, (5, 2))}
+    axes.axhline(numbers.lumped * TO_HERTZ, color="white", **string)
+    axes.plot([], [], color=REFERENCE, label="frequency of the string", **string)
     matching, frequency, best = numbers.best
-    markers: Sequence[tuple[tuple[float, float], str, float, str]] = (
-        (
-            (matching, frequency * TO_HERTZ),
-            "*",
-            11.0,
-            f"best: {matching:.3g} impedances, {frequency * TO_HERTZ:.3g} Hz, holds "
-            f"{best / slope.scale:.4g}",
-        ),
-        *(
-            [((numbers.own[0], numbers.own[1] * TO_HERTZ), "o", 6.0, "the drive of the study")]
-            if numbers.own
-            else []
-        ),
-    )
-    for position, marker, marker_size, label in markers:
-        style: dict[str, Any] = {
-            "marker": marker,
-            "markersize": marker_size,
-            "linestyle": "none",
-            "color": "white",
-            "markeredgecolor": BLACK,
-            "markeredgewidth": 0.9,
-            "label": label,
-        }
-        if x[0] <= position[0] <= x[-1] and y[0] <= position[1] <= y[-1]:
-            axes.plot(*np.atleast_1d(*position), **style, gid=label, clip_on=False, zorder=5)
-            handles.append(Line2D([], [], **style))
-        else:
-            handles.append(Line2D([], [], linestyle="none", label=f"{label} lies outside"))
+    words = f"best: {matching:.3g} impedances, {frequency * TO_HERTZ:.3g} Hz, holds "
+    points = [((matching, frequency), "*", 11.0, f"{words}{best / slope.scale:.4g}")]
+    if numbers.own:
+        points.append((numbers.own, "o", 6.0, "the drive of the study"))
+    for (point_x, point_y), marker, marker_size, label in points:
+        position = point_x, point_y * TO_HERTZ
+        inside = x[0] <= position[0] <= x[-1] and y[0] <= position[1] <= y[-1]
+        axes.plot(
+            *(position if inside else ([], [])),
+            marker=marker if inside else "none",
+            markersize=marker_size,
+            linestyle="none",
+            color="white",
+            markeredgecolor=BLACK,
+            markeredgewidth=0.9,
+            label=label if inside else f"{label} lies outside",
+            gid=label,
+            clip_on=False,
+            zorder=5,
+        )
     for axis, scale in ((axes.xaxis, axes.set_xscale), (axes.yaxis, axes.set_yscale)):
         scale("log")
         set_log_ticks(axis, (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
-    axes.set_xlim(x[0], x[-1])
-    axes.set_ylim(y[0], y[-1])
-    axes.set_xlabel("Gain of the drive, in impedances of the pipe")
-    axes.set_ylabel("Frequency of the drive [Hz]")
-    return handles
+    axes.set(xlim=(x[0], x[-1]), xlabel="Gain of the drive, in impedances of the pipe")
+    axes.set(ylim=(y[0], y[-1]), ylabel="Frequency of the drive [Hz]")
 
 
 KINDS = (

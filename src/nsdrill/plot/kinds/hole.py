@@ -191,12 +191,6 @@ def has_orbit(trace: Trace) -> bool:
     return {"x", "y"} <= trace.variables.keys() and "lateral" not in frozen_modes(trace.attrs)
 
 
-def _advice(data: Any) -> str:
-    if isinstance(data, Trace) and "lateral" in frozen_modes(data.attrs):
-        return "the lateral motion is frozen: the collar centre stays in the middle"
-    return ""
-
-
 ROCK, MUD, STEEL, EDGE = "#CDBFA9", "#F5F2EA", "#C3CCD4", "#5A6570"
 BIT, BLADES = "#8A7F6C", 3  # the bit below is a ring, with blades that rotate with it
 PATH_REVOLUTIONS = 1.0  # of the bit: the length of the path up to the present time
@@ -293,10 +287,9 @@ class Scene:
             axes.plot([], [], color=BIT, linewidth=3.0, gid="blade")[0] for _ in range(BLADES)
         ]
         self._collar = Circle(
-            (0, 0), collar, facecolor=STEEL, edgecolor=EDGE, linewidth=0.9, zorder=2
+            (0, 0), collar, facecolor=STEEL, edgecolor=EDGE, linewidth=0.9, zorder=2, gid="collar"
         )
         axes.add_patch(self._collar)
-        self._collar.set_gid("collar")
         (self._spoke,) = axes.plot([], [], color=EDGE, linewidth=1.2, gid="spoke", **line_style)
         (self._path,) = axes.plot(
             [], [], color=BLUE, linewidth=0.7, alpha=0.8, gid="path", **line_style
@@ -305,9 +298,15 @@ class Scene:
             [], [], marker="o", color=BLUE, markersize=3.5, linestyle="none", zorder=4
         )
         (self._contact,) = axes.plot(
-            [], [], marker="o", color=VERMILLION, markersize=6, linestyle="none", zorder=5
+            [],
+            [],
+            marker="o",
+            color=VERMILLION,
+            markersize=6,
+            linestyle="none",
+            zorder=5,
+            gid="touch",
         )
-        self._contact.set_gid("touch")
         self._text = axes.text(
             0.02,
             0.98,
@@ -387,7 +386,11 @@ KINDS = (
         of=TRACE,
         place=lambda data: 82 if isinstance(data, Trace) and has_orbit(data) else None,
         draw=draw_orbit_page,
-        advice=_advice,
+        advice=lambda data: (
+            "the lateral motion is frozen: the collar centre stays in the middle"
+            if isinstance(data, Trace) and "lateral" in frozen_modes(data.attrs)
+            else ""
+        ),
         part_of="trace",
     ),
     Kind(

@@ -20,7 +20,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
-from nsdrill.plot.panels import WALL_VISIBLE_FROM
+from nsdrill.plot.panels import draw_wall
 from nsdrill.plot.registry import RAMP, Kind
 from nsdrill.plot.slices import line, ordered
 from nsdrill.plot.style import (
@@ -209,15 +209,8 @@ def _draw_references(panels: list[Axes], trace: Trace, axis: str, units: str) ->
         else:
             torsional_panel.axhline(ends[0], gid="rotary speed", **style)
         handles.append(Line2D([], [], label="rotary speed", **style))
-    gap, radius = trace.attrs.get("gap"), quantity("radius", units)
-    if gap is None or "lateral" not in modes:
-        return handles
-    lateral_panel = panels[modes.index("lateral")]
-    if lateral_panel.get_ylim()[1] > WALL_VISIBLE_FROM * float(gap) / radius.scale:
-        lateral_panel.axhline(
-            float(gap) / radius.scale, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall"
-        )
-        handles.append(Line2D([], [], color=REFERENCE, linewidth=0.9, label="wall of the hole"))
+    if "lateral" in modes:
+        handles += draw_wall(trace.attrs, [panels[modes.index("lateral")]], units)
     return handles
 
 

@@ -20,14 +20,12 @@ from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.description import Drawn
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.decimation import one_per_pixel
 from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import direction_entries, legend_below, motion_entries
 from nsdrill.plot.panels import (
-    draw_set_speed,
+    draw_dots,
+    draw_rotary_speed,
     draw_wall,
-    is_open,
-    marker_size,
     new_columns,
     outcome_handles,
 )
@@ -40,7 +38,7 @@ from nsdrill.plot.registry import (
     longest,
     needs_returns,
 )
-from nsdrill.plot.slices import Line, text
+from nsdrill.plot.slices import text
 from nsdrill.plot.style import (
     BLUE,
     MANY_MARKERS,
@@ -278,9 +276,6 @@ def _section_advice(data: Any) -> str:
     return needs_returns(data)
 
 
-PIXELS = (1050, 300)  # of a panel: half those in print, as a marker covers several
-
-
 def draw_along(results: Results, units: str = "si") -> Figure:
     """Every recorded return along one axis; of a single point its section in planes."""
     if not results.swept:
@@ -290,58 +285,34 @@ def draw_along(results: Results, units: str = "si") -> Figure:
     markers = len(shown) * int(np.isfinite(results[shown[0]]).sum())
     present: set[int] = set()
     for line, column in zip(lines, columns, strict=True):
-        x = quantity(line.axis, units)
+        looks = np.where(line["status"] == OK, line["motion"], -1), MOTIONS
         for axes, name in zip(column[1:], shown, strict=True):
-            present |= draw_returns(
-                axes, line, name, x, quantity(name, units), markers > MANY_MARKERS
+            present |= draw_dots(
+                axes,
+                line,
+                name,
+                looks,
+                line[name],
+                units,
+                markers > MANY_MARKERS,
+                marker="o",
+                scale=0.75,
+                edge=0.3,
             )
     rows = {name: [column[1 + row] for column in columns] for row, name in enumerate(shown)}
     for axes in rows.get("section_whirl_angle", ()):
         _set_angle_axis(axes, quantity("section_whirl_angle", units))
     handles = [*motion_entries(present), *direction_entries(lines[0].procedures)]
-    wall = draw_wall(results, rows["section_radius"], units) if "section_radius" in rows else []
+    wall = (
+        draw_wall(results.attrs, rows["section_radius"], units) if "section_radius" in rows else []
+    )
     speed = (
-        draw_set_speed(lines, rows["section_bit_speed"], units)
+        draw_rotary_speed(lines, rows["section_bit_speed"], units)
         if "section_bit_speed" in rows
         else []
     )
     legend_below(figure, [*handles, *speed, *wall, *outcome_handles(lines, markers=False)], 4)
     return figure
-
-
-def draw_returns(
-    axes: Axes, line: Line, name: str, x: Shown, y: Shown, rasterise: bool
-) -> set[int]:
-    """Draw one panel, an artist for each kind of motion and procedure; returns the kinds
-    that occur."""
-    motion, values, x_values = line["motion"], line[name] / y.scale, line.x / x.scale
-    size = 0.75 * marker_size(len(x_values), axes)
-    present = set()
-    for code, style in enumerate(MOTIONS):
-        for row, procedure in enumerate(line.procedures):
-            selected = (motion[row] == code) & (line["status"][row] == OK)
-            return_y = values[row, selected]
-            finite = np.isfinite(return_y)
-            if not finite.any():
-                continue
-            present.add(code)
-            hollow = is_open(procedure, line.procedures)
-            return_x = np.broadcast_to(x_values[selected][:, None], return_y.shape)[finite]
-            kept = one_per_pixel(return_x, return_y[finite], PIXELS)
-            axes.plot(
-                return_x[kept],
-                return_y[finite][kept],
-                linestyle="none",
-                marker="o",
-                color=style.colour,
-                markersize=size,
-                markerfacecolor="none" if hollow else style.colour,
-                markeredgewidth=0.3 if hollow else 0.0,
-                rasterized=rasterise,
-                zorder=2 + 0.01 * code,
-                gid=f"{name}:{procedure}:{code}",
-            )
-    return present
 
 
 def _set_angle_axis(axes: Axes, y: Shown) -> None:
@@ -353,12 +324,6 @@ def _set_angle_axis(axes: Axes, y: Shown) -> None:
         ticks,
         ["−π", "−π/2", "0", "π/2", "π"] if y.unit == "rad" else [f"{tick:g}" for tick in ticks],
     )
-
-
-def _along_place(data: Any) -> float | None:
-    if not fits_columns(data) or "motion" not in data.variables:
-        return None
-    return 32 if data.swept else 20
 
 
 KINDS = (
@@ -378,7 +343,11 @@ KINDS = (
         "every return to the Poincare section along one axis, coloured by the kind of motion; "
         "planes of one point",
         of=RETURNS,
-        place=_along_place,
+        place=lambda data: (
+            (32 if data.swept else 20)
+            if fits_columns(data) and "motion" in data.variables
+            else None
+        ),
         draw=draw_along,
         uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
         across=lambda data: longest(data) if data.swept else None,

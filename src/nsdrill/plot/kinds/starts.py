@@ -280,7 +280,13 @@ def draw_attractors(results: Results, units: str = "si") -> Figure:
         axes = figure.add_subplot(grid[row, 0], sharex=panels[0] if panels else None)
         y = quantity(name, units)
         points = [
-            (centre, value(attractor, lower_name, name) / y.scale, attractor)
+            # a range is taken between the medians of the extremes
+            (
+                centre,
+                (attractor.features[name] - attractor.features.get(lower_name or "", 0.0))
+                / y.scale,
+                attractor,
+            )
             for (attractors, _), centre in zip(by_point, centres, strict=True)
             for attractor in attractors
         ]
@@ -360,12 +366,6 @@ def join_attractors(
                 va="bottom",
                 gid=f"number:{number}",
             )
-
-
-def value(attractor: Attractor, lower_name: str | None, name: str) -> float:
-    """The median of the feature of a panel [SI], less that of ``lower_name`` if given:
-    a range is taken between the medians of the extremes."""
-    return attractor.features[name] - (attractor.features[lower_name] if lower_name else 0.0)
 
 
 def marker_diameter(share: float) -> float:

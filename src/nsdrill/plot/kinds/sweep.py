@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -17,18 +16,18 @@ from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.curves import draw_curves, draw_words
-from nsdrill.plot.decimation import one_per_pixel
 from nsdrill.plot.isolines import line_variables
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.legend import direction_entries, legend_below, marker_entry
-from nsdrill.plot.maps import draw_categories_map, draw_values_map, lies_across
+from nsdrill.plot.maps import draw_map, lies_across
 from nsdrill.plot.panels import (
     TEXT_HEIGHT,
-    draw_set_speed,
+    draw_cells,
+    draw_dots,
+    draw_rotary_speed,
     draw_wall,
     is_open,
     lines_of,
-    marker_size,
     new_columns,
     outcome_handles,
     shade_hysteresis,
@@ -46,7 +45,7 @@ from nsdrill.plot.registry import (
     needs_one_axis,
     needs_returns,
 )
-from nsdrill.plot.slices import Line, edges, robust_limits
+from nsdrill.plot.slices import Line, robust_limits
 from nsdrill.plot.style import (
     DIRECTION_COLOURS,
     MANY_MARKERS,
@@ -55,122 +54,53 @@ from nsdrill.plot.style import (
     RESPONSES,
     SHADE,
     SHADE_EDGE,
-    cell_style,
 )
 from nsdrill.variables import OK, PERIODIC, POINT
 
-PIXELS = (1050, 300)  # of a panel: half those in print, as a marker covers several
 MISSED = 2.0  # times the highest of the last peaks: the greatest value is drawn as well
 BIFURCATION_HEIGHT = 6.3  # inches, of three panels and the words
 
 
 def draw_bifurcation(results: Results, units: str = "si") -> Figure:
     panels = drawn_in(results.attrs).panels
-    figure, lines, columns = new_columns(
-        results,
-        units,
-        [panel.peaks for panel in panels],
-        TEXT_HEIGHT + (BIFURCATION_HEIGHT - TEXT_HEIGHT) * len(panels) / 3,
-    )
+    names = [panel.peaks for panel in panels]
+    height = TEXT_HEIGHT + (BIFURCATION_HEIGHT - TEXT_HEIGHT) * len(panels) / 3
+    figure, lines, columns = new_columns(results, units, names, height)
     handles = outcome_handles(lines, markers=True)
-    shaded_spans = steady_points = 0
-    markers = sum(
-        int(np.isfinite(results[peaks]).sum()) for peaks in (panel.peaks for panel in panels)
-    )
+    shaded = steady = 0
+    rasterise = sum(int(np.isfinite(results[name]).sum()) for name in names) > MANY_MARKERS
     for line, column in zip(lines, columns, strict=True):
-        x = quantity(line.axis, units)
         for axes, panel in zip(column[1:], panels, strict=True):
-            shaded_spans += shade_hysteresis(axes, line, x.scale)
-            y = quantity(panel.peaks, units)
-            steady_points += draw_peaks(
-                axes, line, panel.peaks, panel.greatest, x, y, markers > MANY_MARKERS
+            shaded += shade_hysteresis(axes, line, quantity(line.axis, units).scale)
+            peaks, greatest = line[panel.peaks], line[panel.greatest]
+            values = with_greatest(peaks, greatest)
+            draw_dots(axes, line, panel.peaks, (line.outcome, RESPONSES), values, units, rasterise)
+            constant = np.where(np.isfinite(peaks).any(axis=-1), np.nan, greatest)[..., None]
+            draw_dots(
+                axes, line, panel.greatest, (line.outcome, RESPONSES), constant, units, marker="_"
             )
+            steady += int(np.count_nonzero(np.isfinite(constant[..., 0]) & (line.outcome >= 0)))
     rows = {panel.mode: [column[1 + row] for column in columns] for row, panel in enumerate(panels)}
-    speed = draw_set_speed(lines, rows["torsional"], units) if "torsional" in rows else []
-    wall = draw_wall(results, rows["lateral"], units) if "lateral" in rows else []
+    speed = draw_rotary_speed(lines, rows["torsional"], units) if "torsional" in rows else []
+    wall = draw_wall(results.attrs, rows["lateral"], units) if "lateral" in rows else []
     handles += direction_entries(lines[0].procedures)
-    if shaded_spans:
+    if shaded:
         handles.append(
             Patch(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label="up and down differ")
         )
-    if steady_points:
+    if steady:
         handles.append(marker_entry("no peaks: constant value", "_", size=5, edge=1.0))
     legend_below(figure, [*handles, *speed, *wall], 4)
     return figure
 
 
-def draw_peaks(
-    axes: Axes, line: Line, peaks: str, constant: str, x: Shown, y: Shown, rasterise: bool
-) -> int:
-    """Draw one panel, an artist for each response and procedure; returns the number of
-    points drawn as a constant value."""
-    outcomes, values, constants = line.outcome, line[peaks] / y.scale, line[constant] / y.scale
-    x_values = line.x / x.scale
-    size = marker_size(len(x_values), axes)
-    steady_points = 0
-    # By response first, so that grey lies below and the rarer combinations on top; the
-    # open markers after the filled.
-    for code, style in enumerate(RESPONSES):
-        for row, procedure in enumerate(line.procedures):
-            selected = outcomes[row] == code
-            if not selected.any():
-                continue
-            hollow = is_open(procedure, line.procedures)
-            peak_y = with_greatest(values[row, selected], constants[row, selected])
-            finite = np.isfinite(peak_y)
-            peak_x = np.broadcast_to(x_values[selected][:, None], peak_y.shape)[finite]
-            if peak_x.size:
-                kept = one_per_pixel(peak_x, peak_y[finite], PIXELS)
-                axes.plot(
-                    peak_x[kept],
-                    peak_y[finite][kept],
-                    linestyle="none",
-                    marker=style.marker,
-                    color=style.colour,
-                    markersize=size * RELATIVE_SIZE.get(style.marker, 1.0),
-                    markerfacecolor="none" if hollow else style.colour,
-                    markeredgewidth=0.4 if hollow else 0.0,
-                    rasterized=rasterise,
-                    zorder=2 + 0.01 * code,
-                    gid=f"{peaks}:{procedure}:{code}",
-                )
-            is_steady = ~finite.any(axis=1) & np.isfinite(constants[row, selected])
-            if is_steady.any():
-                axes.plot(
-                    x_values[selected][is_steady],
-                    constants[row, selected][is_steady],
-                    linestyle="none",
-                    marker="_",
-                    color=style.colour,
-                    markersize=size * 1.6,
-                    markeredgewidth=0.9,
-                    zorder=2 + 0.01 * code,
-                    gid=f"{constant}:{procedure}:{code}",
-                )
-                steady_points += int(is_steady.sum())
-    return steady_points
-
-
 def with_greatest(peaks: Array, greatest: Array) -> Array:
-    """The ``peaks`` [point, peak] with the greatest value of each point, NaN where they
+    """The ``peaks`` [..., peak] with the greatest value of each point, NaN where they
     have it nearly already: the last peaks of a bit that sticks may all be ripples on
     its rest, and leave out the slip."""
-    highest = np.max(peaks, axis=1, initial=-np.inf, where=np.isfinite(peaks))
+    highest = np.max(peaks, axis=-1, initial=-np.inf, where=np.isfinite(peaks))
     missed = np.isfinite(highest) & (greatest > MISSED * np.maximum(highest, 0.0))
-    return np.column_stack((peaks, np.where(missed, greatest, np.nan)))
-
-
-# Factors that make markers of different shapes look equally large.
-RELATIVE_SIZE = {
-    "o": 1.0,
-    "^": 1.15,
-    "s": 0.9,
-    "p": 1.15,
-    "D": 0.85,
-    "P": 1.15,
-    "X": 1.15,
-    "*": 1.5,
-}
+    return np.concatenate((peaks, np.where(missed, greatest, np.nan)[..., None]), axis=-1)
 
 
 def _bifurcation_place(data: Any) -> float | None:
@@ -203,15 +133,11 @@ def draw_value(variable: str, results: Results, units: str = "si") -> Figure:
         return draw_curves(results, (variable,), units)
     if _has_word_axis(results):
         return draw_words(results, variable, units)
-    return draw_values_map(results, variable, units)
+    return draw_map(results, units, name=variable)
 
 
 def _across(data: Any) -> str:
     return longest(data) if len(data.swept) < 2 or _has_word_axis(data) else lies_across(data)
-
-
-def _across_several(data: Any) -> str:
-    return longest(data) if fits_columns(data) else _across(data)
 
 
 def _has_word_axis(data: Any) -> bool:
@@ -245,20 +171,19 @@ _MEASURED = [
 ]
 
 
-MOTION_COLOURS = ListedColormap([style.colour for style in MOTIONS], name="motions")
 MOTION_LABELS = {
     "lyapunov_exponent": "Lyapunov\nexponent [1/s]",
     "zero_one": "0-1 test $K$",
     "period": "Period\n[returns]",
 }
-MOTION_NORM = BoundaryNorm(np.arange(-0.5, len(MOTIONS)), len(MOTIONS))
+STANDARD_ERRORS = 2  # half the length of an error bar
 
 
 def draw_motion(results: Results, units: str = "si") -> Figure:
     return (
         _draw_motion_lines(results, units)
         if fits_columns(results)
-        else draw_categories_map(results, "motion", units)
+        else draw_map(results, units, "motion")
     )
 
 
@@ -272,14 +197,18 @@ def _draw_motion_lines(results: Results, units: str) -> Figure:
     present: set[int] = set()
     for line, column in zip(lines, columns, strict=True):
         x = quantity(line.axis, units)
-        present |= _draw_kinds(column[1], line, x, with_names=column is columns[0])
+        kinds_here = np.ma.masked_where(line["status"] != OK, line["motion"].astype(int))
+        first = column is columns[0]
+        draw_cells(column[1], line, x.scale, kinds_here, MOTIONS, "motions", name_rows=first)
+        present |= set(kinds_here.compressed().tolist())
         for axes, name in zip(column[2:], names, strict=True):
             _draw_motion_values(axes, line, name, x)
-    for axes, name in zip(columns[0][2:], names, strict=True):
-        axes.set_ylabel(MOTION_LABELS[name])
+    for axes, label in zip(columns[0][1:], ["Motion", *map(MOTION_LABELS.get, names)], strict=True):
+        axes.set_ylabel(str(label))
     if "lyapunov_exponent" in names:
         bar_ends = [
-            _values_to_draw(line, "lyapunov_exponent") + sign * _errors(line)
+            _values_to_draw(line, "lyapunov_exponent")
+            + sign * STANDARD_ERRORS * line["lyapunov_error"]
             for line in lines
             for sign in (-1, 0, 1)
         ]
@@ -296,27 +225,6 @@ def _draw_motion_lines(results: Results, units: str) -> Figure:
     return figure
 
 
-def _draw_kinds(axes: Axes, line: Line, x: Shown, *, with_names: bool) -> set[int]:
-    """Draw the kinds as coloured cells, a row for each procedure; returns the kinds that
-    occur."""
-    kinds = np.ma.masked_where(line["status"] != OK, line["motion"].astype(int))
-    rows = np.arange(len(line.procedures))
-    axes.pcolormesh(
-        edges(line.x) / x.scale,
-        np.arange(len(rows) + 1) - 0.5,
-        kinds,
-        cmap=MOTION_COLOURS,
-        norm=MOTION_NORM,
-        gid="motions",
-        **cell_style(kinds.size),
-    )
-    axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.set_yticks(rows, line.procedures if with_names else [""] * len(rows))
-    if with_names:
-        axes.set_ylabel("Motion")
-    return set(kinds.compressed().tolist())
-
-
 def _values_to_draw(line: Line, name: str) -> Array:
     """The values to draw [procedure, point], NaN where there are none: periods of
     periodic motions only."""
@@ -328,18 +236,15 @@ def _values_to_draw(line: Line, name: str) -> Array:
     return np.where(shown, line[name], np.nan)
 
 
-def _errors(line: Line) -> Array:
-    """Half the length of the error bars [procedure, point]: two standard errors."""
-    return 2 * line["lyapunov_error"]
-
-
 def _draw_motion_values(axes: Axes, line: Line, name: str, x: Shown) -> None:
     for row, (procedure, values) in enumerate(
         zip(line.procedures, _values_to_draw(line, name), strict=True)
     ):
         hollow = is_open(procedure, line.procedures)
         colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
-        errors = _errors(line)[row] if name == "lyapunov_exponent" else None
+        errors = (
+            STANDARD_ERRORS * line["lyapunov_error"][row] if name == "lyapunov_exponent" else None
+        )
         axes.errorbar(
             line.x / x.scale,
             values,
@@ -360,20 +265,6 @@ def _draw_motion_values(axes: Axes, line: Line, name: str, x: Shown) -> None:
         axes.set_ylim(0, None)
 
 
-def _motion_place(data: Any) -> float | None:
-    if not is_sweep(data) or "motion" not in data.variables:
-        return None
-    return 33 if fits_columns(data) else 42
-
-
-def draw_map(results: Results, units: str = "si") -> Figure:
-    return draw_categories_map(results, "response", units)
-
-
-def draw_whirl_map(results: Results, units: str = "si") -> Figure:
-    return draw_categories_map(results, "whirl_kind", units)
-
-
 KINDS = (
     Kind(
         "bifurcation",
@@ -392,7 +283,7 @@ KINDS = (
         place=lambda data: (31 if fits_columns(data) else 43) if is_sweep(data) else None,
         draw=draw_summary,
         uses=lambda model: model.drawn.summary,
-        across=_across_several,
+        across=lambda data: longest(data) if fits_columns(data) else _across(data),
     ),
     Kind(
         "summary",
@@ -416,7 +307,11 @@ KINDS = (
         "the kind of motion: along one axis with Lyapunov exponent, 0-1 test and period, or over "
         "two axes",
         of=RETURNS,
-        place=_motion_place,
+        place=lambda data: (
+            (33 if fits_columns(data) else 42)
+            if is_sweep(data) and "motion" in data.variables
+            else None
+        ),
         draw=draw_motion,
         uses=lambda model: ("motion", "period", "zero_one", "lyapunov_exponent", "lyapunov_error"),
         across=lambda data: longest(data) if fits_columns(data) else lies_across(data),
@@ -436,7 +331,7 @@ KINDS = (
         "the kind of whirl over two axes",
         of=PLANE,
         place=lambda data: 41 if is_plane(data) and "whirl_kind" in data.variables else None,
-        draw=draw_whirl_map,
+        draw=partial(draw_map, variable="whirl_kind"),
         uses=lambda model: ("whirl_kind",),
         across=lies_across,
         part_of="map",
