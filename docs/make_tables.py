@@ -25,7 +25,7 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described
 from nsdrill.models.segments.checks import COEFFICIENTS as OF_SEGMENTS
-from nsdrill.plot.kinds.value import ALIASES
+from nsdrill.plot.kinds.sweep import ALIASES
 from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
 from nsdrill.study.continuation import (
     BORDERS,
@@ -425,15 +425,23 @@ def kinds() -> str:
         for of in GROUPS
         if of != VALUE
         for kind in every
-        if kind.of == of
+        if kind.of == of and not kind.part_of
+    ]
+    parts = [
+        [
+            ", ".join(code(kind.name) for kind in every if kind.part_of == whole),
+            f"{code(whole)}, with `--panel`",
+            "one panel of it; also taken by `--kind`",
+        ]
+        for whole in ("map", "trace")
     ]
     short = ", ".join(f"{code(short)} for {code(long)}" for short, long in ALIASES.items())
     values = [
         "any feature by its name",
-        "a sweep",
-        f"one value along the axis, or as a map; short names: {short}",
+        "`value`, with `--panel`",
+        f"one value along the axis, or as a map; also taken by `--kind`; short names: {short}",
     ]
-    return table(["kind", "of", "what it shows"], [*listed, values])
+    return table(["kind", "of", "what it shows"], [*listed, *parts, values])
 
 
 def command_line() -> str:
@@ -527,15 +535,41 @@ def python_classes() -> str:
     return table(
         ["class", "meaning"],
         (
-            [code(f"nsdrill.{name}"), " ".join(docstring(getattr(nsdrill, name)).split())]
+            [
+                code(f"nsdrill.{name}"),
+                inline(
+                    " ".join((getattr(nsdrill, name).__doc__ or "").partition("\n\n")[0].split())
+                ),
+            ]
             for name in names
         ),
     )
 
 
 def docstring(thing: object) -> str:
-    """A docstring as Markdown."""
-    text = re.sub(r":\w+:`(?:~?[\w.]+\.)?(\w+)`", link, inspect.cleandoc(thing.__doc__ or ""))
+    """A docstring as Markdown: its sections with their names in bold, its parameters as
+    a list, its example as code."""
+    text = inspect.cleandoc(thing.__doc__ or "")
+    head, *sections = re.split(r"\n\n(\w+)\n-+\n", text)
+    parts = [inline(head)]
+    for name, body in zip(sections[::2], sections[1::2], strict=True):
+        if name == "Examples":
+            parts.append(f"```pycon\n{body}\n```")
+            continue
+        entries = re.split(r"\n(?=\S)", body)
+        lines = []
+        for entry in entries:
+            term, _, meaning = entry.partition("\n")
+            names, _, kind = term.partition(" : ")
+            term = f"`{names}` ({kind})" if kind else term
+            words = " ".join(inspect.cleandoc(meaning).split())
+            lines.append(f"- {inline(f'{term}: {words}' if words else term)}")
+        parts.append(f"**{name}**\n\n" + "\n".join(lines))
+    return "\n\n".join(parts)
+
+
+def inline(text: str) -> str:
+    text = re.sub(r":\w+:`(?:~?[\w.]+\.)?(\w+)`", link, text)
     return text.replace("``", "`").replace("<", "&lt;")
 
 

@@ -1,21 +1,29 @@
 """nsdrill: a bifurcation explorer for coupled axial, torsional and lateral drill-string
 vibration.
 
+Examples
+--------
 >>> import nsdrill
 >>> study = nsdrill.load_study("study.yaml")
->>> results = nsdrill.run(study, "out.h5")
->>> nsdrill.plot(results)
+>>> results = nsdrill.run(study, progress=False)
+>>> results.nsdrill.bouncing.dims
+('procedure', 'rotary_speed')
+>>> figure = nsdrill.plot(results)
 """
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from nsdrill.api import (
+        Fit,
         Progress,
+        Report,
         Study,
+        View,
         animate,
         attractors,
         chart,
@@ -45,12 +53,15 @@ __version__ = "0.1.0"
 
 __all__ = [
     "FileError",
+    "Fit",
     "InputError",
     "NsdrillError",
     "Progress",
+    "Report",
     "RunWarning",
     "Study",
     "StudyError",
+    "View",
     "animate",
     "attractors",
     "chart",
@@ -77,20 +88,22 @@ __all__ = [
 
 _HOME = {
     "FileError": "errors",
+    "Fit": "app.fit",
     "InputError": "errors",
     "NsdrillError": "errors",
     "Progress": "progress",
+    "Report": "app.check",
     "RunWarning": "errors",
     "Study": "study",
     "StudyError": "errors",
+    "View": "web.notebook",
 }
 
 
 # Names arrive when they are first used: numpy alone takes a tenth of a second, and
 # `nsdrill --help` needs none of it.
 def __getattr__(name: str) -> Any:
-    # the room that has the name of the function plot can be called like it
-    if name in ("api", "plot"):
+    if name in ("api", "plot"):  # the package of this name is that function
         return import_module(f"nsdrill.{name}")
     if name in __all__:
         return getattr(import_module(f"nsdrill.{_HOME.get(name, 'api')}"), name)
@@ -98,4 +111,8 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted(__all__)
+
+
+if "xarray" in sys.modules:
+    import_module("nsdrill.accessor")  # data.nsdrill

@@ -16,6 +16,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar, cast
 
 from nsdrill.app.arguments import (
@@ -51,7 +52,7 @@ if TYPE_CHECKING:
     from nsdrill.app.check import Report
     from nsdrill.app.fit import Fit
     from nsdrill.app.trajectory import Trajectory
-    from nsdrill.data import Results, Trace
+    from nsdrill.data import Results
     from nsdrill.study.study import Study
     from nsdrill.web.notebook import View
 
@@ -72,7 +73,10 @@ def _in_words_of_python(function: Callable[_P, _R]) -> Callable[_P, _R]:
     @functools.wraps(function)
     def call(*args: _P.args, **more: _P.kwargs) -> _R:
         try:
-            return function(*args, **more)
+            result = function(*args, **more)
+            if "xarray" in sys.modules:  # the result may be a Dataset
+                import_module("nsdrill.accessor")
+            return result
         except (NsdrillError, KeyboardInterrupt) as error:
             error.args = tuple(
                 python_words(text) if isinstance(text, str) else text for text in error.args
@@ -94,17 +98,36 @@ def _in_words_of_python(function: Callable[_P, _R]) -> Callable[_P, _R]:
 
 @_in_words_of_python
 def load_study(study: StudyLike, set: Settings = None) -> Study:
-    """The study in a file, a text or a mapping, checked, with the defaults filled in.
+    """Read and check a study, and fill in its defaults.
 
-    ``study``: the name of a YAML file; or YAML text, a string with a line break or with
-    a colon and a blank; or a mapping with the keys of a study file, nested
-    (``{"operation": {"wob": "30 kN"}}``) or dotted (``{"operation.wob": "30 kN"}``).
-    Values in a mapping are as in a file: a quantity is a text with its unit, and a bare
-    number for one is an error, as its unit is ambiguous.
+    Parameters
+    ----------
+    study : str, Path, mapping or Study
+        The name of a YAML file; YAML text, a string with a line break or with a colon and a
+        blank; or a mapping with the keys of a study file, nested
+        (``{"operation": {"wob": "30 kN"}}``) or dotted (``{"operation.wob": "30 kN"}``).
+        Values in a mapping are as in a file: a quantity is a text with its unit, and a bare
+        number for one is an error, as its unit is ambiguous.
+    set : mapping or sequence of str, optional
+        Keys to change: a mapping by dotted keys with values of the same kind, or texts
+        ``"key=value"`` as the command line takes them.
 
-    ``set``: keys to change, a mapping by dotted keys with values of the same kind, or
-    texts ``"key=value"`` as the command line takes them. FileError where a file cannot
-    be read, StudyError, with all its faults, where the study is not valid.
+    Returns
+    -------
+    Study
+
+    Raises
+    ------
+    FileError
+        Where a file cannot be read.
+    StudyError
+        With all its faults, where the study is not valid.
+
+    Examples
+    --------
+    >>> study = nsdrill.load_study("study.yaml", {"operation.wob": "30 kN"})
+    >>> study.operation.wob
+    30000.0
     """
     return study_in(study, set)
 
@@ -126,23 +149,54 @@ def run(
 ) -> Dataset:
     """Run a study and return its results; with ``path`` they are written there.
 
-    ``set`` changes keys of the study, as in :func:`load_study`. ``workers`` is the
-    number of parallel runs, by default that of the processors; ``engine`` is
-    ``"threads"`` or ``"dask"``, with the address of a running ``scheduler`` if there is
-    one. The numbers do not depend on any of them.
-
     With a path, finished points are safe in ``path.part`` at all times: after a
-    KeyboardInterrupt the same call with ``resume=True`` runs what is missing.
-    ``retry_failed=True`` also runs failed points again. An existing file is an error
-    without ``overwrite=True``, more than a million points without ``large=True``.
+    KeyboardInterrupt the same call with ``resume=True`` runs what is missing. The numbers do
+    not depend on the workers, the engine, or an interruption.
 
-    ``progress``: True for a bar on stderr in terminals and notebooks, or a line every
-    10 s elsewhere; False for none; or a function that is called with a
-    :class:`Progress` a few times a second. An exception from it ends the run, which can
-    be resumed. Returns the Dataset of the results, which reads ``path`` lazily. A
-    RunWarning says how many points failed; their ``status`` gives the reason.
-    InputError, before anything runs, where the study is not a sweep, an argument is
-    invalid, or memory or disk are too small.
+    Parameters
+    ----------
+    study : str, Path, mapping or Study
+        Anything that :func:`load_study` takes.
+    path : str or Path, optional
+        The results file to write.
+    set : mapping or sequence of str, optional
+        Keys of the study to change, as in :func:`load_study`.
+    workers : int, optional
+        The number of parallel runs; by default that of the processors.
+    engine : {"threads", "dask"}
+        Where the points are run.
+    scheduler : str, optional
+        With Dask, the address of a running scheduler.
+    resume : bool
+        Go on with an interrupted run of the same study.
+    retry_failed : bool
+        Run failed points again, too.
+    overwrite : bool
+        An existing file may be replaced.
+    large : bool
+        More than a million runs are meant.
+    progress : bool or callable
+        True for a bar on stderr in terminals and notebooks, or a line every 10 s elsewhere;
+        False for none; or a function that is called with a :class:`Progress` a few times a
+        second. An exception from it ends the run, which can be resumed.
+
+    Returns
+    -------
+    Dataset
+        Of one variable for each entry of a results file, in SI units, over procedure and
+        axes. With a path it is read lazily.
+
+    Raises
+    ------
+    InputError
+        Before anything runs: the study is not a sweep, an argument is invalid, or memory or
+        disk are too small. A RunWarning says how many points failed.
+
+    Examples
+    --------
+    >>> results = nsdrill.run("study.yaml", progress=False)
+    >>> results.stick_slip_index.attrs["units"], results.sizes["rotary_speed"]
+    ('percent', 5)
     """
     from nsdrill.app.run import check_sweep, run_in_memory, run_study
     from nsdrill.store import check_target, open_results
@@ -211,19 +265,44 @@ def continue_branches(
     progress: bool | Callable[[str], object] = False,
 ) -> Dataset:
     """Follow the motions of a study, stable and unstable, along the number that its
-    section ``continue`` names, and return their branches; with ``path`` they are
-    written there.
+    section ``continue`` names.
 
-    ``seeds`` is the name of a results file whose settled points are followed, in place
-    of the seeds of the study. The Dataset has the dimension ``branch`` (``motion``,
-    ``lobes``, ``parent``, ``end_reason``, ``row_size``) and the dimension ``point``,
-    branch after branch: the number continued, ``state`` at the drive angle
-    0 in SI, ``period`` [s], ``multiplier_real`` and ``multiplier_imag``, how many of
-    them are ``unstable``, the ``label`` of special points, and the features of results
-    over one period. ``set`` changes keys of the study, ``workers``, ``resume`` and
-    ``overwrite`` are as in :func:`run`; ``progress``: True for lines on stderr, or a
-    function that is called with each of them. InputError where the study has no section
-    ``continue``, or no motion to follow is found.
+    Parameters
+    ----------
+    study : str, Path, mapping or Study
+        Anything that :func:`load_study` takes.
+    path : str or Path, optional
+        The file of branches to write.
+    seeds : str or Path, optional
+        A results file whose settled points are followed, in place of the seeds of the study.
+    set : mapping or sequence of str, optional
+        Keys of the study to change, as in :func:`load_study`.
+    workers : int, optional
+        The number of parallel runs; by default that of the processors.
+    resume, overwrite : bool
+        As in :func:`run`.
+    progress : bool or callable
+        True for lines on stderr, or a function that is called with each of them.
+
+    Returns
+    -------
+    Dataset
+        With the dimension ``branch`` (``motion``, ``lobes``, ``parent``, ``end_reason``,
+        ``row_size``) and the dimension ``point``, branch after branch: the number continued,
+        ``state`` at the drive angle 0 in SI, ``period`` [s], ``multiplier_real`` and
+        ``multiplier_imag``, how many of them are ``unstable``, the ``label`` of special
+        points, and the features of results over one period.
+
+    Raises
+    ------
+    InputError
+        Where the study has no section ``continue``, or no motion to follow is found.
+
+    Examples
+    --------
+    >>> branches = nsdrill.continue_branches("branches.yaml")
+    >>> branches.motion.values.tolist()
+    ['equilibrium', 'limit_cycle']
     """
     from nsdrill.app.continuing import continue_study
 
@@ -270,23 +349,50 @@ def simulate(
     orbit: str | os.PathLike[str] | None = None,
     point: int | None = None,
 ) -> Dataset:
-    """Simulate one operating point of a study, or its ramps, and return the trace:
-    variables over ``time`` [s].
+    """Simulate one operating point of a study, or its ramps.
 
-    ``depth`` [m], ``wob`` [N] and ``rotary_speed`` [rad/s] are by default those of the
-    study's ``operation``; an argument replaces a ramp. ``at`` holds
-    those, or any other number of the study, by key:
-    ``at={"bit.rock_stiffness": "25 MN/m"}``; ``at={"sample": 17}`` takes the uncertain
-    numbers from a sample. ``start`` is the number of the start where the study has
-    several. The run takes ``duration`` [s], by default the study's transient and
-    observation, or until the last knot of a ramp, and is sampled every ``sample`` [s]
-    (10 ms). ``set`` changes keys of the study, as in :func:`load_study`. With
-    ``orbit``, a file of branches, the trace is the motion at its ``point``, a number
-    from 0, over one period, stable or not; the study is that of the branches.
+    Parameters
+    ----------
+    study : str, Path, mapping or Study
+        Anything that :func:`load_study` takes.
+    at : mapping, optional
+        Depth, weight, speed or any other number of the study, by key:
+        ``{"bit.rock_stiffness": "25 MN/m"}``; ``{"sample": 17}`` takes the uncertain numbers
+        from a sample.
+    depth, wob, rotary_speed : float or str, optional
+        [m], [N] and [rad/s]; by default those of ``operation``. A value replaces a
+        ramp.
+    start : int, optional
+        The number of the start, where the study has several.
+    duration : float or str, optional
+        [s]; by default the study's transient and observation, or until the last knot of a
+        ramp.
+    sample : float or str, optional
+        The time between samples [s]; by default 10 ms.
+    set : mapping or sequence of str, optional
+        Keys of the study to change, as in :func:`load_study`.
+    orbit : str or Path, optional
+        A file of branches: the trace is the motion at its ``point`` over one period, stable
+        or not; the study is that of the branches.
+    point : int, optional
+        The number of a point of ``orbit``, from 0.
 
-    A RunWarning says that the run ended early; the trace then ends there, and its
-    attribute ``status`` says why. InputError for values outside the
-    model.
+    Returns
+    -------
+    Dataset
+        The trace: variables over ``time`` [s]. A RunWarning says that the run ended early;
+        the trace then ends there, and its attribute ``status`` says why.
+
+    Raises
+    ------
+    InputError
+        For values outside the model.
+
+    Examples
+    --------
+    >>> trace = nsdrill.simulate("study.yaml", rotary_speed="40 rpm", duration="2 s")
+    >>> trace.bit_speed.dims, trace.sizes["time"]
+    (('time',), 201)
     """
     from nsdrill.app import trajectory
     from nsdrill.study.keys import keys_of
@@ -340,20 +446,40 @@ def replay(
     start: int | None = None,
     sample: Quantity = "10 ms",
 ) -> Dataset:
-    """Run one point of results again, from its stored initial state, and return its
-    trace.
+    """Run one point of results again, from its stored initial state.
 
-    ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] and ``at``, which holds values
-    of any axes by key, and the ``sample`` where numbers are uncertain, select the
-    nearest point of the sweep. An axis with a single value may be left out, and so may
-    ``procedure`` (``"same"``, ``"up"``, ``"down"``) if the results have only one.
-    ``start`` is the number of the start where every operating point has several. The
-    run is sampled every ``sample`` [s]. A Dataset must be complete, as returned by
-    :func:`run` or :func:`open_results`.
+    Parameters
+    ----------
+    results : Dataset, str or Path
+        Results; a Dataset must be complete, as :func:`run` and :func:`open_results` give it.
+    at : mapping, optional
+        Values of any axes by key, and the ``sample`` where numbers are uncertain.
+    depth, wob, rotary_speed : float or str, optional
+        [m], [N] and [rad/s]. The nearest point of the sweep is run; an axis with a
+        single value may be left out.
+    procedure : {"same", "up", "down"}, optional
+        Needed where the results have several.
+    start : int, optional
+        The number of the start, where every operating point has several.
+    sample : float or str
+        The time between samples [s].
 
-    The attribute ``same_bits`` of the trace is 1 where the run ends in the stored final
-    state, bit for bit; else a RunWarning says what differs.
-    InputError for a point beyond the sweep, or one that has not been run.
+    Returns
+    -------
+    Dataset
+        The trace over ``time`` [s]. Its attribute ``same_bits`` is 1 where the run ends in
+        the stored final state, bit for bit; else a RunWarning says what differs.
+
+    Raises
+    ------
+    InputError
+        For a point beyond the sweep, or one that has not been run.
+
+    Examples
+    --------
+    >>> trace = nsdrill.replay("out.h5", rotary_speed="3 rad/s", procedure="up")
+    >>> trace.attrs["same_bits"]
+    1
     """
     from nsdrill.app import trajectory
 
@@ -390,12 +516,32 @@ def replay(
 def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
     """Label results again with other thresholds; nothing is run again.
 
-    ``changes`` are keys of ``classify`` with their new values,
-    ``{"classify.stick_slip.stick_slip_index": 60}``, or texts ``"key=value"``; without
-    any, the thresholds of the study are restored. If ``results`` is the name of a file,
-    its labels are replaced, in one step, and it is opened; if it is a Dataset, which
-    must be complete, a copy with the new labels is returned. The attribute ``history``
-    records the change.
+    Parameters
+    ----------
+    results : Dataset, str or Path
+        Of a file the labels are replaced, in one step; of a Dataset, which must be complete,
+        a copy is labelled.
+    changes : mapping or sequence of str, optional
+        Keys of ``classify`` with their new values,
+        ``{"classify.stick_slip.stick_slip_index": 60}``, or texts ``"key=value"``; without
+        any, the thresholds of the study are restored.
+
+    Returns
+    -------
+    Dataset
+        The results with the new labels; the attribute ``history`` records the change.
+
+    Raises
+    ------
+    StudyError
+        Where a key or a value is not one of thresholds.
+
+    Examples
+    --------
+    >>> results = nsdrill.open_results("out.h5")
+    >>> strict = nsdrill.classify(results, {"classify.stick_slip.stick_slip_index": 1})
+    >>> bool(strict.nsdrill.sticking.sum() >= results.nsdrill.sticking.sum())
+    True
     """
     from nsdrill.app.summary import MEASURED, reclassify, relabelled
     from nsdrill.models.registry import model_in
@@ -420,9 +566,32 @@ def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
 
 
 @_in_words_of_python
-def show(data: ResultsLike, *, units: str = "si") -> str:
-    """The summary of results, an unfinished run, branches or a trace that the command
-    ``nsdrill show`` prints, in ``units`` si or field."""
+def show(data: ResultsLike, *, units: str = "si", everything: bool = False) -> str:
+    """Summarise results, an unfinished run, branches or a trace, as ``nsdrill show`` does.
+
+    Parameters
+    ----------
+    data : Dataset, str or Path
+        What is summarised.
+    units : {"si", "field"}
+        m, kN and rad/s, or ft, klbf and rpm.
+    everything : bool
+        Of branches every special point, also where the list is long.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read.
+
+    Examples
+    --------
+    >>> print(nsdrill.show("out.h5").splitlines()[0])
+    out.h5: results of a sweep. Five speeds
+    """
     if units not in ("si", "field"):
         raise InputError(f"units: found {units!r}; allowed: si or field.")
     from nsdrill.app import unfinished
@@ -433,7 +602,7 @@ def show(data: ResultsLike, *, units: str = "si") -> str:
     if (branches := branches_in(data)) is not None:
         from nsdrill.app.branch_summary import summarize_branches
 
-        return "\n".join(lines(name, summarize_branches(branches), units))
+        return "\n".join(lines(name, summarize_branches(branches), units, everything))
     if not is_dataset(data) and (found := unfinished.summary(name)) is not None:
         return "\n".join(lines(name, found, units))
     with missing_variable_errors("show"):
@@ -456,7 +625,9 @@ def plot(
     over: ResultsLike | None = None,
     severity: int | None = None,
     confidence: float | None = None,
+    panel: str | None = None,
     xlim: tuple[Quantity, Quantity] | None = None,
+    ylim: tuple[Quantity, Quantity] | None = None,
     time: tuple[Quantity | None, Quantity | None] | None = None,
     width: Quantity | None = None,
     height: Quantity | None = None,
@@ -464,35 +635,72 @@ def plot(
     title: str | bool | None = None,
     style: PathLike | Mapping[str, Any] | None = None,
 ) -> Figure:
-    """Draw results, an unfinished run or a trace, or a :func:`chart` of a study, and
-    return the matplotlib Figure.
+    """Draw results, an unfinished run, a trace or branches, or a :func:`chart` of a study.
 
-    A notebook shows the figure where it is the value of a cell; ``figure.savefig`` or
-    :func:`save` writes it to a file. It is not registered with pyplot. ``kind`` is the
-    kind of figure, by default one that fits the data; the error for another one lists
-    all that fit. Kinds with a single axes, such as ``orbit`` of a trace or ``map`` of
-    one procedure, can be drawn into ``ax``; its title is unchanged, and its Figure is
-    returned.
+    A notebook shows the figure where it is the value of a cell; :func:`save` writes it to a
+    file. It is not registered with pyplot.
 
-    ``units``: ``"si"`` (m, kN, rad/s) or ``"field"`` (ft, klbf, rpm). ``depth``,
-    ``wob``, ``rotary_speed`` and ``at`` cut a sweep at the nearest values of these
-    axes; ``start`` draws one start of several; ``states`` are the two of a basin drawn
-    from an ensemble; ``over`` is a sweep below the ``ramp`` of a trace or below
-    branches, or branches over a map; ``severity`` (0 to 4) is that of a ``window``,
-    ``confidence`` (0 to 1) that of a ``window`` and of ``probability`` where numbers
-    are uncertain.
+    Parameters
+    ----------
+    data : Dataset, str, Path or Study
+        What is drawn.
+    kind : str, optional
+        The kind of picture, by default one that fits the data; the error for another one
+        lists all that fit.
+    panel : str, optional
+        One panel of the picture alone, by its name or a clear part of it; the error for
+        another one lists them.
+    ax : matplotlib.axes.Axes, optional
+        Axes into which one panel is drawn; their title is unchanged.
+    units : {"si", "field"}
+        m, kN and rad/s, or ft, klbf and rpm.
+    at : mapping, optional
+        Values of axes by key: a sweep is cut at the nearest ones.
+    depth, wob, rotary_speed : float or str, optional
+        [m], [N] and [rad/s], as ``at``.
+    start : int, optional
+        One start of several.
+    states : sequence of str, optional
+        The two states of a basin drawn from an ensemble.
+    over : Dataset, str or Path, optional
+        A sweep below the ``ramp`` of a trace or below branches, or branches over a map.
+    severity : int, optional
+        0 to 4, of a ``window``: the greatest one that is safe.
+    confidence : float, optional
+        0 to 1, of a ``window`` and of ``probability`` where numbers are uncertain.
+    xlim, ylim : pair of float or str, optional
+        The ends of the horizontal and of the vertical axis, in SI or with units.
+    time : pair of float, str or None, optional
+        The part of a trace that is drawn [s].
+    width, height : float or str, optional
+        Lengths of the figure [m], such as ``"3.3 in"``.
+    font_size : float, optional
+        In points.
+    title : str or bool, optional
+        A text in place of the usual title, or False for none.
+    style : str, Path or mapping, optional
+        A style file of matplotlib, one of its styles, or a mapping of its settings. Changes
+        of matplotlib's ``rcParams`` apply as well.
 
-    ``width`` and ``height`` of the figure are lengths ("3.3 in"), ``font_size`` is in
-    points; ``title`` is a text in place of the usual title, or False for none;
-    ``style`` is a style file of matplotlib, one of its styles, or a mapping of its
-    settings. Changes of matplotlib's ``rcParams`` apply as well. ``xlim`` limits the
-    horizontal axis, ``time`` the part of a trace that is drawn; either
-    end of ``time`` may be None. InputError where the kind, or an argument, does not
-    fit.
+    Returns
+    -------
+    matplotlib.figure.Figure
+        With ``ax``, the figure of these axes.
+
+    Raises
+    ------
+    InputError
+        Where the kind, or an argument, does not fit the data.
+
+    Examples
+    --------
+    >>> figure = nsdrill.plot("out.h5", panel="bit_speed", ylim=("0 rpm", "90 rpm"))
+    >>> figure.axes[0].get_ylabel()
+    'Bit speed peaks [rad/s]'
     """
     from nsdrill.data import Trace
     from nsdrill.models.registry import drawn_in
-    from nsdrill.plot import draw, look_of, needed
+    from nsdrill.plot import draw, look_of
     from nsdrill.plot.registry import is_study
     from nsdrill.study.study import Study
 
@@ -507,7 +715,9 @@ def plot(
             "over": over,
             "severity": severity,
             "confidence": confidence,
+            "panel": panel,
             "xlim": xlim,
+            "ylim": ylim,
             "time": time,
         }
         for name, value in given.items():
@@ -528,84 +738,70 @@ def plot(
             style=style,
         )
     _check_confidence(confidence)
-    wanted = look_of(width, height, font_size, title, style, xlim, time)
+    wanted = look_of(width, height, font_size, title, style, xlim, time, ylim)
     chosen = values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
     start = number_in("start", start)
-    if (branches := branches_in(data)) is not None:
-        from nsdrill.plot.branches import draw_branches
-
-        if (
-            kind not in (None, "branches")
-            or ax is not None
-            or chosen
-            or start is not None
-            or states
-            or severity
-        ):
-            raise InputError(
-                "plot: found branches with a kind, axes or a choice of points; allowed: units, "
-                "over, width, height, "
-                "font_size, title and style. Their panels are a figure of their own."
-            )
-        return draw_branches(
-            branches,
-            units=units,
-            look=wanted,
-            over=None if over is None else with_variables(data_in(over, None), "over", ("status",)),
-        )
-    outline = outline_in(data)
-    if isinstance(outline, Trace):
-        more = {"start": start, "states": states, "severity": severity, "confidence": confidence}
-        for name, value in (*chosen.items(), *more.items()):
-            if value is not None:
-                raise InputError(
-                    f"{name}: found with a trace, which is of one point; allowed: with results."
-                )
-        drawn: Results | Trace = outline
-    elif severity is not None:
-        if kind != "window":
-            raise InputError(f"severity: found with kind={kind!r}; allowed: with kind='window'.")
-        from nsdrill.app.window import read_for_window
-
-        source = data_in(data, None) if is_dataset(data) else name_in(data)
-        drawn = read_for_window(source, severity)  # type: ignore[arg-type]
+    behind: Any = None
+    drawn = branches_in(data)
+    if drawn is not None:
+        if over is not None:
+            behind = with_variables(data_in(over, None), "over", ("status",))
     else:
-        drawn = data_in(data, needed(outline, kind, chosen, start))
-        if kind == "window" and not isinstance(drawn, Trace):
+        outline = outline_in(data)
+        drawn = outline
+        if not isinstance(outline, Trace):
+            drawn = _sweep_to_draw(data, outline, kind, chosen, start, panel, severity)
+        if over is not None and (behind := branches_in(over)) is None:
+            behind = results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
+    with missing_variable_errors("plot"):
+        figure = draw(
+            drawn,
+            kind,
+            units=units,
+            at=chosen or None,
+            start=start,
+            look=wanted,
+            panel=panel,
+            ax=ax,
+            over=behind,
+            states=states,
+            severity=severity,
+            confidence=confidence,
+        )
+    if missing := getattr(figure, "missing", ""):
+        text = (
+            f"The title has characters that no font here has: {missing[:20]}. title gives another "
+            f"one."
+        )
+        warnings.warn(text, RunWarning, stacklevel=3)
+    return figure
+
+
+def _sweep_to_draw(
+    data: ResultsLike,
+    outline: Results,
+    kind: str | None,
+    chosen: dict[str, float],
+    start: int | None,
+    panel: str | None,
+    severity: int | None,
+) -> Results:
+    """The results with what a picture is drawn of."""
+    from nsdrill.plot import needed
+
+    if severity is None:
+        found: Any = data_in(data, needed(outline, kind, chosen, start, panel))
+        if kind == "window":
             from nsdrill.app.window import with_passed_over
 
-            drawn = with_passed_over(drawn)
-    behind: Any = None
-    if over is not None:
-        curves = branches_in(over)
-        behind = curves
-        if curves is None:
-            behind = results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
+            found = with_passed_over(found)
+        return cast("Results", found)
+    if kind != "window":
+        raise InputError(f"severity: found with kind={kind!r}; allowed: with kind='window'.")
+    from nsdrill.app.window import read_for_window
 
-    def picture() -> Figure:
-        options: dict[str, Any] = {
-            "over": behind,
-            "states": states,
-            "severity": severity,
-            "confidence": confidence,
-        }
-        return draw(
-            drawn, kind, units=units, at=chosen or None, start=start, look=wanted, **options
-        )
-
-    with missing_variable_errors("plot"):
-        if ax is None:
-            figure = picture()
-            if missing := getattr(figure, "missing", ""):
-                text = (
-                    f"The title has characters that no font here has: {missing[:20]}. title gives "
-                    f"another one."
-                )
-                warnings.warn(text, RunWarning, stacklevel=3)
-            return figure
-        from nsdrill.plot.into import into_axes
-
-        return into_axes(picture, ax, kind)
+    source = data_in(data, None) if is_dataset(data) else name_in(data)
+    return read_for_window(source, severity)  # type: ignore[arg-type]
 
 
 @_in_words_of_python
@@ -620,15 +816,45 @@ def animate(
     title: str | bool | None = None,
     overwrite: bool = False,
 ) -> str:
-    """Write a film of ``trace``: the collar in the hole, to scale, with bit and collar
-    rotating.
+    """Write a film of the collar in the hole, to scale, with bit and collar rotating.
 
-    ``path`` ends in ``.gif`` or ``.mp4``; without ffmpeg, which MP4 requires, a GIF is
-    written instead. Returns the name of the written file. The film shows the part of
-    the trace between the two ``time`` [s], by default the last five revolutions of the
-    bit; ``speed`` 2 is twice real time. ``units``, ``width`` and ``title`` are as in
-    :func:`plot`. FileError where the file exists, unless ``overwrite``; InputError
-    where the trace has no collar that moves in a hole, or the film would be too long.
+    Parameters
+    ----------
+    trace : Dataset, str or Path
+        Of :func:`simulate` or :func:`replay`.
+    path : str or Path
+        Ends in ``.gif`` or ``.mp4``; without ffmpeg, which MP4 requires, a GIF is written
+        instead.
+    time : pair of float, str or None, optional
+        The part of the trace that is shown [s]; by default the last five revolutions.
+    speed : float
+        2 is twice real time.
+    units : {"si", "field"}
+        m, kN and rad/s, or ft, klbf and rpm.
+    width : float or str, optional
+        Of the pictures [m].
+    title : str or bool, optional
+        As in :func:`plot`.
+    overwrite : bool
+        An existing file may be replaced.
+
+    Returns
+    -------
+    str
+        The name of the written file.
+
+    Raises
+    ------
+    FileError
+        Where the file exists, unless ``overwrite``.
+    InputError
+        Where the trace has no collar that moves in a hole, or the film would be too long.
+
+    Examples
+    --------
+    >>> trace = nsdrill.simulate("study.yaml", duration="1 s")
+    >>> nsdrill.animate(trace, "film.gif", time=("0.8 s", None), width="1.5 in")
+    'film.gif'
     """
     from nsdrill.data import Trace
     from nsdrill.plot import look_of
@@ -663,30 +889,56 @@ def chart(
     title: str | bool | None = None,
     style: PathLike | Mapping[str, Any] | None = None,
 ) -> Figure:
-    """Draw a chart of a study, without a run, and return the matplotlib Figure.
+    """Draw a chart of a study, without a run.
 
-    ``kind``: ``"critical-speeds"`` against depth, or ``along`` another axis that the
-    study sweeps; ``"buckling"`` loads against the inclination of the hole, or ``along``
-    an axis; ``"drive-card"``, the share of a torsional wave that each drive reflects;
-    ``"drive-tuning"``, the decrease of friction with speed that a soft-torque drive
-    stabilises, over its gain and frequency. ``set`` changes keys of the study, as in
-    :func:`load_study`; ``ax``, ``units``, ``width``, ``height``, ``font_size``,
-    ``title`` and ``style`` are as in :func:`plot`. InputError where the kind is not
-    known, or the study does not have what it shows.
+    Parameters
+    ----------
+    study : str, Path, mapping or Study
+        Anything that :func:`load_study` takes.
+    kind : str
+        ``"critical-speeds"`` against depth, or ``along`` another axis; ``"buckling"`` loads
+        against the inclination of the hole, or ``along`` an axis; ``"drive-card"``, the share
+        of a torsional wave that each drive reflects; ``"drive-tuning"``, the decrease of
+        friction with speed that a soft-torque drive stabilises, over its gain and frequency.
+    along : str, optional
+        The key of an axis that the study sweeps.
+    set : mapping or sequence of str, optional
+        Keys of the study to change, as in :func:`load_study`.
+    ax : matplotlib.axes.Axes, optional
+        Axes into which the chart is drawn.
+    units : {"si", "field"}
+        m, kN and rad/s, or ft, klbf and rpm.
+    width, height : float or str, optional
+        Lengths of the figure [m], such as ``"3.3 in"``.
+    font_size : float, optional
+        In points.
+    title : str or bool, optional
+        A text in place of the usual title, or False for none.
+    style : str, Path or mapping, optional
+        A style file of matplotlib, one of its styles, or a mapping of its settings. Changes
+        of matplotlib's ``rcParams`` apply as well.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InputError
+        Where the kind is not known, or the study does not have what it shows.
+
+    Examples
+    --------
+    >>> figure = nsdrill.chart("study.yaml", "critical-speeds", units="field")
+    >>> figure.axes[0].get_ylabel()
+    'Rotary speed [rpm]'
     """
     from nsdrill.app.charts import draw_chart
     from nsdrill.plot import look_of
 
     loaded, wanted = study_in(study, set), look_of(width, height, font_size, title, style)
 
-    def picture() -> Figure:
-        return draw_chart(loaded, kind, along, units=units, look=wanted)
-
-    if ax is None:
-        return picture()
-    from nsdrill.plot.into import into_axes
-
-    return into_axes(picture, ax, kind)
+    return draw_chart(loaded, kind, along, units=units, look=wanted, ax=ax)
 
 
 @_in_words_of_python
@@ -698,15 +950,36 @@ def view(
     units: str = "si",
     height: int = 900,
 ) -> View:
-    """Explore the file ``path``, results, an unfinished run, branches or a study, in
-    the browser, as the command ``nsdrill view`` does; of results with the branches of
-    the file ``over`` above them.
+    """Explore a file in the browser, as ``nsdrill view`` does.
 
-    A notebook shows the explorer in a frame of ``height`` pixels where it is the value
-    of a cell; its ``url`` opens in any browser on this machine. It runs until its
-    ``close()`` or the end of this process. ``set`` changes keys of a study, as in
-    :func:`load_study`; ``units`` are si or field. FileError where the file is
-    none of these.
+    Parameters
+    ----------
+    path : str or Path
+        Results, an unfinished run, branches or a study.
+    over : str or Path, optional
+        Of results, branches that are drawn above them.
+    set : mapping or sequence of str, optional
+        Keys of the study to change, as in :func:`load_study`.
+    units : {"si", "field"}
+        m, kN and rad/s, or ft, klbf and rpm.
+    height : int
+        Pixels of the frame in a notebook.
+
+    Returns
+    -------
+    View
+        It runs until its ``close()`` or the end of this process.
+
+    Raises
+    ------
+    FileError
+        Where the file is none of these.
+
+    Examples
+    --------
+    >>> with nsdrill.view("out.h5") as explorer:
+    ...     print(explorer.url.startswith("http://127.0.0.1:"))
+    True
     """
     from nsdrill.plot.labels import check_units
     from nsdrill.web.notebook import View
@@ -732,15 +1005,35 @@ def view(
 def window(
     results: ResultsLike, severity: int | None = None, confidence: float | None = None
 ) -> dict[str, Any]:
-    """The safe operating window of results: the points that are safe for every history,
-    as plain data in SI units.
+    """Find the safe operating window: the points that are safe for every history.
 
-    A point is safe if it has no critical response in any procedure, or with
-    ``severity`` (0 to 4) if none of its severities exceeds that. With samples of
-    uncertain numbers it is safe if a run is safe with a probability of at least
-    ``confidence`` (0 to 1; default 0.9); the recommended point then has its
-    ``probability`` with a 95 % interval. The keys are those of
-    ``nsdrill window --json``.
+    Parameters
+    ----------
+    results : Dataset, str or Path
+        Results of a sweep: a Dataset, or the name of a file.
+    severity : int, optional
+        0 to 4: safe is a run none of whose severities exceeds this one; by default, one
+        without a critical response.
+    confidence : float, optional
+        0 to 1: with samples of uncertain numbers a point is safe if a run is safe with at
+        least this probability (0.9).
+
+    Returns
+    -------
+    dict
+        Plain data in SI units with the keys of ``nsdrill window --json``; with samples, the
+        recommended point has its ``probability`` with a 95 % interval.
+
+    Raises
+    ------
+    InputError
+        Where the results lack what is needed, or an argument is invalid.
+
+    Examples
+    --------
+    >>> found = nsdrill.window("out.h5")
+    >>> 0 <= found["safe"] <= found["points"]
+    True
     """
     from nsdrill.analysis.probability import needed
     from nsdrill.analysis.window import USES
@@ -757,14 +1050,35 @@ def window(
 
 @_in_words_of_python
 def probability(results: ResultsLike, severity: int | None = None) -> Dataset:
-    """The probability of a safe run and of each response at every operating point of
-    results with samples of uncertain numbers: a Dataset with ``probability``, the ends
-    ``low`` and ``high`` of its 95 % interval, and ``unknown``.
+    """Estimate the probability of a safe run, and of each response, at every operating
+    point of results with samples of uncertain numbers.
 
-    Dimensions are ``outcome`` (``safe`` and the responses), the swept axes, and
-    ``history`` where there are several procedures: each of them, and ``every``, for
-    which a point is safe in all of them, or has a response in any. ``severity`` is as
-    in :func:`window`. InputError for results without samples.
+    Parameters
+    ----------
+    results : Dataset, str or Path
+        Results of a sweep: a Dataset, or the name of a file.
+    severity : int, optional
+        0 to 4: safe is a run none of whose severities exceeds this one; by default, one
+        without a critical response.
+
+    Returns
+    -------
+    Dataset
+        ``probability``, the ends ``low`` and ``high`` of its 95 % interval, and ``unknown``,
+        over ``outcome`` (``safe`` and the responses), the swept axes, and ``history`` where
+        there are several procedures: each of them, and ``every``, for which a point is safe
+        in all of them, or has a response in any.
+
+    Raises
+    ------
+    InputError
+        For results without samples.
+
+    Examples
+    --------
+    >>> found = nsdrill.probability("uncertain.h5")
+    >>> found.probability.dims
+    ('outcome', 'rotary_speed')
     """
     from nsdrill.app.probability import dataset
     from nsdrill.app.window import read_for_window
@@ -779,12 +1093,34 @@ def probability(results: ResultsLike, severity: int | None = None) -> Dataset:
 
 @_in_words_of_python
 def sensitivity(results: ResultsLike, severity: int | None = None) -> dict[str, Any]:
-    """The sensitivity of results with samples to each uncertain number, as plain data
-    in SI units: the Sobol indices of every unknown for the safe run and for each
-    feature that decides on a response, and which unknown to ``measure_first``. The keys
-    are those of ``nsdrill sensitivity --json``. A Dataset may be a part of the results,
-    such as ``data.sel(wob=40e3)``; the indices sum over its operating points.
-    ``severity`` is as in :func:`window`.
+    """Find which uncertain number matters: Sobol indices of results with samples.
+
+    Parameters
+    ----------
+    results : Dataset, str or Path
+        Results with samples. A Dataset may be a part of them, such as
+        ``data.sel(wob=40e3)``; the indices sum over its operating points.
+    severity : int, optional
+        0 to 4: safe is a run none of whose severities exceeds this one; by default, one
+        without a critical response.
+
+    Returns
+    -------
+    dict
+        Plain data in SI units with the keys of ``nsdrill sensitivity --json``: the indices of
+        every unknown for the safe run and for each feature that decides on a response, and
+        which unknown to ``measure_first``.
+
+    Raises
+    ------
+    InputError
+        For results without samples.
+
+    Examples
+    --------
+    >>> found = nsdrill.sensitivity("uncertain.h5")
+    >>> found["samples"], found["points"]
+    (16, 2)
     """
     from nsdrill.analysis.sensitivity import needed
     from nsdrill.app import sensitivity as app
@@ -823,24 +1159,61 @@ def fit(
     """Adjust the unknowns of a study, the numbers of its section ``uncertain``, to
     measurements.
 
-    ``data``: a CSV file with a name and a unit over every column, over operating points
-    or over time. ``rename`` has the names of nsdrill by heads of the file, ``ignore``
-    heads to pass over (``"*"`` for all that are not known), ``errors`` standard
-    deviations by name, as ``{"surface_torque_max": "0.2 kft*lbf"}``, in percent, or in
-    SI as numbers; ``skip_gaps`` passes over rows with gaps. In a table over time, a
-    stretch of constant settings lasts at least ``shortest`` [s], of which the first
-    part, ``settle`` [s], is not used.
+    With ``path`` every round is saved next to it: after a KeyboardInterrupt, or a power cut,
+    the same call with ``resume=True`` makes the missing runs, with the same bits as an
+    uninterrupted fit.
 
-    The fit runs at most ``rounds`` rounds of ``batch`` samples; the adjusted study has
-    ``samples`` samples. With ``path`` the study is written there, and until then every
-    round is saved next to it: after a KeyboardInterrupt, or a power cut, the same call
-    with ``resume=True`` makes the missing runs, with the same bits as an uninterrupted
-    fit.
+    Parameters
+    ----------
+    study : str, Path, mapping or Study
+        Anything that :func:`load_study` takes.
+    data : str or Path
+        A CSV file with a name and a unit over every column, over operating points or over
+        time.
+    path : str or Path, optional
+        The adjusted study to write.
+    set : mapping or sequence of str, optional
+        Keys of the study to change, as in :func:`load_study`.
+    rename : mapping, optional
+        The names of nsdrill by heads of the file.
+    ignore : sequence of str
+        Heads to pass over; ``"*"`` for all that are not known.
+    errors : mapping, optional
+        Standard deviations by name: ``{"surface_torque_max": "0.2 kft*lbf"}``, in percent, or
+        in SI as numbers.
+    skip_gaps : bool
+        Pass over rows with gaps.
+    shortest, settle : float or str
+        Of a table over time: the least duration of a stretch of constant settings [s], and
+        its first part that is not used [s].
+    batch, rounds, samples : int
+        At most so many rounds of ``batch`` samples are run; the adjusted study has
+        ``samples`` samples.
+    workers : int, optional
+        The number of parallel runs; by default that of the processors.
+    resume, overwrite : bool
+        As in :func:`run`.
+    large : bool
+        More than a million runs are meant.
+    progress : bool or callable
+        True for a bar on stderr in terminals and notebooks, or a line every 10 s elsewhere;
+        False for none; or a function that is called with a :class:`Progress` a few times a
+        second. An exception from it ends the run, which can be resumed.
 
-    ``set``, ``workers``, ``overwrite``, ``large`` and ``progress`` are as in :func:`run`. Returns
-    a :class:`nsdrill.app.fit.Fit`: its ``note`` is what ``nsdrill fit --json`` prints,
-    its ``study`` the text of the adjusted study, ``picture()`` a figure. InputError
-    where the study has no unknown, or something in the file cannot be used.
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    InputError
+        Where the study has no unknown, or something in the file cannot be used.
+
+    Examples
+    --------
+    >>> found = nsdrill.fit("uncertain.yaml", "field.csv", batch=16, progress=False)
+    >>> list(found.samples)
+    ['bit.friction.static']
     """
     from nsdrill.app import fit as app
     from nsdrill.app.measured import Reading, read_measured
@@ -893,9 +1266,29 @@ def fit(
 
 @_in_words_of_python
 def hysteresis(results: ResultsLike) -> list[dict[str, Any]]:
-    """Where the two directions of an up-down sweep differ: one mapping for each
-    interval, in SI units, as in ``nsdrill show --json``. Empty for a sweep that is not
-    up-down."""
+    """Find where the two directions of an up-down sweep differ.
+
+    Parameters
+    ----------
+    results : Dataset, str or Path
+        Results of a sweep: a Dataset, or the name of a file.
+
+    Returns
+    -------
+    list of dict
+        One for each interval, in SI units, as in ``nsdrill show --json``; empty for a sweep
+        that is not up-down.
+
+    Raises
+    ------
+    InputError
+        Where the results lack what is needed.
+
+    Examples
+    --------
+    >>> [sorted(one) for one in nsdrill.hysteresis("out.h5")][:0]
+    []
+    """
     from nsdrill.app import hysteresis as app
 
     return app.hysteresis(
@@ -905,16 +1298,34 @@ def hysteresis(results: ResultsLike) -> list[dict[str, Any]]:
 
 @_in_words_of_python
 def attractors(results: ResultsLike) -> list[dict[str, Any]]:
-    """The attractors of each operating point of results that have several starts.
+    """Describe the attractors of each operating point of results with several starts.
 
-    A list with one entry for each operating point in the order of the results: the
-    values of the axes in SI units, the numbers of ``starts``, ``failed``, ``pending``,
-    ``unsettled`` and ``ungrouped`` ones, and ``attractors``, by decreasing share:
-    ``number``, the same for one attractor in all entries, ``response``, ``whirl_kind``,
-    ``motion`` and ``period`` where recorded, ``members``, ``unsettled`` members,
-    ``share`` of the starts that ended well and its 95 % interval ``low`` to ``high``
-    (None in a slice, whose starts are not a sample), and the median ``features`` in SI
-    (None where not finite). FileError where every operating point has one start.
+    Parameters
+    ----------
+    results : Dataset, str or Path
+        Results of a sweep: a Dataset, or the name of a file.
+
+    Returns
+    -------
+    list of dict
+        One for each operating point in the order of the results: the values of the axes in SI
+        units, the numbers of ``starts``, ``failed``, ``pending``, ``unsettled`` and
+        ``ungrouped`` ones, and ``attractors``, by decreasing share: ``number``, the same for
+        one attractor in all entries, ``response``, ``whirl_kind``, ``motion`` and ``period``
+        where recorded, ``members``, ``unsettled`` members, ``share`` of the starts that ended
+        well and its 95 % interval ``low`` to ``high`` (None in a slice, whose starts are not
+        a sample), and the median ``features`` in SI (None where not finite).
+
+    Raises
+    ------
+    FileError
+        Where every operating point has one start.
+
+    Examples
+    --------
+    >>> points = nsdrill.attractors("ensemble.h5")
+    >>> points[0]["starts"], sum(one["share"] for one in points[0]["attractors"])
+    (4, 1.0)
     """
     from nsdrill.analysis.attractors import NEEDED
     from nsdrill.app import attractors as app
@@ -928,12 +1339,27 @@ def attractors(results: ResultsLike) -> list[dict[str, Any]]:
 def check(study: StudyLike, set: Settings = None) -> Report:
     """Check a study without running it.
 
-    The report has the ``coefficients`` at the study's ``operation`` in SI units
-    (``report.coefficients.k_t``; None of a model without them), ``figures`` that follow
-    from them, ``warnings`` in plain sentences, the numbers of ``points`` and
-    ``chains``, and the bytes of ``disk`` and ``memory`` that a run takes;
-    ``report.as_json()`` is all of it as plain data. ``set`` changes keys of the study,
-    as in :func:`load_study`.
+    Parameters
+    ----------
+    study : str, Path, mapping or Study
+        Anything that :func:`load_study` takes.
+    set : mapping or sequence of str, optional
+        Keys of the study to change, as in :func:`load_study`.
+
+    Returns
+    -------
+    Report
+
+    Raises
+    ------
+    StudyError
+        Where the study is not valid.
+
+    Examples
+    --------
+    >>> report = nsdrill.check("study.yaml")
+    >>> report.points, report.coefficients.k_t > 0.0
+    (10, True)
     """
     from nsdrill.app import check as app
 
@@ -942,10 +1368,30 @@ def check(study: StudyLike, set: Settings = None) -> Report:
 
 @_in_words_of_python
 def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
-    """The differences between two results or traces, ``a`` and ``b``, as plain data in
-    SI units: ``same_study`` (apart from the title) and ``same_numbers`` (to the bit);
-    and details in ``study``, ``made``, ``axes``, ``points``, ``responses`` and
-    ``variables``, as in ``nsdrill diff --json``."""
+    """Compare two results or traces.
+
+    Parameters
+    ----------
+    a, b : Dataset, str or Path
+        What is compared.
+
+    Returns
+    -------
+    dict
+        Plain data in SI units: ``same_study`` (apart from the title) and ``same_numbers`` (to
+        the bit); and details in ``study``, ``made``, ``axes``, ``points``, ``responses`` and
+        ``variables``, as in ``nsdrill diff --json``.
+
+    Raises
+    ------
+    InputError
+        Where the two are of different kinds.
+
+    Examples
+    --------
+    >>> nsdrill.diff("out.h5", "out.h5")["same_numbers"]
+    True
+    """
     from nsdrill.app import diff as app
 
     one, two = (data_in(data, None) if is_dataset(data) else name_in(data) for data in (a, b))
@@ -956,10 +1402,37 @@ def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
 def combine(
     results: Sequence[ResultsLike], path: PathLike | None = None, overwrite: bool = False
 ) -> Dataset:
-    """Combine results whose studies differ in one number, which becomes an axis. The
-    result equals that of a sweep of that axis, to the bit. With a ``path`` it is
-    written there; an existing file is an error without
-    ``overwrite=True``. InputError where they differ in anything else."""
+    """Combine results whose studies differ in one number, which becomes an axis.
+
+    The result equals that of a sweep of that axis, to the bit.
+
+    Parameters
+    ----------
+    results : sequence of Dataset, str or Path
+        Two or more.
+    path : str or Path, optional
+        The results file to write.
+    overwrite : bool
+        An existing file may be replaced.
+
+    Returns
+    -------
+    Dataset
+
+    Raises
+    ------
+    InputError
+        Where they differ in anything else.
+
+    Examples
+    --------
+    >>> parts = [
+    ...     nsdrill.run("study.yaml", set={"operation.wob": wob}, progress=False)
+    ...     for wob in ("20 kN", "30 kN")
+    ... ]
+    >>> nsdrill.combine(parts).wob.values.tolist()
+    [20000.0, 30000.0]
+    """
     from nsdrill.app import combine as app
     from nsdrill.app import saving
     from nsdrill.store.dataset import to_dataset
@@ -978,9 +1451,31 @@ def combine(
 
 @_in_words_of_python
 def open_results(path: PathLike) -> Dataset:
-    """The file ``path`` as a Dataset: results, which are read lazily; a trace;
-    branches; or the points so far of an unfinished run (``path.part``). Close it after
-    use, or use ``with``. FileError where it cannot be read."""
+    """Open a file as a Dataset: results, a trace, branches, or the points so far of an
+    unfinished run (``path.part``).
+
+    Results are read lazily: close the Dataset after use, or use ``with``.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    Dataset
+        With units and names on every variable, in SI.
+
+    Raises
+    ------
+    FileError
+        Where the file cannot be read.
+
+    Examples
+    --------
+    >>> with nsdrill.open_results("out.h5") as results:
+    ...     print(results.rotary_speed.attrs["units"], results.rotary_speed.values[0])
+    rad s-1 2.0
+    """
     from nsdrill.app.reading import read_any
     from nsdrill.store import kind_of, open_branches, open_results
     from nsdrill.store.dataset import to_dataset
@@ -996,13 +1491,34 @@ def open_results(path: PathLike) -> Dataset:
 
 @_in_words_of_python
 def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> None:
-    """Write results, a trace or branches to the file ``path``, in one step: HDF5
-    (``.h5``), netCDF (``.nc``) or a table (``.csv``, one row for each point or sample,
-    with units in the headings); or a figure of :func:`plot` (``.png``, ``.pdf``,
-    ``.svg``).
+    """Write results, a trace, branches or a figure to a file, in one step.
 
-    FileError where the file exists, unless ``overwrite``; InputError for other endings,
-    or for a Dataset that lacks variables of its kind of file or has further ones.
+    Parameters
+    ----------
+    data : Dataset or matplotlib.figure.Figure
+        What is written.
+    path : str or Path
+        HDF5 (``.h5``), netCDF (``.nc``) or a table (``.csv``, one row for each point or
+        sample, with units in the headings); of a figure ``.png``, ``.pdf`` or ``.svg``.
+    overwrite : bool
+        An existing file may be replaced.
+
+    Returns
+    -------
+    None
+
+    Raises
+    ------
+    FileError
+        Where the file exists, unless ``overwrite``.
+    InputError
+        For other endings, or for a Dataset that lacks variables of its kind of file or has
+        further ones.
+
+    Examples
+    --------
+    >>> nsdrill.save(nsdrill.open_results("out.h5"), "table.csv")
+    >>> nsdrill.save(nsdrill.plot("out.h5"), "picture.pdf")
     """
     from nsdrill.app import saving
     from nsdrill.models.vocabulary import BY_NAME, IN_TRACE

@@ -25,7 +25,13 @@ def _escape(char: str) -> str:
 
 class NsdrillError(Exception):
     """The run failed for a reason other than its input, such as a full disk or a dead
-    worker (exit code 1)."""
+    worker (exit code 1); and what all errors of nsdrill are.
+
+    Examples
+    --------
+    >>> issubclass(nsdrill.InputError, nsdrill.NsdrillError)
+    True
+    """
 
     exit_code = 1
 
@@ -34,15 +40,33 @@ class NsdrillError(Exception):
 
 
 class InputError(NsdrillError):
-    """The command line, the study or an input file is wrong; nothing was written (exit
-    code 2)."""
+    """The command line, an argument, the study or an input file is wrong; nothing was
+    written (exit code 2).
+
+    Examples
+    --------
+    >>> try:
+    ...     nsdrill.plot("out.h5", "mapp")
+    ... except nsdrill.InputError as error:
+    ...     print(str(error).splitlines()[0])
+    plot kind: found 'mapp', which is not known. Allowed for a sweep over rotary_speed (5 values):
+    """
 
     exit_code = 2
 
 
 class FileError(InputError):
     """A file that cannot be used as requested: missing, damaged, of another program, or
-    already existing."""
+    already existing.
+
+    Examples
+    --------
+    >>> try:
+    ...     nsdrill.open_results("nowhere.h5")
+    ... except nsdrill.FileError as error:
+    ...     print(error)
+    nowhere.h5: there is no such file.
+    """
 
 
 class CacheWarning(UserWarning):
@@ -52,7 +76,15 @@ class CacheWarning(UserWarning):
 
 class RunWarning(UserWarning):
     """About a run from Python: points failed, or the run ended early, or in another
-    state than it did before."""
+    state than it did before.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> with warnings.catch_warnings():
+    ...     warnings.simplefilter("error", nsdrill.RunWarning)  # stop there
+    ...     results = nsdrill.run("study.yaml", progress=False)
+    """
 
 
 @dataclass(frozen=True)
@@ -73,7 +105,24 @@ class Fault:
 
 
 class StudyError(InputError):
-    """All faults of one study, in the order of the file."""
+    """All faults of one study, in the order of the file.
+
+    Attributes
+    ----------
+    source : str
+        The name of the file, or what else the study was read from.
+    faults : list
+        Each with its ``key``, what was ``found``, what is ``allowed``, and ``line`` and
+        ``column`` in the file.
+
+    Examples
+    --------
+    >>> try:
+    ...     nsdrill.load_study("study.yaml", {"bit.lobes": -1})
+    ... except nsdrill.StudyError as error:
+    ...     print(error.faults[0].key)
+    bit.lobes
+    """
 
     def __init__(self, source: str, faults: list[Fault]) -> None:
         self.source = source

@@ -27,11 +27,25 @@ Watch = Callable[["Counts"], None]
 
 @dataclass(frozen=True)
 class Progress:
-    """The progress of a run: points ``done`` of ``total``, including those of earlier
-    sessions, and how many of them ``failed``; the ``seconds_left`` [s] at the rate of
-    this session, None before the first point; and, if the run has several stages, the
-    present one in ``note``. ``total`` grows if a map is refined or points are
-    checked."""
+    """The progress of a run, with which a function given as ``progress`` is called.
+
+    Attributes
+    ----------
+    done, total, failed : int
+        Points, including those of earlier sessions; ``total`` grows if a map is refined
+        or points are checked.
+    seconds_left : float or None
+        At the rate of this session [s]; None before the first point.
+    note : str
+        The present stage, if the run has several.
+
+    Examples
+    --------
+    >>> seen = []
+    >>> results = nsdrill.run("study.yaml", progress=seen.append)
+    >>> seen[-1].done, seen[-1].total
+    (10, 10)
+    """
 
     done: int
     total: int

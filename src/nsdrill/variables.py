@@ -160,7 +160,7 @@ COORDINATES: dict[str, tuple[str, str]] = {
     "procedure": ("1", "how the state was chosen: same at every point, carried up, carried down"),
     "depth": ("m", "measured depth"),
     "wob": ("N", "weight on bit"),
-    "rotary_speed": ("rad s-1", "top-drive speed"),
+    "rotary_speed": ("rad s-1", "rotary speed"),
     "peak": ("1", "peak number, oldest first"),
     "sample": ("1", "number of the sample of the uncertain numbers"),
     "start": ("1", "number of the state from which the run began"),

@@ -56,3 +56,8 @@ def finish(process: subprocess.Popen[str]) -> Answer:
     out, err = process.communicate(timeout=120)
     assert "Traceback" not in out + err, err
     return Answer(process.returncode, out, err)
+
+
+def unwrapped(text: str) -> str:
+    """Words that are broken into lines, in one."""
+    return " ".join(text.split())

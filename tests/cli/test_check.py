@@ -12,7 +12,7 @@ import pytest
 from nsdrill.models.kept import Kept
 from nsdrill.store import record_dtype
 
-from .helpers import Call
+from .helpers import Call, unwrapped
 
 NAMES = [
     "m_c",
@@ -148,7 +148,7 @@ def test_warnings(call: Call, small: Path, changes: list[str], said: str) -> Non
     sets = [word for change in changes for word in ("--set", change)]
     answer = call("check", small, "--set", "simulation.observe=200 s", *sets)
     assert answer.code == 0
-    assert f"Warning: {said}" in answer.err
+    assert f"Warning: {said}" in unwrapped(answer.err)
     warnings = json.loads(
         call("check", small, "--set", "simulation.observe=200 s", *sets, "--json").out
     )["warnings"]
@@ -213,7 +213,7 @@ def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> Non
     call("new", "--example", ROTARY, "-o", "rotary.yaml")
     sweep = ["--set", "sweep.rotary_speed={from: 60 rpm, to: 140 rpm, points: 17}"]
     sets = ["--set", "drillstring.eccentricity=12.7 mm", *sweep]
-    said = call("check", "rotary.yaml", *sets, "--units", "field").err
+    said = unwrapped(call("check", "rotary.yaml", *sets, "--units", "field").err)
     (line,) = (one for one in said.splitlines() if one.startswith("Warning: Wall: "))
     offsets = re.search(r"be at 60 rpm up to ([\d.]+) in, at 140 rpm up to ([\d.]+) in", line)
     assert offsets is not None
@@ -254,7 +254,7 @@ def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> Non
     assert "Wall:" not in call("check", "rotary.yaml", *sets, "--set", "modes.lateral=frozen").err
     assert "The eccentricity is 0.5 in" in said
     # Of one system of units each, without and with it: 60 rpm, 140 rpm, 0.5 in.
-    si = call("check", "rotary.yaml", *sets).err
+    si = unwrapped(call("check", "rotary.yaml", *sets).err)
     assert not re.search(r"\d (rpm|in|klbf|ft)\b", si)
     assert not re.search(r"\d (rad/s|mm|m|kN)\b", said)
     assert "be at 6.283 rad/s up to 1.066 mm, at 14.66 rad/s" in si
@@ -281,7 +281,7 @@ def test_a_sweep_that_begins_above_a_critical_speed_is_told(call: Call) -> None:
         )
         return re.search(
             r"Start: .* begins at 80 rpm.* reaches the wall \(([\d.]+) rpm to ([\d.]+) rpm\)",
-            said.err,
+            unwrapped(said.err),
         )
 
     found = told()
@@ -305,7 +305,7 @@ def test_a_sweep_that_begins_above_a_critical_speed_is_told(call: Call) -> None:
 
 def test_numbers_on_which_the_answer_hangs_are_named(call: Call) -> None:
     call("new", "--example", ROTARY, "-o", "rotary.yaml")
-    said = call("check", "rotary.yaml", "--units", "field").err
+    said = unwrapped(call("check", "rotary.yaml", "--units", "field").err)
     moved = re.search(
         r"half drillstring.eccentricity moves the speed .* wall from ([\d.]+) rpm to no speed", said
     )

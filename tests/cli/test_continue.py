@@ -133,6 +133,42 @@ def test_show_says_where_a_stable_part_is_only_one_of_points() -> None:
     assert "bifurcations between them are not looked for" in text
 
 
+def test_show_of_many_branches_fits_a_screen() -> None:
+    """A line for each, what its special points mean once, and the rest with --all."""
+    special = {
+        "label": "fold",
+        "meaning": "two motions meet",
+        "value": 4.2,
+        "note": "",
+        "unstable_before": 0,
+        "unstable_after": 1,
+        "point": 3,
+    }
+    part = {
+        "words": "periodic over 1 lobe",
+        "min": 4.0,
+        "max": 5.0,
+        "parent": -1,
+        "stable": [[4.5, 4.0]],
+        "stable_ends": [["point", "branch"]],
+        "looked_between": True,
+        "end_reason": "the end of the range",
+        "special": [special] * 5,
+    }
+    head = {"title": "", "created": "", "nsdrill_version": "", "overrides": {}, "operation": {}}
+    summary = head | {"along": "rotary_speed", "from": 4.0, "to": 5.0, "points": 9, "seeds": {}}
+    summary |= {"branches": [part | {"branch": k} for k in range(30)], "curves": []}
+    brief = list(lines("b.h5", summary, "si"))
+    assert len(brief) <= 40
+    assert "    7  periodic over 1 lobe, 4 to 5 rad/s: stable 4 to 4.5 rad/s; 5 fold" in brief
+    assert brief.count("  fold: two motions meet") == 1
+    assert "  and 10 more branches" in brief
+    everything = "\n".join(lines("b.h5", summary, "si", everything=True))
+    assert everything.count("two motions meet; stable to one side") == 150
+    summary["branches"] = summary["branches"][:2]
+    assert "\n".join(lines("b.h5", summary, "si")).count("two motions meet") == 10
+
+
 def test_plot_export_and_orbit(made: Path, call: Call) -> None:
     answer = call("plot", made / "b.h5", "-o", "b.png")
     assert answer.code == 0

@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -152,7 +153,7 @@ def test_plot_default(call: Call, shared: Path, name: str, suffix: str) -> None:
 def test_plot_lists_its_kinds_and_draws_them(call: Call, shared: Path) -> None:
     listed = call("plot", shared / "map.h5", "--kind", "list")
     assert listed.code == 0
-    names = [line.split()[0] for line in listed.out.splitlines()]
+    names = [line.split()[0] for line in listed.out.partition(" --panel:")[0].splitlines()[:-1]]
     assert names == list(kinds_for(read_results(shared / "map.h5")))
     cut = call("plot", shared / "map.h5", "--kind", "list", "--wob", "40kN")
     assert cut.out.split()[0] == "bifurcation"
@@ -539,3 +540,24 @@ def test_a_trace_is_exported_in_either_system(call: Call, tmp_path: Path) -> Non
     assert "a trace, whose table has everything" in call("export", trace, "-o", "-", "--peaks").err
     assert "a results file is needed here, which nsdrill run makes" in call("window", trace).err
     assert f"nsdrill run {study} -o out.h5" in call("window", study).err
+
+
+def test_show_prints_quantities_as_engineers_write_them(call: Call, shared: Path) -> None:
+    """In the units of the window and the pictures, four digits each, no exponents."""
+    ranges = call("show", shared / "small.h5").out.partition("Least and greatest")[2]
+    units = {line.split()[0]: line.split() for line in ranges.splitlines()[1:] if line.strip()}
+    for name, unit in (
+        ("rate_of_penetration", "m/h"),
+        ("mechanical_specific_energy", "MPa"),
+        ("bit_force_max", "kN"),
+        ("lift_off_fraction", "%"),
+    ):
+        assert unit in units[name], name
+    summary = json.loads(call("show", shared / "small.h5", "--json").out)["ranges"]
+    low, high = (float(units["rate_of_penetration"][i]) for i in (1, 3))
+    assert low == pytest.approx(3600 * summary["rate_of_penetration"]["min"], rel=1e-3)
+    assert high == pytest.approx(3600 * summary["rate_of_penetration"]["max"], rel=1e-3)
+    field = call("show", shared / "small.h5", "--units", "field").out
+    assert " ft/h " in field
+    assert " ksi " in field
+    assert not re.search(r"\de[+-]\d", ranges)

@@ -12,6 +12,9 @@ from PIL import Image
 
 import nsdrill
 from nsdrill.errors import InputError
+from nsdrill.plot.registry import all_kinds
+
+from .helpers import Call
 
 
 def size(path: Path) -> tuple[int, int]:
@@ -112,3 +115,44 @@ def test_python_takes_the_same_and_tells_in_its_words(shared: Path) -> None:
         nsdrill.plot(shared / "small.h5", font_size="huge")
     with pytest.warns(nsdrill.RunWarning, match="characters that no font here has"):
         nsdrill.plot(shared / "small.h5", title="\U0001fae8")
+
+
+def test_the_list_of_kinds_is_short_and_all_names_are_taken(
+    call: Call, shared: Path, tmp_path: Path
+) -> None:
+    """A line for each kind; those that are panels of others stand below."""
+    listed = call("plot", shared / "small.h5", "--list")
+    kinds = [line.split()[0] for line in listed.out.splitlines() if "--panel:" not in line]
+    assert [name for name in kinds if name in all_kinds()] == ["bifurcation", "value", "window"]
+    assert "value --panel: summary, stick_slip_index" in listed.out
+    for name in ("summary", "radius_max", "lift_off"):
+        assert (
+            call("plot", shared / "small.h5", "--kind", name, "-o", tmp_path / f"{name}.png").code
+            == 0
+        )
+    listed = call("plot", shared / "map.h5", "--list")
+    assert "map --panel: whirl_kind" in listed.out
+    assert (
+        call("plot", shared / "map.h5", "--kind", "whirl_kind", "-o", tmp_path / "w.png").code == 0
+    )
+    again = call(
+        "plot",
+        shared / "map.h5",
+        "--kind",
+        "map",
+        "--panel",
+        "whirl_kind",
+        "-o",
+        tmp_path / "p.png",
+    )
+    assert again.code == 0
+    assert (tmp_path / "p.png").read_bytes() == (tmp_path / "w.png").read_bytes()
+
+
+def test_a_panel_and_limits_on_the_command_line(call: Call, shared: Path, tmp_path: Path) -> None:
+    options = ("--panel", "radius", "--ylim", "0 mm", "40 mm", "--units", "field")
+    done = call("plot", shared / "small.h5", *options, "-o", tmp_path / "r.png")
+    assert done.code == 0
+    wrong = call("plot", shared / "small.h5", "--panel", "orbit", "-o", tmp_path / "o.png")
+    assert wrong.code == 2
+    assert "--panel: found 'orbit'; allowed here: 'strip', 'axial_peaks'" in wrong.err

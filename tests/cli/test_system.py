@@ -15,7 +15,7 @@ from nsdrill.cli.words import in_units
 from nsdrill.store import read_results
 from nsdrill.units import from_si, to_si
 
-from .helpers import Call
+from .helpers import Call, unwrapped
 
 KLBF, FOOT, INCH, RPM, TURN = 4448.2216152605, 0.3048, 0.0254, np.pi / 30, 2 * np.pi
 
@@ -57,7 +57,7 @@ def test_check(call: Call, small: Path) -> None:
 
 def test_warnings_of_check(call: Call, small: Path) -> None:
     more = ["--set", "drillstring.eccentricity=10 cm", "--set", "simulation.observe=20 s"]
-    said = call("check", small, *more, "--units", "field").err
+    said = unwrapped(call("check", small, *more, "--units", "field").err)
     assert "the eccentricity (3.937 in) exceeds the clearance (3 in)" in said
     assert "at 9.549 rpm the observation of" in said
     assert both(call, "check", small, *more)[1]["warnings"][0] in said

@@ -45,7 +45,7 @@ def test_every_argument_is_in_its_docstring() -> None:
         function = getattr(api, name)
         for argument in inspect.signature(function).parameters:
             if argument not in ("results", "data", "study"):
-                words = rf"``{argument}\b|\b{argument}="
+                words = rf"(?m)^ *(\w+, )*{argument}(, \w+)* : "
                 assert re.search(words, function.__doc__), (name, argument)
     for name in CLASSES:
         assert getattr(nsdrill, name).__doc__, name

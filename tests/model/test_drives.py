@@ -501,7 +501,7 @@ def test_a_ramp_with_a_drive_keeps_the_set_point() -> None:
 
 
 def test_a_drive_that_swings_is_no_ramp() -> None:
-    from nsdrill.plot.schedule import moving_values, operating_point_text
+    from nsdrill.plot.traces import moving_values, operating_point_text
     from nsdrill.store import from_dataset
 
     study = "drive: {kind: soft_torque}\noperation: {wob: 66.72 kN, rotary_speed: 2 rad/s}"

@@ -14,17 +14,19 @@ from made_up import make_results
 from nsdrill import plot
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
+from nsdrill.plot.registry import choose_kind
 from nsdrill.variables import DIVERGED, PENDING
 
 
 def test_default_kinds(speeds: Results, plane: Results, trace: Trace) -> None:
-    assert plot.kinds_for(speeds)[:2] == ("bifurcation", "summary")
-    assert plot.kinds_for(plane)[0] == "map"
-    assert {"stick_slip_index", "lift_off", "wall_contact", "whirl_ratio", "radius"} <= set(
-        plot.kinds_for(plane)
-    )
-    assert "bit_force_max" in plot.kinds_for(plane)
-    assert plot.kinds_for(trace) == ("trace", "histories", "orbit", "hole", "phase", "section")
+    assert plot.kinds_for(speeds)[:2] == ("bifurcation", "value")
+    assert plot.kinds_for(plane)[:2] == ("map", "value")
+    values = ("stick_slip_index", "lift_off", "wall_contact", "whirl_ratio", "radius")
+    for name in (*values, "bit_force_max"):  # by name, though not in the list
+        assert choose_kind(plane, name)[0].part_of == "value"
+    assert plot.kinds_for(trace) == ("trace", "histories", "hole")
+    for name in ("orbit", "phase", "section"):
+        assert choose_kind(trace, name)[0].part_of == "trace"
     assert plot.kinds_for(make_results())[0] == "bifurcation"  # one point: its peaks
 
 
@@ -57,7 +59,7 @@ def test_kind_that_does_not_fit_says_what_would(plane: Results, kind: str) -> No
         InputError, match=r"does not fit a sweep over depth .* and rotary_speed"
     ) as caught:
         plot.draw(plane, kind)
-    assert "stick_slip_index" in str(caught.value)
+    assert "--panel NAME" in str(caught.value)
 
 
 def test_a_cut_of_a_map_is_a_bifurcation_diagram(plane: Results) -> None:

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from nsdrill import plot
 from nsdrill.data import Results
 from nsdrill.errors import InputError
+from nsdrill.plot.kinds.sweep import with_greatest
 from nsdrill.plot.slices import edges, robust_limits
 from nsdrill.plot.style import MANY_MARKERS, RESPONSES
 from nsdrill.variables import DIVERGED, OK
@@ -137,7 +138,7 @@ def test_labels_have_units(
 
 
 def test_field_units_are_exact(speeds: Results) -> None:
-    [drive] = drawn(plot.draw(speeds, units="field"), "set speed")
+    [drive] = drawn(plot.draw(speeds, units="field"), "rotary speed")
     np.testing.assert_allclose(
         drive.get_xdata(), speeds.coords["rotary_speed"] * 30 / np.pi, rtol=1e-14
     )
@@ -175,7 +176,7 @@ def test_a_sweep_without_peaks_has_no_bifurcation_diagram(speeds: Results) -> No
     bare = Results(
         speeds.coords, {k: v for k, v in speeds.variables.items() if k not in PEAKS}, speeds.attrs
     )
-    assert plot.kinds_for(bare)[0] == "summary"
+    assert plot.kinds_for(bare)[0] == "value"
     with pytest.raises(InputError, match=r"record\.peaks"):
         plot.draw(bare, "bifurcation")
     assert plot.draw(bare).axes
@@ -236,3 +237,22 @@ def test_robust_limits_keep_all_but_the_wild() -> None:
     assert robust_limits(np.append(np.linspace(0, 1, 101), 1e6))[1] < 1.01
     assert robust_limits(np.array([np.nan])) == (0.0, 1.0)
     assert robust_limits(np.array([2.0, 2.0])) == (1.0, 3.0)
+
+
+def test_the_slip_is_drawn_where_the_last_peaks_are_ripples(speeds: Results) -> None:
+    """Peaks below half of the greatest value leave it out: it is drawn as well."""
+    speeds.variables["bit_speed_peaks"][0, 0, 0, 7] = 1e-3
+    speeds.variables["bit_speed_max"][0, 0, 0, 7] = 6.5
+    at = speeds["rotary_speed"][7]
+    figure = plot.draw(speeds, panel="bit_speed_peaks")
+    drawn_there = [
+        y
+        for one in figure.axes[0].lines
+        if str(one.get_gid()).startswith("bit_speed_peaks:up")
+        for x, y in np.asarray(one.get_xydata())
+        if x == at
+    ]
+    assert set(drawn_there) == {1e-3, 6.5}
+    peaks, greatest = np.array([[1.0, 2.0], [np.nan, np.nan], [-3.0, -2.0]]), np.full(3, 3.9)
+    assert np.isnan(with_greatest(peaks, greatest)[:2, -1]).all(), "nearly there; no peaks at all"
+    assert with_greatest(peaks, greatest)[2, -1] == 3.9

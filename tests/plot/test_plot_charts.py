@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 import nsdrill
 from nsdrill.errors import InputError
-from nsdrill.plot.kinds.drive_card import DRIVES
+from nsdrill.plot.kinds.charts import DRIVES
 
 STUDY = {
     "title": "A string",

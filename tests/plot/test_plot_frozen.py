@@ -12,7 +12,7 @@ from nsdrill import plot
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import described, drawn_in
-from nsdrill.plot.kinds.section import section_of
+from nsdrill.plot.kinds.returns import section_of
 
 
 def frozen(*modes: str) -> dict[str, Any]:

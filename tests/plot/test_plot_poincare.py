@@ -11,7 +11,7 @@ from model_tables import SECTION, VARIABLES
 from nsdrill import plot
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.plot.kinds.section import section_of
+from nsdrill.plot.kinds.returns import section_of
 from nsdrill.plot.style import MOTIONS
 from nsdrill.variables import CHAOTIC, PERIODIC
 

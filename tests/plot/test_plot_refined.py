@@ -54,20 +54,23 @@ def test_a_map_shows_inferred_responses_and_says_so(refined: Results) -> None:
     np.testing.assert_array_equal(
         covered(dots[0], refined["rotary_speed"], refined["wob"] / 1e3), inferred
     )
-    assert "dotted: inferred (30 of 45)" in words(figure)
+    assert "paler: inferred (30 of 45)" in words(figure)
 
 
 @pytest.mark.parametrize(
-    ("kind", "word"), [("whirl_kind", "inferred"), ("stick_slip_index", "interpolated")]
+    ("kind", "said"),
+    [("whirl_kind", "paler: inferred"), ("stick_slip_index", "interpolated between runs")],
 )
 def test_other_maps_fill_them_from_the_points_around_and_say_so(
-    refined: Results, kind: str, word: str
+    refined: Results, kind: str, said: str
 ) -> None:
     figure = draw(refined, kind)
     cells = next(c for c in figure.axes[0].collections if c.get_gid() == "cells")
     assert np.all(np.asarray(cells.get_array()) == (1 if kind == "whirl_kind" else 30.0))
-    assert [c for c in figure.axes[0].collections if c.get_gid() == "inferred"]
-    assert f"dotted: {word} (30 of 45)" in words(figure)
+    veiled = [c for c in figure.axes[0].collections if c.get_gid() == "inferred"]
+    assert bool(veiled) == (kind == "whirl_kind"), "a veil would change the colours of a scale"
+    assert f"{said} (30 of 45)" in words(figure)
+    assert not any(c.get_hatch() for c in figure.axes[0].collections)
 
 
 def test_between_points_values_are_linear(refined: Results) -> None:

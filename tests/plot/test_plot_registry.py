@@ -66,4 +66,4 @@ def test_what_is_across_is_on_the_x_axis(speeds: Results, plane: Results, trace:
                 panels = [*figure.axes, *(axes for part in figure.subfigs for axes in part.axes)]
                 assert quantity(across).label in {axes.get_xlabel() for axes in panels}, name
                 seen.add(name)
-    assert {"bifurcation", "summary", "map", "window", "histories", "trace"} <= seen
+    assert {"bifurcation", "value", "map", "window", "histories", "trace"} <= seen

@@ -15,7 +15,8 @@ from nsdrill import plot
 from nsdrill.analysis.attractors import wilson
 from nsdrill.data import Results
 from nsdrill.errors import InputError
-from nsdrill.plot.kinds.attractors import size
+from nsdrill.plot.kinds.starts import marker_diameter as size
+from nsdrill.plot.kinds.sweep import with_greatest
 from nsdrill.plot.style import RESPONSES
 from nsdrill.variables import BIT_BOUNCE, OK, STEP_LIMIT, WHIRL
 
@@ -246,7 +247,8 @@ def test_one_start_is_a_sweep_as_any_other(ensemble: Results) -> None:
     lines = [line for axes in figure.axes for line in axes.get_lines()]
     markers = [line for line in lines if str(line.get_gid()).startswith("axial_peaks")]
     drawn = sum(len(line.get_xdata()) for line in markers)
-    assert drawn == np.isfinite(ensemble["axial_peaks"][:, :, :, :, 3]).sum()
+    peaks, greatest = ensemble["axial_peaks"][..., 3, :], ensemble["axial_max"][..., 3]
+    assert drawn == np.isfinite(with_greatest(peaks, greatest)).sum()
 
 
 @pytest.mark.parametrize(

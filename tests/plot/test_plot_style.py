@@ -6,8 +6,16 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
+from matplotlib.text import Text
 
-from nsdrill.plot.style import RESPONSES
+from nsdrill import plot
+from nsdrill.analysis.attractors import Attractor
+from nsdrill.data import Results, Trace
+from nsdrill.plot.dark import contrast, luminance
+from nsdrill.plot.kinds.basin import distinct_colours, lightness_and_hue
+from nsdrill.plot.look import look_of
+from nsdrill.plot.style import REFERENCE, RESPONSES, panels_of
 
 # Machado, Oliveira & Fernandes (2009), full severity, on linear sRGB.
 VISION = {
@@ -53,3 +61,47 @@ def test_responses_differ_in_colour(vision: str) -> None:
 def test_responses_differ_in_shape_and_name() -> None:
     assert len({style.marker for style in RESPONSES}) == len(RESPONSES) == 8
     assert len({style.name for style in RESPONSES}) == 8
+
+
+def test_every_mark_can_be_seen_on_a_dark_page(speeds: Results, trace: Trace) -> None:
+    """The contrast of each line and marker, and of all words, is that which WCAG 2.1 asks
+    of text; grounds are near the page."""
+    look = look_of(style="dark_background")
+    for data, kind in ((speeds, None), (speeds, "value"), (trace, None)):
+        figure = plot.draw(data, kind, look=look)
+        page = np.array(to_rgb(figure.get_facecolor()))
+        assert luminance(page) == 0.0
+        for axes in panels_of(figure):
+            for line in axes.lines:
+                colour = line.get_markerfacecolor() if line.get_marker() != "None" else None
+                colour = line.get_color() if colour in (None, "none") else colour
+                hollow = np.array_equal(to_rgb(colour), page)
+                colour = line.get_markeredgecolor() if hollow else colour
+                assert contrast(np.array(to_rgb(colour)), page) >= 4.4, line.get_gid()
+            for patch in axes.patches:
+                if str(patch.get_gid()).startswith(("severity", "hysteresis")):
+                    assert luminance(np.array(to_rgb(patch.get_facecolor()))) < 0.1
+        for text in figure.findobj(Text):
+            if text.get_text().strip():
+                assert contrast(np.array(to_rgb(text.get_color())), page) >= 4.4, text
+
+
+def test_a_light_page_keeps_its_colours(speeds: Results) -> None:
+    for style in ("ggplot", "bmh", "tableau-colorblind10"):
+        figure = plot.draw(speeds, look=look_of(style=style))
+        colours = {line.get_color() for axes in figure.axes for line in axes.lines}
+        assert colours <= {*(one.colour for one in RESPONSES), "k", REFERENCE}
+
+
+def test_basins_have_colours_that_can_be_told_apart() -> None:
+    """Eight attractors of one response, which were eight tints of one colour, by their
+    distances in CIE L*a*b*, in which 2.3 can just be told apart side by side."""
+    attractors = [
+        Attractor(number, 5, 0, None, None, 10, 0, 0.1, 0.05, 0.2, {}) for number in range(1, 9)
+    ]
+    colours = distinct_colours(attractors)
+    places = [lightness_and_hue(colour) for colour in colours]
+    distances = [np.linalg.norm(a - b) for a, b in combinations(places, 2)]
+    assert colours[0] == RESPONSES[5].colour
+    assert min(distances) > 25
+    assert lightness_and_hue("#FFFFFF") == pytest.approx([100, 0, 0], abs=0.1)

@@ -72,6 +72,22 @@ def test_what_the_title_says_is_not_said_again() -> None:
     )
 
 
+@pytest.mark.parametrize("units", ["si", "field"])
+def test_the_words_of_the_user_are_never_changed(units: str) -> None:
+    """Values of a title stay in its units, and are known to be those of the sweep."""
+    data = make_results(rotary_speed=(2.0, 3.0))
+    data.attrs["title"] = "My study at 5 klbf and 16404.2 ft, and 15 klbf"
+    title, *more = plot.draw(data, units=units).get_suptitle().splitlines()
+    assert title == data.attrs["title"]
+    assert not more, "5 klbf is 22.24 kN, and 16404.2 ft are 5000 m"
+
+
+def test_what_the_axes_show_is_no_line_of_the_title() -> None:
+    data = make_results(rotary_speed=(2.0, 3.0))
+    data.attrs["study_overrides"] = json.dumps(["sweep.wob.points=5", "bit.lobes=1"])
+    assert plot.draw(data).get_suptitle().splitlines()[1] == "bit.lobes = 1"
+
+
 def test_characters_that_no_font_has_are_known_and_warned_of_once(
     recwarn: pytest.WarningsRecorder,
 ) -> None:

@@ -63,7 +63,7 @@ def test_histories_keep_every_extreme(name: str) -> None:
 @pytest.mark.parametrize("width", [7.0, 3.3])
 def test_a_long_trace_is_a_band_that_holds_every_sample(name: str, width: float) -> None:
     trace = make_trace(duration=600.0, sample=0.01)
-    figure = plot.draw(trace, "histories", look=plot.look_of(width=f"{width}in"))
+    figure = plot.draw(trace, "histories", look=plot.look_of(width=f"{width}in", time=(0, None)))
     axes = next(
         one
         for one in figure.axes
@@ -90,6 +90,33 @@ def test_a_long_trace_is_a_band_that_holds_every_sample(name: str, width: float)
         assert axes.get_tightbbox().x1 <= figure.bbox.width + 1
 
 
+def test_a_long_run_shows_its_last_seconds() -> None:
+    """Lines that can be read in place of solid bands; a part that the user chooses, a
+    ramp and a drive that is switched on are drawn as they are."""
+    long = make_trace(duration=600.0, sample=0.01)
+    for kind in ("trace", "histories"):
+        figure = plot.draw(long, kind)
+        times = line(figure, "history:z").get_xdata()
+        assert times[-1] == long.time[-1]
+        assert times[-1] - times[0] == pytest.approx(20.0)
+        assert not [c for c in figure.axes[0].collections if "band" in str(c.get_gid())]
+        assert figure.axes[0].get_title(loc="left").startswith("last 20 s of 600")
+    whole = plot.draw(long, "histories", look=plot.look_of(time=("0 s", None)))
+    assert line(whole, "history:z").get_xdata()[0] == 0.0
+    long.attrs["study_resolved"] = '{"drive": {"kind": "lqr", "on_at": 40.0}}'
+    assert line(plot.draw(long, "histories"), "history:z").get_xdata()[0] == 0.0
+    short = make_trace(duration=60.0)
+    assert line(plot.draw(short, "histories"), "history:z").get_xdata()[0] == 0.0
+
+
+def test_a_wall_out_of_reach_takes_no_room(trace: Trace) -> None:
+    trace.variables["radius"] = 0.1 * trace.variables["radius"]
+    figure = plot.draw(trace, "histories")
+    radius = next(axes for axes in figure.axes if axes.get_label() == "radius")
+    assert radius.get_ylim()[1] < 0.2 * GAP * 1e3
+    assert f"wall at {GAP * 1e3:g} mm" in figure.axes[0].get_title(loc="left")
+
+
 def test_slow_motion_stays_a_line_however_long_it_takes() -> None:
     time = np.linspace(0.0, 600.0, 60_001)
     rippled = np.sin(2 * np.pi * time / 20.0) + 0.01 * np.sin(2 * np.pi * 5 * time)
@@ -103,7 +130,7 @@ def test_slow_motion_stays_a_line_however_long_it_takes() -> None:
 
 def test_reference_lines(trace: Trace) -> None:
     figure = plot.draw(trace, "histories")
-    assert line(figure, "set speed").get_ydata()[0] == 3.0
+    assert line(figure, "rotary speed").get_ydata()[0] == 3.0
     assert line(figure, "wall").get_ydata()[0] == pytest.approx(GAP * 1e3)
 
 

@@ -22,10 +22,11 @@ from nsdrill.plot.registry import STUDY, kinds_of
 from nsdrill.variables import dimension_of, short_key
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from nsdrill.models.numbers import CriticalSpeeds
-    from nsdrill.plot.charts import Numbers
+    from nsdrill.plot.kinds.charts import Numbers
     from nsdrill.plot.look import Look
     from nsdrill.study.study import Study
 
@@ -51,11 +52,12 @@ def draw_chart(
     *,
     units: str = "si",
     look: Look | None = None,
+    ax: Axes | None = None,
 ) -> Figure:
     """The chart ``kind`` of a study as a figure. InputError where the kind is unknown,
     or the study lacks the quantities that it shows."""
     from nsdrill.plot import draw
-    from nsdrill.plot.charts import Chart
+    from nsdrill.plot.kinds.charts import Chart
 
     numbers = chart_of(study, kind, along)
     attrs = {
@@ -67,7 +69,7 @@ def draw_chart(
     axis = getattr(numbers, "axis", None)
     point = {name: getattr(operation, name) for name in OPERATION if name != axis}
     return draw(
-        Chart(numbers, attrs, point, ends_of(study, "rotary_speed")), units=units, look=look
+        Chart(numbers, attrs, point, ends_of(study, "rotary_speed")), units=units, look=look, ax=ax
     )
 
 

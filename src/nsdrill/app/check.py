@@ -28,12 +28,29 @@ LARGE = 2e9  # bytes of results, above which a warning says so
 
 @dataclass(frozen=True)
 class Report:
-    """What ``check`` gives for the study at its ``operation``: coefficients (None for a
-    model without them), derived quantities (``figures``), and warnings in plain
-    sentences. For a refined sweep ``points`` counts the finest grid, ``coarse_points``
-    those that run in any case. A run takes at most ``disk`` [bytes] and about
-    ``memory`` [bytes]; both are 0 for a ramp without a sweep. ``method`` says how
-    friction is integrated: explicit, implicit, or both, each at some points."""
+    """What :func:`check` finds of a study at its ``operation``.
+
+    Attributes
+    ----------
+    coefficients
+        In SI units, by name; None for a model without them.
+    figures : dict
+        Derived quantities by name, each with ``value``, ``units`` and ``meaning``.
+    warnings : list of str
+        In plain sentences.
+    points, chains, coarse_points : int
+        The size of the sweep. Where it is refined ``points`` counts the finest grid,
+        ``coarse_points`` those that run in any case.
+    disk, memory : int, float
+        What a run takes [bytes]: at most, and about; 0 for a ramp without a sweep.
+    method : tuple of str
+        How friction is integrated: explicit, implicit, or both, each at some points.
+
+    Examples
+    --------
+    >>> nsdrill.check("study.yaml").warnings[:0]
+    []
+    """
 
     operation: Operation
     coefficients: Any
@@ -50,7 +67,7 @@ class Report:
     """The units and the meaning of each coefficient."""
 
     def as_json(self) -> dict[str, Any]:
-        """Plain data for ``--json``."""
+        """All of it as plain data, as ``nsdrill check --json`` prints it."""
         return {
             "operation": {
                 "depth": {"value": self.operation.depth, "units": "m"},

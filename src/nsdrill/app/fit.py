@@ -55,10 +55,27 @@ FAR = 3.0  # factor beyond the ends of the sweep from which a unit may be wrong
 
 @dataclass(frozen=True)
 class Fit:
-    """The result of a fit. ``note`` is its summary in plain data (SI), ``study`` the
-    text of the study with the posterior samples in its section ``uncertain``. For
-    figures, there are the ``prior`` and posterior ``samples`` of each unknown by key,
-    and the ``predicted`` values [samples, points] by name."""
+    """The result of :func:`fit`.
+
+    Attributes
+    ----------
+    note : dict
+        The summary in plain data (SI), as ``nsdrill fit --json`` prints it.
+    study : str
+        The text of the study, with the samples after the fit in its section
+        ``uncertain``.
+    prior, samples : dict of arrays
+        The samples [samples] of each unknown by key before and after the fit, in SI.
+    predicted : dict of arrays
+        The values [samples, points] that these give, by name.
+
+    Examples
+    --------
+    >>> found = nsdrill.fit("uncertain.yaml", "field.csv", batch=16, progress=False)
+    >>> found.samples["bit.friction.static"].shape
+    (128,)
+    >>> figure = found.picture(units="field")
+    """
 
     note: dict[str, Any]
     study: str

@@ -10,12 +10,25 @@ from typing import Any
 from nsdrill.errors import printable
 
 MAX_SPECIAL = 40
+MAX_LINES = 36  # of paragraphs; longer ones become a line for each branch
+MAX_ROWS, MAX_PARTS = 20, 4  # lines, and stable parts named in each
 # after the end of a stable part, by what it is
 END_WORDS = {"bifurcation": "", "branch": " (end of the branch)", "point": " (its last point)"}
 
 
-def lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
-    """The summary of a file of branches, in words."""
+def lines(file: str, s: dict[str, Any], units: str, everything: bool = False) -> Iterator[str]:
+    """The summary of a file of branches, in words: a paragraph for each, with a sentence
+    on every special point, where that is short or ``everything`` is wanted; else a line
+    for each."""
+    branches = list(_paragraphs(s, units))
+    if not everything and len(branches) > MAX_LINES:
+        branches = list(_rows(s, units))
+    yield from _head(file, s, units)
+    yield from branches
+    yield from _curve_lines(s, units)
+
+
+def _head(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
     from nsdrill.cli.words import label_of, point_text, value_text
 
     along = s["along"]
@@ -34,6 +47,50 @@ def lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
     yield f"  points         {s['points']} on {len(s['branches'])} {noun}"
     for word, number in s["seeds"].items():
         yield f"  seeds          {number}: {word}"
+
+
+def _rows(s: dict[str, Any], units: str) -> Iterator[str]:
+    """A line for each branch: its motion, where it is stable, its special points; and
+    what these mean."""
+    from nsdrill.cli.words import value_text
+
+    def interval(low: float, high: float) -> str:
+        first, last = (value_text(s["along"], end, units).split(" ") for end in (low, high))
+        return f"{float(first[0]):.4g} to {float(last[0]):.4g} {' '.join(last[1:])}"
+
+    meanings: dict[str, str] = {}
+    yield ""
+    for branch in s["branches"][:MAX_ROWS]:
+        counts: dict[str, int] = {}
+        for special in branch["special"]:
+            name = special["label"].replace("_", " ")
+            counts[name] = counts.get(name, 0) + 1
+            meanings[name] = special["meaning"]
+        stable = ", ".join(interval(min(part), max(part)) for part in branch["stable"][:MAX_PARTS])
+        if (more := len(branch["stable"]) - MAX_PARTS) > 0:
+            stable += f" and {more} more"
+        looked = "" if branch["looked_between"] or not stable else " (at its points)"
+        special_text = ", ".join(f"{number} {name}" for name, number in counts.items())
+        yield (
+            f"  {branch['branch']:3d}  {branch['words']}, {interval(branch['min'], branch['max'])}: "
+            + "; ".join(
+                filter(None, (f"stable {stable}{looked}" if stable else "unstable", special_text))
+            )
+        )
+    if (more := len(s["branches"]) - MAX_ROWS) > 0:
+        yield f"  and {more} more branches"
+    yield ""
+    for name, meaning in meanings.items():
+        yield f"  {name}: {meaning}"
+    yield "  Every special point, and why each branch ends: --all, or --json."
+
+
+def _paragraphs(s: dict[str, Any], units: str) -> Iterator[str]:
+    from nsdrill.cli.words import value_text
+
+    def text(value: float) -> str:
+        return value_text(s["along"], value, units)
+
     for branch in s["branches"]:
         origin = f", springs from branch {branch['parent']}" if branch["parent"] >= 0 else ""
         yield (
@@ -61,6 +118,12 @@ def lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
             )
         if (more := len(branch["special"]) - MAX_SPECIAL) > 0:
             yield f"  ... {more} more; --json has all"
+
+
+def _curve_lines(s: dict[str, Any], units: str) -> Iterator[str]:
+    from nsdrill.cli.words import value_text
+
+    along = s["along"]
     for curve in s["curves"]:
         over = next(
             name
@@ -68,7 +131,7 @@ def lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
             if name not in (along, "curve", "label", "points", "lobes", "words", "end_reason")
         )
         low, high = (value_text(over, value, units) for value in curve[over])
-        first, last = (text(value) for value in curve[along])
+        first, last = (value_text(along, value, units) for value in curve[along])
         name = curve["label"].replace("_", " ")
         yield (
             f"\nCurve {curve['curve']}: {name} of {curve['words']}, {low} to {high}, at {first} "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,9 @@ from nsdrill.cli import options
 
 if TYPE_CHECKING:
     from nsdrill.study.study import Study
+
+
+WIDTH = 100  # characters of a line of a warning
 
 
 @click.command(
@@ -121,7 +125,7 @@ def command(
             f"waves, damping by the mud."
         )
     for warning in report.warnings:
-        click.echo(f"Warning: {warning}", err=True)
+        click.echo(textwrap.fill(f"Warning: {warning}", WIDTH, break_on_hyphens=False), err=True)
     return 0
 
 

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     "plot",
     epilog=options.examples(
         "plot out.h5 -o out.png",
-        "plot out.h5 --kind list",
+        "plot out.h5 --list",
+        "plot out.h5 --panel bit_speed --ylim 0rpm 200rpm -o speed.png",
         "plot map.h5 --wob 20kN -o cut.pdf --units field",
         "plot out.h5 -o column.pdf --width 3.3in --font-size 7 --no-title",
         "plot trace.h5 --animate --from 40s --to 50s -o whirl.gif",
-        "plot trace.h5 --kind orbit --from 20s --to 30s -o orbit.pdf",
-        "plot trace.h5 --kind orbit -o orbit.svg",
+        "plot trace.h5 --panel orbit --from 20s --to 30s -o orbit.pdf",
         "plot trace.h5 --kind ramp --over out.h5 -o ramp.png",
         "plot out.h5 --kind surface_torque_max --data field.csv -o measured.png",
         "plot ensemble.h5 --kind basin --rotary-speed 3rad/s --states z,vz -o basin.png",
@@ -37,14 +37,18 @@ if TYPE_CHECKING:
 @options.file_argument("file")
 @options.output("Picture to write: .png, .pdf or .svg.", required=False)
 @click.option(
-    "--kind",
-    metavar="KIND",
-    help="What to draw; `--kind list` says what fits FILE. Default: its first.",
+    "--kind", metavar="KIND", help="What to draw; --list says what fits FILE. Default: its first."
 )
+@click.option(
+    "--panel",
+    metavar="NAME",
+    help="One panel of the picture alone, by its name or a part of it: --panel radius.",
+)
+@click.option("--list", "listing", is_flag=True, help="Print the kinds that fit FILE, and stop.")
 @options.units
 @options.quantity("--depth", "m", "Cut a sweep of several axes at this depth.")
 @options.quantity("--wob", "N", "Cut at this weight on bit.")
-@options.quantity("--rotary-speed", "rad/s", "Cut at this top-drive speed.")
+@options.quantity("--rotary-speed", "rad/s", "Cut at this rotary speed.")
 @options.at
 @options.start
 @click.option(
@@ -101,6 +105,7 @@ if TYPE_CHECKING:
     help="A style file of matplotlib (.mplstyle), or one of its styles by name.",
 )
 @click.option("--xlim", nargs=2, metavar="Q Q", help="Ends of the x axis: --xlim 3rad/s 6rad/s.")
+@click.option("--ylim", nargs=2, metavar="Q Q", help="Ends of the y axis: --ylim 0mm 80mm.")
 @click.option("--from", "begin", metavar="Q", help="With a trace: draw it from this time on.")
 @click.option("--to", "end", metavar="Q", help="With a trace: draw it up to this time.")
 @click.option(
@@ -119,6 +124,8 @@ def command(
     file: str,
     output: str | None,
     kind: str | None,
+    panel: str | None,
+    listing: bool,
     units: str,
     depth: float | None,
     wob: float | None,
@@ -138,6 +145,7 @@ def command(
     no_title: bool,
     style: str | None,
     xlim: tuple[str, str] | None,
+    ylim: tuple[str, str] | None,
     begin: str | None,
     end: str | None,
     animate: bool,
@@ -147,120 +155,88 @@ def command(
     """Draw FILE: a results file, the .part file of a run that goes on, a trace, or
     branches; or a chart of a study (.yaml), which is not run. With a map and --over
     branches, their curves are drawn over it."""
+    from nsdrill.app.reading import is_branches
     from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace
-    from nsdrill.plot import all_kinds, cut, draw, kinds_for, look_of, needed, save
+    from nsdrill.plot import cut, draw, look_of, needed, save
     from nsdrill.plot.registry import is_study
+    from nsdrill.store import open_branches
 
     if no_title and title is not None:
         raise InputError("--title: found with --no-title; allowed: one of them.")
     time = None if begin is end is None else (begin, end)
-    look = look_of(width, height, font_size, False if no_title else title, style, xlim, time)
+    look = look_of(width, height, font_size, False if no_title else title, style, xlim, time, ylim)
     if speed is not None and not animate:
         raise InputError("--speed: found without --animate; allowed: with it.")
     if animate and kind not in (None, "hole"):
         raise InputError(f"--animate: found with --kind {kind}; allowed: without a kind.")
+    listing = listing or kind == "list"
+    point = options.point_values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     if is_study(file):
-        if animate:
-            raise InputError(
-                "--animate: found with a study; allowed: with a trace. nsdrill simulate makes one."
-            )
-        unused = {
-            "--at": at,
-            "--depth": depth,
-            "--wob": wob,
-            "--rotary-speed": rotary_speed,
-            "--start": start,
-            "--states": states,
-            "--over": over,
-            "--confidence": confidence,
-            "--data": field,
-            "--xlim": xlim,
-            "--from": begin,
-            "--to": end,
-        }
-        return _draw_chart(file, output, kind, units, along, overrides, unused, overwrite, look)
-    from nsdrill.app.reading import is_branches
-
-    if is_branches(file):
-        if animate:
-            raise InputError(
-                "--animate: found with branches; allowed: with a trace, as simulate "
-                "--orbit makes one."
-            )
-        unused = {
-            "--at": at,
-            "--depth": depth,
-            "--wob": wob,
-            "--rotary-speed": rotary_speed,
-            "--start": start,
-            "--states": states,
-            "--along": along,
-            "--set": overrides,
-            "--confidence": confidence,
-            "--data": field,
-            "--from": begin,
-            "--to": end,
-        }
-        return _draw_branches(file, output, kind, units, over, unused, overwrite, look)
+        _refuse(
+            {
+                "--animate": animate or None,
+                "--panel": panel,
+                "--at": at,
+                **{f"--{name.replace('_', '-')}": value for name, value in point.items()},
+                "--start": start,
+                "--states": states,
+                "--over": over,
+                "--confidence": confidence,
+                "--data": field,
+                "--xlim": xlim,
+                "--ylim": ylim,
+                "--from": begin,
+                "--to": end,
+            }
+        )
+        return _draw_chart(file, output, kind, units, along, overrides, listing, overwrite, look)
     for option, study_value in (("--along", along), ("--set", overrides)):
         if study_value:
             raise InputError(
                 f"{option}: found with {file}; allowed: with a study, a file that "
                 f"ends in .yaml or .yml."
             )
-    point = options.point_values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
-    if kind == "list":
-        data = outline(file)
-        for name in kinds_for(data if isinstance(data, Trace) else cut(data, point, start)):
-            click.echo(f"{name:<24} {all_kinds()[name].words}")
+    if not listing:
+        output = _require_output(output)
+        if animate:
+            options.check_not_input(file, output)
+        else:
+            options.claim_picture(file, output, overwrite)
+    data: Any = open_branches(file) if is_branches(file) else outline(file)
+    if output is None or listing:
+        _list_kinds(cut(data, point, start))
         return 0
-    output = _require_output(output)
     if animate:
-        options.check_not_input(file, output)
-        return _draw_animation(outline(file), output, units, look, speed, overwrite)
-    options.claim_picture(file, output, overwrite)
-    data = outline(file)
-    if point and isinstance(data, Trace):
-        option = "--at" if at else "--" + next(iter(point)).replace("_", "-")
-        raise InputError(
-            f"{option}: found with a trace, which is of one point; allowed: with a results file."
-        )
-    if isinstance(data, Trace):
-        for option, value in (
-            ("--start", start),
-            ("--states", states),
-            ("--confidence", confidence),
-        ):
-            if value is not None:
-                kind_of_results = "samples" if option == "--confidence" else "several starts"
-                raise InputError(
-                    f"{option}: found with a trace; allowed: with the results of {kind_of_results}."
-                )
-    else:
-        data = read(file, needed(data, kind, point, start))
-        if kind == "window" and not isinstance(data, Trace):
+        return _draw_animation(data, output, units, look, speed, overwrite)
+    background: Any = None
+    if over is not None:
+        options.check_not_input(over, output)
+        if isinstance(data, Trace):
+            background = _read_sweep(over, data)
+        else:
+            background = open_branches(over) if is_branches(over) else read(over)
+            if isinstance(background, Trace):
+                raise InputError(f"{over}: this is a trace; --over takes the results of a sweep.")
+    if not (isinstance(data, Trace) or is_branches(file)):
+        data = read(file, needed(data, kind, point, start, panel))
+        if kind == "window":
             from nsdrill.app.window import with_passed_over
 
             data = with_passed_over(data)
-    background: Any = None
-    if over is not None and is_branches(over):
-        from nsdrill.store import open_branches
-
-        options.check_not_input(over, output)
-        background = open_branches(over)
-    elif over is not None:
-        background = _read_sweep(over, output, data)
-    pair = None if states is None else [name.strip() for name in states.split(",")]
-    if point and not isinstance(data, Trace):
-        _print_nearest(data, point)
-    options_of_kind: dict[str, Any] = {
-        "over": background,
-        "states": pair,
-        "confidence": None if confidence is None else confidence / 100.0,
-    }
+        if point:
+            _print_nearest(data, point)
     figure = draw(
-        data, kind, units=units, at=point or None, start=start, look=look, **options_of_kind
+        data,
+        kind,
+        units=units,
+        at=point or None,
+        start=start,
+        look=look,
+        panel=panel,
+        over=background,
+        states=None if states is None else [name.strip() for name in states.split(",")],
+        confidence=None if confidence is None else confidence / 100.0,
     )
     if field is not None:
         _overlay(figure, field, data, point, start, units)
@@ -270,6 +246,27 @@ def command(
     return 0
 
 
+def _list_kinds(data: Any) -> None:
+    """Print the kinds in which ``data`` can be drawn, and the panels of theirs that are
+    drawn by name."""
+    import textwrap
+
+    from nsdrill.plot import all_kinds, kinds_for
+
+    names = kinds_for(data)
+    for name in names:
+        click.echo(f"{name:<24} {all_kinds()[name].words}")
+    for name in names:
+        panels = [
+            part.name
+            for part in all_kinds().values()
+            if part.part_of == name and part.place(data) is not None
+        ]
+        if panels:
+            text = f"{name} --panel: {', '.join(panels)}"
+            click.echo(textwrap.fill(text, 100, subsequent_indent="  "))
+
+
 def _require_output(output: str | None) -> str:
     """The name of the picture; click.MissingParameter without one."""
     if output is None:
@@ -277,11 +274,14 @@ def _require_output(output: str | None) -> str:
     return output
 
 
-def _refuse(unused: Mapping[str, Any], source: str, allowed: str) -> None:
-    """InputError for an option with a value, which ``source`` has no use for."""
+def _refuse(unused: Mapping[str, Any]) -> None:
+    """InputError for an option with a value, for which a chart has no use."""
     for option, value in unused.items():
         if value not in (None, ()):
-            raise InputError(f"{option}: found with {source}; allowed: {allowed}.")
+            raise InputError(
+                f"{option}: found with a study; allowed: with results. --set changes keys of the "
+                f"study"
+            )
 
 
 def _draw_animation(
@@ -316,49 +316,6 @@ def _draw_animation(
     return 0
 
 
-def _draw_branches(
-    file: str,
-    output: str | None,
-    kind: str | None,
-    units: str,
-    over: str | None,
-    unused: Mapping[str, Any],
-    overwrite: bool,
-    look: Look,
-) -> int:
-    """Draw the branches in ``file``."""
-    if kind == "list":
-        click.echo(
-            f"{'branches':<24} stable and unstable motions along the number that is continued"
-        )
-        return 0
-    if kind not in (None, "branches"):
-        raise InputError(f"plot kind: found {kind!r} with a file of branches; allowed: branches.")
-    output = _require_output(output)
-    _refuse(unused, "a file of branches", "with results")
-    options.claim_picture(file, output, overwrite)
-    from nsdrill.cli.reading import read
-    from nsdrill.data import Trace
-    from nsdrill.plot import save
-    from nsdrill.plot.branches import draw_branches
-    from nsdrill.store import open_branches
-
-    background = None
-    if over is not None:
-        options.check_not_input(over, output)
-        sweep = read(over)
-        if isinstance(sweep, Trace):
-            raise InputError(f"{over}: this is a trace; --over takes the results of a sweep.")
-        background = sweep
-    save(
-        draw_branches(open_branches(file), units=units, over=background, look=look),
-        output,
-        overwrite=overwrite,
-    )
-    click.echo(f"{output}: drawn.", err=True)
-    return 0
-
-
 def _overlay(
     figure: Figure,
     field: str,
@@ -372,13 +329,14 @@ def _overlay(
 
     from nsdrill.app.measured import Reading, read_measured
     from nsdrill.cli.words import count
-    from nsdrill.data import Trace
+    from nsdrill.data import Results, Trace
     from nsdrill.plot import cut
     from nsdrill.plot.overlay import overlay
     from nsdrill.study.study import study_from_resolved
 
-    if isinstance(data, Trace) or "study_resolved" not in data.attrs:
-        raise InputError("--data: found with a trace; allowed: with the results of a sweep.")
+    if not isinstance(data, Results) or "study_resolved" not in data.attrs:
+        found = "a trace" if isinstance(data, Trace) else "branches"
+        raise InputError(f"--data: found with {found}; allowed: with the results of a sweep.")
     study = study_from_resolved(json.loads(data.attrs["study_resolved"]))
     measured = read_measured(field, study, Reading(ignore=("*",), gaps=True))
     drawn = overlay(figure, cut(data, point or None, start), measured, units)
@@ -400,7 +358,7 @@ def _draw_chart(
     units: str,
     along: str | None,
     overrides: tuple[str, ...],
-    unused: Mapping[str, Any],
+    listing: bool,
     overwrite: bool,
     look: Look,
 ) -> int:
@@ -409,12 +367,11 @@ def _draw_chart(
     from nsdrill.plot import save
     from nsdrill.plot.registry import STUDY, kinds_of
 
-    if kind == "list":
+    if listing:
         for name, chart in kinds_of(STUDY).items():
             click.echo(f"{name:<24} {chart.words}")
         return 0
     output = _require_output(output)
-    _refuse(unused, "a study", "with results. --set changes keys of the study")
     options.claim_picture(file, output, overwrite)
     from nsdrill.app.charts import draw_chart
 
@@ -456,13 +413,12 @@ def _print_nearest(data: Results, point: dict[str, float]) -> None:
         click.echo(f"At {point_text(drawn)}, the nearest of the sweep.", err=True)
 
 
-def _read_sweep(file: str, output: str, trace: Results | Trace) -> Results:
+def _read_sweep(file: str, trace: Trace) -> Results:
     """The sweep in ``file`` with the peaks over which the ramp ``trace`` is drawn."""
     from nsdrill.cli.reading import read
     from nsdrill.data import Trace
     from nsdrill.models.registry import drawn_in
 
-    options.check_not_input(file, output)
     peaks = drawn_in(trace.attrs).peaks
     data = read(file, ("status", *peaks))
     if isinstance(data, Trace):

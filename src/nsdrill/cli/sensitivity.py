@@ -24,7 +24,7 @@ MIN_INDEX = 0.05  # first-order index: an unknown below it has no effect of its 
 @options.file_argument("results")
 @options.quantity("--depth", "m", "Of a sweep, the points at this depth only.")
 @options.quantity("--wob", "N", "The points at this weight on bit.")
-@options.quantity("--rotary-speed", "rad/s", "The points at this top-drive speed.")
+@options.quantity("--rotary-speed", "rad/s", "The points at this rotary speed.")
 @options.at
 @options.units
 @click.option("--json", "as_json", is_flag=True, help="The same for programs.")

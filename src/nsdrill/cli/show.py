@@ -34,11 +34,17 @@ MAX_POINTS = 24
 )
 @options.units
 @click.option(
+    "--all",
+    "everything",
+    is_flag=True,
+    help="Of branches every special point, also where the list is long.",
+)
+@click.option(
     "--study",
     is_flag=True,
     help="Print the study as it was run, overrides applied, as a study file.",
 )
-def command(file: str, as_json: bool, units: str, study: bool) -> int:
+def command(file: str, as_json: bool, units: str, everything: bool, study: bool) -> int:
     """Say what is in FILE: a results file, the .part file of unfinished work, a
     trace, or branches, with a sentence on every special point."""
     if study and as_json:
@@ -58,7 +64,7 @@ def command(file: str, as_json: bool, units: str, study: bool) -> int:
     if as_json:
         click.echo(json_text(in_units(summary, units), indent=2))
     else:
-        for line in lines(file, summary, units):
+        for line in lines(file, summary, units, everything):
             click.echo(line)
     return 0
 
@@ -80,12 +86,14 @@ def _summary(file: str) -> dict[str, Any]:
     return summarize(read(file, needed()))
 
 
-def lines(name: str, summary: dict[str, Any], units: str) -> Iterator[str]:
+def lines(
+    name: str, summary: dict[str, Any], units: str, everything: bool = False
+) -> Iterator[str]:
     """A summary of the file or data called ``name``, in words."""
     if summary["kind"] == "branches":
         from nsdrill.cli.branches import lines as branch_lines
 
-        return branch_lines(name, summary, units)
+        return branch_lines(name, summary, units, everything)
     if summary["kind"] == "unfinished":
         return _unfinished_lines(name, summary)
     return (_trace_lines if summary["kind"] == "trace" else _result_lines)(name, summary, units)
@@ -368,18 +376,25 @@ def _hysteresis_lines(rows: list[dict[str, Any]], swept: list[str], units: str) 
 
 
 def _range_lines(ranges: dict[str, Any], units: str) -> Iterator[str]:
-    from nsdrill.cli.words import in_units
-    from nsdrill.quantity import sign
+    from nsdrill.quantity import quantity, sign
+    from nsdrill.units import from_si
 
-    for name, r in (
-        ranges.items() if units == "si" else in_units({"ranges": ranges}, units)["ranges"].items()
-    ):
-        unit = "" if r["units"] == "1" else r["units"] if units == "si" else sign(r["units"])
+    for name, r in ranges.items():
+        shown = quantity(name)
+        unit = shown.unit(units)
+        scale = 100.0 if name.endswith("_fraction") else 1.0
         # Adding zero turns -0 into 0.
-        yield (
-            f"  {name:25s} {r['min'] + 0.0:12.5g} to {r['max'] + 0.0:12.5g} {unit:8s} "
-            f"{r['meaning']}"
+        low, high = (
+            scale * (from_si(r[end], unit) if unit not in ("", "percent") else r[end]) + 0.0
+            for end in ("min", "max")
         )
+        sign_shown = "%" if name.endswith("_fraction") else sign(unit)
+        yield f"  {name:27s} {_digits(low):>9s} to {_digits(high):>9s} {sign_shown:8s} {r['meaning']}"
+
+
+def _digits(number: float) -> str:
+    """A number with four digits, or all before the point."""
+    return f"{number:.0f}" if abs(number) >= 1e4 else f"{number:.4g}"
 
 
 def _trace_lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 @options.output("Trace file to write (HDF5).")
 @options.quantity("--depth", "m", "Depth. Default: operation.depth of the study, value or ramp.")
 @options.quantity("--wob", "N", "Weight on bit. Default: operation.wob.")
-@options.quantity("--rotary-speed", "rad/s", "Top-drive speed. Default: operation.rotary_speed.")
+@options.quantity("--rotary-speed", "rad/s", "Rotary speed. Default: operation.rotary_speed.")
 @options.at
 @options.start
 @options.quantity(

@@ -16,7 +16,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.variables import CHECKS, POINT, RESPONSES, Variable, feature, flag, in_trace, responses
 
 _OPERATION = (
-    in_trace("drive_speed", "rad s-1", "top-drive speed"),
+    in_trace("drive_speed", "rad s-1", "speed of the drive"),
     in_trace("wob", "N", "weight on bit"),
     in_trace("depth", "m", "measured depth"),
 )

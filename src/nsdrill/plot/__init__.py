@@ -8,24 +8,31 @@ no global state.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
-from inspect import Signature, signature
-from types import ModuleType
+from collections.abc import Mapping, Sequence
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from nsdrill.data import Results
+from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
-from nsdrill.plot.limits import apply_limits
-from nsdrill.plot.look import Look, look_of
-from nsdrill.plot.registry import all_kinds, check_options, choose_kind, kinds_for, variables_for
+from nsdrill.plot.look import Look, apply_limits, limit_y_axes, look_of
+from nsdrill.plot.registry import (
+    all_kinds,
+    check_options,
+    choose_kind,
+    describe,
+    is_branches,
+    kinds_for,
+    variables_for,
+)
 from nsdrill.plot.saving import FORMATS, check_suffix, save
-from nsdrill.variables import INFERRED, OK, has_failed
+from nsdrill.variables import AXES, INFERRED, OK, has_failed
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 __all__ = [
@@ -50,6 +57,8 @@ def draw(
     at: Mapping[str, float] | None = None,
     start: int | None = None,
     look: Look | None = None,
+    panel: str | None = None,
+    ax: Axes | None = None,
     **options: Any,
 ) -> Figure:
     """Draw ``data`` in one of its :func:`kinds_for`, the first of them if ``kind`` is
@@ -58,8 +67,9 @@ def draw(
     ``units`` are ``si`` (as engineers write it: kN, mm) or ``field``. ``at`` fixes axes
     of a sweep at one of their values, in SI: ``{"wob": 22240.0}`` draws the cut of a
     map. ``start`` draws one start of every operating point, where there are several.
-    ``look`` is how the user wants it to look. Other ``options`` are those that the kind
-    takes (None has no effect): ``over``, a sweep to draw a ``ramp`` over, or branches
+    ``look`` is how the user wants it to look. ``panel`` draws one panel alone, ``ax``
+    into axes of the caller. Other ``options`` are those that the kind takes (None has
+    no effect): ``over``, a sweep to draw a ``ramp`` or ``branches`` over, or branches
     whose curves are drawn over a map; ``states``, the two over which an ensemble's
     ``basin`` is drawn; ``severity`` of a ``window`` or ``tornado``, ``confidence`` (0
     to 1) of a ``window`` or of ``probability``, where numbers are uncertain.
@@ -68,37 +78,55 @@ def draw(
     kind_options = {name: value for name, value in options.items() if value is not None}
     look = look or Look()
     branches = None
-    if (
-        isinstance(data, Results)
-        and "over" in kind_options
-        and not isinstance(kind_options["over"], Results)
-    ):
+    if isinstance(data, Results) and is_branches(kind_options.get("over")):
         branches = kind_options.pop("over")
-    if isinstance(data, Results):
-        data = cut(data, at, start)
+    if not isinstance(data, Results):
+        _refuse_choices(data, [name for name in _CHOICES if name in kind_options])
+    data = cut(data, at, start)
     if kind is None and "over" in kind_options and "ramp" in kinds_for(data):
         kind = "ramp"
-    chosen_kind = choose_kind(data, kind)
+    chosen_kind, panel = choose_kind(data, kind, panel)
     check_options(chosen_kind, kind_options)
     data, ends = apply_limits(data, chosen_kind, look)
+    from matplotlib.artist import Artist
+
+    from nsdrill.plot.dark import marks_of, on_dark_page
+    from nsdrill.plot.into import draw_panel
     from nsdrill.plot.style import (
         freeze_layout,
         house_style,
         limit_x_axes,
+        panels_of,
         using_look,
         without_glyph_warnings,
         write_in_largest_panel,
     )
 
-    with using_look(look), house_style(), without_glyph_warnings():
+    def picture() -> Figure:
         figure = chosen_kind.draw(data, units, **kind_options)
         if isinstance(data, Results) and (message := no_data_message(data)):
             write_in_largest_panel(figure, message)
+        if (finish := getattr(figure, "finish", None)) is not None:  # one panel alone
+            finish(chosen_kind.across(data), units)
         if ends is not None:
             limit_x_axes(figure, str(chosen_kind.across(data)), ends, units)
         if branches is not None:
             _draw_branch_curves(figure, data, branches, units)
+        if look.ylim is not None and (finish or not alone):
+            limit_y_axes(panels_of(figure), look.ylim, units)
+        return figure
+
+    alone = panel is not None or ax is not None
+    with using_look(look), house_style(), without_glyph_warnings():
+        figure = picture()
         freeze_layout(figure)
+        earlier = set(ax.findobj()) if isinstance(ax, Artist) else set()
+        if alone:
+            figure = draw_panel(picture, figure, panel, ax)
+        marks = marks_of(figure, panels_of(figure))
+        on_dark_page(figure, [mark for mark in marks if mark not in earlier])
+        if alone and ax is None:
+            freeze_layout(figure)
     return figure
 
 
@@ -118,16 +146,21 @@ def needed(
     kind: str | None = None,
     at: Mapping[str, float] | None = None,
     start: int | None = None,
+    panel: str | None = None,
 ) -> tuple[str, ...]:
     """The variables that :func:`draw` uses of a sweep with the coordinates of
     ``outline``, which has no numbers in it."""
-    names = variables_for(choose_kind(cut(outline, at, start), kind).name, model_in(outline.attrs))
+    chosen_kind, _ = choose_kind(cut(outline, at, start), kind, panel)
+    names = variables_for(chosen_kind.name, model_in(outline.attrs))
     return tuple(name for name in names if name in outline.variables)
 
 
-def cut(data: Results, at: Mapping[str, float] | None, start: int | None = None) -> Results:
+def cut(data: Any, at: Mapping[str, float] | None, start: int | None = None) -> Any:
     """A sweep with every axis ascending, cut at the values ``at`` of some (SI), and at
-    one of its starts."""
+    one of its starts; other data as they are."""
+    if not isinstance(data, Results):
+        _refuse_choices(data, [*(at or ()), *(["start"] if start is not None else [])])
+        return data
     from nsdrill.plot.slices import ordered, select_sample, select_start
     from nsdrill.variables import SAMPLE, dimension_of
 
@@ -145,31 +178,22 @@ def cut(data: Results, at: Mapping[str, float] | None, start: int | None = None)
     return ordered(data if start is None else select_start(data, start), at)
 
 
-class _CallablePackage(ModuleType):
-    """Makes ``nsdrill.plot`` callable: once this package is imported, Python binds that
-    name to it, while for users it is a function."""
-
-    def __call__(self, data: Any, kind: str | None = None, **options: Any) -> Figure:
-        """Draw a file or a Dataset: see :func:`nsdrill.api.plot`."""
-        import nsdrill
-
-        figure: Figure = nsdrill.api.plot(data, kind, **options)
-        return figure
-
-    @property
-    def __signature__(self) -> Signature:
-        """The signature that editors and notebooks show."""
-        import nsdrill
-
-        return signature(nsdrill.api.plot)
+def _refuse_choices(data: Any, names: Sequence[str]) -> None:
+    """InputError where a choice of points was given for a trace or branches."""
+    for name in names:
+        option = name.replace("_", "-") if name in (*AXES, *_CHOICES) else "at"
+        which = ", which is of one point" if isinstance(data, Trace) else ""
+        raise InputError(
+            f"--{option}: found with {describe(data)}{which}; allowed: with the results of a sweep."
+        )
 
 
-sys.modules[__name__].__class__ = _CallablePackage
+_CHOICES = ("start", "states", "severity", "confidence")
 
 
 def _draw_branch_curves(figure: Figure, data: Results, branches: Any, units: str) -> None:
     """Curves of branches over the map of a sweep over two axes."""
-    from nsdrill.plot.branches import check_same_string, draw_branch_curves
+    from nsdrill.plot.kinds.branches import check_same_string, draw_branch_curves
     from nsdrill.plot.maps import Planes
 
     if len(data.swept) != 2:
@@ -180,3 +204,16 @@ def _draw_branch_curves(figure: Figure, data: Results, branches: Any, units: str
     held = {name: float(branches[name].values.ravel()[0]) for name in data.held if name in branches}
     check_same_string(branches, data, held)
     draw_branch_curves(figure, branches, planes.x, planes.y, units)
+
+
+def _be_a_function() -> None:
+    """Put the function :func:`nsdrill.api.plot` in the place of this package, with all
+    that the package has: Python binds the name ``nsdrill.plot`` to what is imported, and
+    for users that is a function, with its help and its signature."""
+    function = import_module("nsdrill.api").plot
+    vars(function).update({name: thing for name, thing in globals().items() if name != "__doc__"})
+    function.__name__ = __name__  # by which Python finds the modules of the package
+    sys.modules[__name__] = function
+
+
+_be_a_function()

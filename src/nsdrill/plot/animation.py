@@ -19,10 +19,8 @@ from PIL import Image
 from nsdrill.data import Trace
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.files import CheckedFile, replacing
-from nsdrill.plot.kinds.hole import BIT, EDGE, MUD, ROCK, STEEL, Scene
-from nsdrill.plot.kinds.orbit import has_orbit
-from nsdrill.plot.limits import between
-from nsdrill.plot.look import Look
+from nsdrill.plot.kinds.hole import BIT, EDGE, MUD, ROCK, STEEL, Scene, has_orbit
+from nsdrill.plot.look import Look, between
 from nsdrill.plot.style import (
     BLUE,
     VERMILLION,

@@ -1,8 +1,11 @@
-"""Measured values along one axis, a panel for each."""
+"""Measured values along one axis, a panel for each, over bands of severity whose bounds are
+the thresholds in force in the file."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -10,12 +13,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from nsdrill.data import Results
-from nsdrill.plot.bands import band_names, severity_bounds
-from nsdrill.plot.columns import is_open, new_columns, outcome_handles
+from nsdrill.data import Results, resolved_study
+from nsdrill.observe.thresholds import Thresholds
 from nsdrill.plot.decimation import envelope
 from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
+from nsdrill.plot.panels import is_open, new_columns, outcome_handles
 from nsdrill.plot.registry import longest
 from nsdrill.plot.slices import Line, edges, robust_limits, spaced
 from nsdrill.plot.slices import line as line_along
@@ -31,11 +34,62 @@ from nsdrill.plot.style import (
     VERMILLION,
     WINE,
     font_size,
+    name_panel,
     new_figure,
     page_width,
     put_title,
 )
 from nsdrill.variables import INFERRED, OK
+
+# variable -> section of the thresholds, its four bounds in ascending order, and the
+# names of the five bands
+_GRADED: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
+    "stick_slip_index": (
+        "stick_slip",
+        ("oscillation_index", "medium_index", "stall_index", "severe_index"),
+        ("none", "oscillation", "medium", "onset of stall", "severe"),
+    ),
+    "lift_off_fraction": (
+        "bit_bounce",
+        ("light_fraction", "moderate_fraction", "strong_fraction", "severe_fraction"),
+        ("none", "light", "moderate", "strong", "severe"),
+    ),
+    "lateral_acceleration_rms": (
+        "whirl",
+        (
+            "light_acceleration",
+            "moderate_acceleration",
+            "strong_acceleration",
+            "severe_acceleration",
+        ),
+        ("none", "light", "moderate", "strong", "severe"),
+    ),
+}
+
+
+def severity_bounds(attrs: Mapping[str, Any], name: str) -> tuple[float, ...]:
+    """The four bounds of severity of variable ``name`` in its own units, none where it
+    is not graded.
+
+    ``attrs`` are the root attributes of a results file. The thresholds of a new
+    classification come before those of the study, and these before the defaults.
+    """
+    if name not in _GRADED:
+        return ()
+    section, keys, _ = _GRADED[name]
+    classify: dict[str, Any] = asdict(Thresholds())
+    if "classification_resolved" in attrs:
+        classify = json.loads(attrs["classification_resolved"])
+    else:
+        classify = resolved_study(attrs).get("classify", classify)
+    thresholds = {**asdict(Thresholds())[section], **classify.get(section, {})}
+    return tuple(float(thresholds[key]) for key in keys)
+
+
+def band_names(name: str) -> tuple[str, ...]:
+    """The names of the five bands of a graded variable, the mildest first."""
+    return _GRADED[name][2]
+
 
 BINS = 1500  # of a curve: about one for each pixel in print
 MAX_MARKERS = 200
@@ -47,7 +101,7 @@ SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
     figure, lines, columns = new_columns(
-        results, units, len(names), 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9
+        results, units, names, 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9
     )
     for row, name in enumerate(names, start=1):
         y = quantity(name, units)
@@ -65,7 +119,8 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
         elif name == "whirl_ratio":
             for column in columns:
                 column[row].axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
-        columns[0][row].set_ylabel(y.wrapped if len(names) == 1 else y.label)
+        if len(names) == 1:
+            columns[0][row].set_ylabel(y.wrapped)
     legend_below(figure, [*_direction_handles(lines[0]), *outcome_handles(lines, markers=False)], 4)
     return figure
 
@@ -78,31 +133,22 @@ def draw_words(results: Results, name: str, units: str) -> Figure:
     figure = new_figure(page_width(), 3.2)
     axes, lines = figure.add_subplot(), []
     for number, value in enumerate(results.coords[word_axis]):
-        line = line_along(results, axis, **{word_axis: number})
-        lines.append(line)
-        for row, procedure in enumerate(line.procedures):
-            ended_well, was_run = line["status"][row] == OK, line["status"][row] != INFERRED
-            kept_y = np.where(ended_well, line[name][row] / y.scale, np.nan)
-            kept_x, kept_y = envelope(line.x[was_run] / x.scale, kept_y[was_run], BINS)
-            style = _style(procedure, line.procedures, len(kept_x)) | {
-                "color": WORD_COLOURS[number % len(WORD_COLOURS)]
-            }
-            style |= {
-                "marker": WORD_MARKERS[number % len(WORD_MARKERS)],
-                "markerfacecolor": style["color"],
-                "markersize": 3.5,
-            }
-            axes.plot(
-                kept_x,
-                kept_y,
-                gid=f"{name}:{word_quantity.value(value)}",
-                label=word_quantity.value(value),
-                **style,
-            )
+        lines.append(line_along(results, axis, **{word_axis: number}))
+        word, colour = word_quantity.value(value), WORD_COLOURS[number % len(WORD_COLOURS)]
+        style = {
+            "color": colour,
+            "marker": WORD_MARKERS[number % len(WORD_MARKERS)],
+            "markerfacecolor": colour,
+            "markersize": 3.5,
+            "label": word,
+            "gid": f"{name}:{word}",
+        }
+        draw_values(axes, lines[-1], name, x, y, style)
     spaced(axes, lines[0].x)
     axes.set_xlim(*(edges(lines[0].x)[[0, -1]] / x.scale))
     axes.set_xlabel(x.label)
     axes.set_ylabel(y.label)
+    name_panel(axes, name, name)
     _limit_y([axes] * len(lines), lines, name, y, units)
     if bounds := severity_bounds(results.attrs, name):
         shade_severity(
@@ -114,19 +160,17 @@ def draw_words(results: Results, name: str, units: str) -> Figure:
     return figure
 
 
-def draw_values(axes: Axes, line: Line, name: str, x: Shown, y: Shown) -> None:
+def draw_values(
+    axes: Axes, line: Line, name: str, x: Shown, y: Shown, style: Mapping[str, Any] | None = None
+) -> None:
     """A line for each procedure, broken where a run did not end well; points that were
     inferred instead of run are skipped."""
     for row, procedure in enumerate(line.procedures):
         ended_well, was_run = line["status"][row] == OK, line["status"][row] != INFERRED
         values = np.where(ended_well, line[name][row] / y.scale, np.nan)
         kept_x, kept_y = envelope(line.x[was_run] / x.scale, values[was_run], BINS)
-        axes.plot(
-            kept_x,
-            kept_y,
-            gid=f"{name}:{procedure}",
-            **_style(procedure, line.procedures, len(kept_x)),
-        )
+        own = {"gid": f"{name}:{procedure}", **_style(procedure, line.procedures, len(kept_x))}
+        axes.plot(kept_x, kept_y, **{**own, **(style or {})})
 
 
 def _style(procedure: str, procedures: tuple[str, ...], points: int = 0) -> dict[str, Any]:

@@ -5,9 +5,30 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.path import Path
 
 from nsdrill.data import Array
+from nsdrill.plot.style import GREY
+
+VEIL = 0.18  # share of white over cells that were not run
+_RED, _GREEN, _BLUE = ((1 - VEIL) * part + VEIL for part in to_rgb(GREY))
+PALE_GREY = to_hex((_RED, _GREEN, _BLUE))
+
+
+def veil(axes: Axes, cells: tuple[Array, Array], selected: Array) -> None:
+    """Make the ``selected`` cells paler, as what they show is inferred from those
+    around them. No pattern: it would hide what the map shows."""
+    if np.any(selected):
+        axes.add_collection(
+            PathCollection(
+                [covering_path(cells, selected)],
+                facecolors=(1.0, 1.0, 1.0, VEIL),
+                linewidths=0,
+                gid="inferred",
+            ),
+            autolim=False,
+        )
 
 
 def hatch(

@@ -88,31 +88,14 @@ def fixed_values(results: Results) -> dict[str, float]:
 
 
 def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
-    """The title of the study, with its operating values in the units of ``point``; on
-    lines of their own what ``--set`` changed, in ``width`` characters, and the
-    operating values."""
-    title = retold(" ".join(str(attrs.get("title") or "").split()), point)
+    """The title of the study in the words of the user; on lines of their own what
+    ``--set`` changed, in ``width`` characters, and the operating values that the title
+    does not give."""
+    title = " ".join(str(attrs.get("title") or "").split())
     point_line = "; ".join(
         part for part in (_values_not_in_title(point, title), *_unusual_features(attrs)) if part
     )
     return "\n".join(line for line in (title, describe_overrides(attrs, width), point_line) if line)
-
-
-def retold(title: str, point: str) -> str:
-    """The ``title`` with the values of the operating ``point`` in the units of
-    ``point``: 5000 m beside 16404 ft would not be recognised as the same."""
-    point_values = list(map(_parse_value, _VALUE.finditer(point)))
-
-    def replacement(match: re.Match[str]) -> str:
-        value = _parse_value(match)
-        candidates = [
-            text
-            for text, axis, si_value in point_values
-            if axis == value[1] and math.isclose(si_value, value[2], rel_tol=SAME_VALUE)
-        ]
-        return candidates[0] if candidates else match[0]
-
-    return _VALUE.sub(replacement, title)
 
 
 SAME_VALUE = 5e-4  # relative: values are written with four digits
@@ -132,14 +115,21 @@ def _parse_value(match: re.Match[str]) -> tuple[str, str, float]:
 
 
 def _values_not_in_title(point: str, title: str) -> str:
-    """The operating values that do not stand in the title already."""
+    """The operating values that do not stand in the title already, in any unit."""
+    in_title = [_parse_value(match) for match in _VALUE.finditer(title)]
+
+    def missing(value: str) -> bool:
+        if not (match := _VALUE.fullmatch(value)):
+            return not re.search(rf"(?<![\w.]){re.escape(value)}(?![\w/])", title)
+        _, axis, number = _parse_value(match)
+        return not any(
+            axis == other and math.isclose(number, given, rel_tol=SAME_VALUE)
+            for _, other, given in in_title
+        )
+
     head, semicolon, rest = point.partition(";")
-    missing = [
-        value
-        for value in head.split(", ")
-        if not re.search(rf"(?<![\w.]){re.escape(value)}(?![\w/])", title)
-    ]
-    return ", ".join(missing) + semicolon + rest if missing else rest.strip()
+    values = ", ".join(filter(missing, head.split(", ")))
+    return values + semicolon + rest if values else rest.strip()
 
 
 # numbers with more digits than a title needs
@@ -162,13 +152,13 @@ def _unusual_features(attrs: Mapping[str, Any]) -> list[str]:
 def describe_overrides(attrs: Mapping[str, Any], width: int) -> str:
     """What ``--set`` of run and classify changed, in one line:
     ``bit.lobes = 1 and 3 more``. The title and the operating point, which stand in the
-    heading anyway, are left out."""
+    heading anyway, and the sweep, which the axes show, are left out."""
     changes = overrides(attrs, thresholds=True)
     in_title = ("title", *AXES, *(f"operation.{name}" for name in AXES))
     texts = [
-        f"{key} = {_LONG_NUMBER.sub(_rounded, value)}"
+        f"{key} = {_LONG_NUMBER.sub(lambda number: f'{float(number[0]):.6g}', value)}"
         for key, value in changes.items()
-        if key not in in_title
+        if key not in in_title and key.partition(".")[0] != "sweep"
     ]
     line = ""
     for remaining, text in zip(reversed(range(len(texts))), texts, strict=True):

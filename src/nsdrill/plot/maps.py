@@ -27,8 +27,8 @@ from nsdrill.errors import InputError
 from nsdrill.models.leaves import words_along
 from nsdrill.observe.trust import verdict
 from nsdrill.plot import isolines
-from nsdrill.plot.bands import severity_bounds
-from nsdrill.plot.hatching import hatch
+from nsdrill.plot.curves import severity_bounds
+from nsdrill.plot.hatching import PALE_GREY, hatch, veil
 from nsdrill.plot.isolines import RATE_OF_PENETRATION
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
@@ -42,6 +42,7 @@ from nsdrill.plot.style import (
     SHADE_EDGE,
     WHIRLS,
     cell_style,
+    name_panel,
     new_figure,
     page_width,
     panels_per_row,
@@ -130,18 +131,11 @@ def lies_across(results: Results) -> str:
     return Planes.of(results).x
 
 
-def draw_categories_map(results: Results, variable: str, units: str) -> Figure:
-    """A map of ``response``, ``whirl_kind`` or ``motion``, by the colours of
-    :data:`CATEGORIES`."""
-    return _draw(results, variable, None, units)
-
-
-def draw_values_map(results: Results, name: str, units: str) -> Figure:
-    """A map of the feature ``name``."""
-    return _draw(results, "response", name, units)
-
-
-def _draw(results: Results, variable: str, name: str | None, units: str) -> Figure:
+def draw_map(
+    results: Results, units: str = "si", variable: str = "response", name: str | None = None
+) -> Figure:
+    """A map of the feature ``name``; without one, of ``response``, ``whirl_kind`` or
+    ``motion``, by the colours of :data:`CATEGORIES`."""
     planes = Planes.of(results)
     outcomes = outcome(planes["status"], planes["response"])
     inferred = planes["status"] == INFERRED
@@ -186,27 +180,12 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
     has_lines = False
     for row in range(len(planes.panel_values)):
         for column in range(len(planes.procedures)):
-            dot_colour = "white" if name or is_response_map else "#606060"
-            hatch(
-                grid[row][column],
-                cells,
-                inferred[column, row],
-                "....",
-                "none",
-                dot_colour,
-                "inferred",
-            )
+            if name is None:  # a veil would change the colours of a scale
+                veil(grid[row][column], cells, inferred[column, row])
             if verdicts is not None:
                 overlay_verdicts(grid[row][column], *cells, verdicts[column, row], cell_size)
-            hatch(
-                grid[row][column],
-                cells,
-                outcomes[column, row] == FAILED_POINT,
-                "xxxxxx",
-                "white",
-                "#000000",
-                "failed",
-            )
+            failed = outcomes[column, row] == FAILED_POINT
+            hatch(grid[row][column], cells, failed, "xxxxxx", "white", "#000000", "failed")
             if (
                 is_response_map
                 and RATE_OF_PENETRATION in results.variables
@@ -227,7 +206,7 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
         outcomes,
         difference if name is None else None,
         inferred,
-        "inferred" if name is None else "interpolated",
+        "paler: inferred" if name is None else "interpolated between runs",
     )
     if verdicts is not None:
         handles += verdict_handles(verdicts)
@@ -271,6 +250,7 @@ def _new_panels(
         axes.set_xlabel(x.label if is_lowest else "")
         axes.set_ylabel(y.label if is_leftmost else "")
         axes.set_title(_panel_title(planes, *divmod(number, columns), units, with_colour_bar))
+        name_panel(axes, [*planes.procedures, "compared"][number % columns], planes.y)
         panels.append(axes)
     x_edges, y_edges = _cell_edges(planes, units)
     spaced(panels[0], positions(planes.results, planes.x), positions(planes.results, planes.y))
@@ -388,17 +368,10 @@ def _draw_differences(
     value = quantity(name, units)
     shown = np.ma.masked_invalid(differs / value.scale)
     high = max(map(abs, robust_limits(shown.compressed()))) if shown.count() else 1.0
-    panels = [row[-1] for row in grid]
-    mesh = _draw_cells(panels, planes, list(shown), Normalize(-high, high), DIFFERENCE, units)
-    _add_colour_bar(
-        figure,
-        mesh,
-        panels,
-        f"down less up [{value.unit}]" if value.unit else "down less up",
-        shown,
-        -high,
-        high,
-    )
+    panels, norm = [row[-1] for row in grid], Normalize(-high, high)
+    mesh = _draw_cells(panels, planes, list(shown), norm, DIFFERENCE, units)
+    label = f"down less up [{value.unit}]" if value.unit else "down less up"
+    _add_colour_bar(figure, mesh, panels, label, shown, -high, high)
 
 
 def _in_panel_order(shown: Any) -> list[Any]:
@@ -433,17 +406,8 @@ def _add_colour_bar(
     high: float,
 ) -> Any:
     """A colour bar for the panels, pointed at the ends beyond which there are values."""
-    extend_by_side = {
-        (False, False): "neither",
-        (True, False): "min",
-        (False, True): "max",
-        (True, True): "both",
-    }
-    extend = (
-        extend_by_side[bool(shown.min() < low), bool(shown.max() > high)]
-        if shown.count()
-        else "neither"
-    )
+    below, above = (shown.count() and (shown.min() < low, shown.max() > high)) or (False, False)
+    extend = ("both" if above else "min") if below else ("max" if above else "neither")
     return figure.colorbar(
         mesh, ax=list(panels), label=label, extend=extend, fraction=0.05, pad=0.01, aspect=30
     )
@@ -503,41 +467,18 @@ def _legend_entries(
     """Legend entries for what is not a colour of the map: inferred points with the
     ``method`` by which they are known, failed points, points not run yet, and those
     where up and down differ."""
-    handles: list[Artist] = []
-    failed = int((outcomes == FAILED_POINT).sum())
-    pending, not_run = int((outcomes == PENDING_POINT).sum()), int(inferred.sum())
-    if not_run:
-        label = f"dotted: {method} ({not_run} of {outcomes.size})"
-        handles.append(
-            Patch(facecolor=GREY, edgecolor="white", linewidth=0.4, hatch="....", label=label)
-        )
-    if failed:
-        handles.append(
-            Patch(
-                facecolor="white",
-                edgecolor="black",
-                linewidth=0.4,
-                hatch="xxxxxx",
-                label=f"failed ({failed} of {outcomes.size})",
-            )
-        )
-    if pending:
-        handles.append(
-            Patch(
-                facecolor="white",
-                edgecolor=GREY,
-                linewidth=0.4,
-                label=f"not run yet ({pending} of {outcomes.size})",
-            )
-        )
+    fine = {"facecolor": "white", "edgecolor": "black", "linewidth": 0.4}
+    differs = {"facecolor": SHADE, "edgecolor": SHADE_EDGE, "hatch": "//////"}
+    inferred_style = {"facecolor": PALE_GREY if "paler" in method else "none"}
+    entries: list[tuple[str, Array, dict[str, Any]]] = [
+        (method, inferred, inferred_style),
+        ("failed", outcomes == FAILED_POINT, fine | {"hatch": "xxxxxx"}),
+        ("not run yet", outcomes == PENDING_POINT, fine | {"edgecolor": GREY}),
+    ]
+    entries = [entry for entry in entries if np.any(entry[1])]
     if difference is not None:
-        handles.append(
-            Patch(
-                facecolor=SHADE,
-                edgecolor=SHADE_EDGE,
-                linewidth=0.4,
-                hatch="//////",
-                label=f"up and down differ ({int((difference == 1).sum())} of {difference.size})",
-            )
-        )
-    return handles
+        entries.append(("up and down differ", difference == 1, fine | differs))
+    return [
+        Patch(label=f"{words} ({np.count_nonzero(cells)} of {cells.size})", **style)
+        for words, cells, style in entries
+    ]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import os
 import pkgutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -35,9 +35,10 @@ SAMPLES = "samples of uncertain numbers"
 PLANE = "a sweep over two or three axes"
 TRACE = "a trace"
 RAMP = "a trace of a ramp"
+BRANCHES = "branches"
 STUDY = "a study (.yaml)"
 VALUE = "a sweep, one value"
-GROUPS = (LINE, RETURNS, STARTS, SAMPLES, PLANE, TRACE, RAMP, STUDY, VALUE)
+GROUPS = (LINE, RETURNS, STARTS, SAMPLES, PLANE, TRACE, RAMP, BRANCHES, STUDY, VALUE)
 
 
 @dataclass(frozen=True)
@@ -64,6 +65,8 @@ class Kind:
         common.
     ``advice(data)``
         why it does not fit the data.
+    ``part_of``
+        the kind of which this one is a panel, so that it is not listed by itself.
     """
 
     name: str
@@ -75,6 +78,7 @@ class Kind:
     takes: tuple[str, ...] = ()
     across: Callable[[Any], str | None] = lambda data: None
     advice: Callable[[Any], str] = lambda data: ""
+    part_of: str = ""
 
 
 @cache
@@ -103,10 +107,21 @@ def kinds_of(group: str) -> dict[str, Kind]:
 
 
 def kinds_for(data: Any) -> tuple[str, ...]:
-    """The kinds in which ``data`` can be drawn, the default first."""
-    places = {name: kind.place(data) for name, kind in all_kinds().items()}
+    """The kinds in which ``data`` can be drawn, the default first; not those that are
+    panels of another one."""
+    places = {name: kind.place(data) for name, kind in all_kinds().items() if not kind.part_of}
     fitting = {name: place for name, place in places.items() if place is not None}
     return tuple(sorted(fitting, key=lambda name: fitting[name]))
+
+
+def listing(names: Iterable[str]) -> str:
+    """A line for each of these kinds: its name, and what it shows."""
+    return "\n".join(f"  {name:<24} {all_kinds()[name].words}" for name in names)
+
+
+def _fitting(data: Any) -> list[str]:
+    """All kinds that fit the data, those that are panels of others included."""
+    return [name for name, kind in all_kinds().items() if kind.place(data) is not None]
 
 
 def variables_for(kind: str, model: Description) -> tuple[str, ...]:
@@ -115,52 +130,49 @@ def variables_for(kind: str, model: Description) -> tuple[str, ...]:
     return ("status", "response", *TRUST, *all_kinds()[kind].uses(model))
 
 
-def choose_kind(data: Any, kind: str | None) -> Kind:
-    """The kind to draw: ``kind``, or the default if it is None. The InputError for a
-    kind that does not fit lists those that do."""
+def choose_kind(data: Any, kind: str | None, panel: str | None = None) -> tuple[Kind, str | None]:
+    """The kind to draw, ``kind`` or the default if it is None, and which ``panel`` of it
+    alone, None for all. A panel that is declared as a kind is drawn as that one. The
+    InputError for a kind that does not fit lists those that do."""
     allowed, known = kinds_for(data), all_kinds()
+    part = known.get(panel or "")
+    if part is not None and part.place(data) is not None and kind in (None, part.part_of):
+        return part, None
     if kind is None:
-        return known[allowed[0]]
-    if kind in allowed:
-        return known[kind]
+        return known[allowed[0]], panel
+    if kind in known and known[kind].place(data) is not None:
+        return known[kind], panel
     if kind in kinds_of(STUDY):
         raise InputError(
-            f"plot kind: found {kind!r} with {_describe(data)}; allowed: with a study, a YAML file."
+            f"plot kind: found {kind!r} with {describe(data)}; allowed: with a study, a YAML file."
         )
-    listing = "\n".join(f"  {name:<24} {known[name].words}" for name in allowed)
+    lines = listing(allowed)
     if kind in known:
-        if (
-            isinstance(data, Results)
-            and "start" in data.coords
-            and known[kind].place(_without(data, "start")) is not None
+        for dimension, of, option in (
+            ("start", "start of every operating point", "--start,"),
+            (SAMPLE, "sample of the uncertain numbers", f"--at {SAMPLE}=...,"),
         ):
-            raise InputError(
-                f"plot kind: found {kind!r}, which draws one start of every operating point, with "
-                f"{_describe(data)}; allowed here:\n{listing}\nor {kind!r} with --start, 0 to "
-                f"{len(data.coords['start']) - 1}."
-            )
-        if (
-            isinstance(data, Results)
-            and SAMPLE in data.coords
-            and known[kind].place(_without(data, SAMPLE)) is not None
-        ):
-            raise InputError(
-                f"plot kind: found {kind!r}, which draws one sample of the uncertain numbers, "
-                f"with {_describe(data)}; allowed here:\n{listing}\nor {kind!r} with "
-                f"--at {SAMPLE}=..., 0 to "
-                f"{len(data.coords[SAMPLE]) - 1}."
-            )
+            if (
+                isinstance(data, Results)
+                and dimension in data.coords
+                and known[kind].place(_without(data, dimension)) is not None
+            ):
+                raise InputError(
+                    f"plot kind: found {kind!r}, which draws one {of}, with {describe(data)}; "
+                    f"allowed here:\n{lines}\nor {kind!r} with {option} 0 to "
+                    f"{len(data.coords[dimension]) - 1}."
+                )
         advice = known[kind].advice(data)
         raise InputError(
             f"plot kind: found {kind!r}, which does not fit "
-            f"{_describe(data)}{f' ({advice})' if advice else ''}; "
-            f"allowed here:\n{listing}"
+            f"{describe(data)}{f' ({advice})' if advice else ''}; "
+            f"allowed here:\n{lines}"
         )
-    close_matches = difflib.get_close_matches(kind, allowed, n=1)
+    close_matches = difflib.get_close_matches(kind, _fitting(data), n=1)
     hint = f" Did you mean {close_matches[0]!r}?" if close_matches else ""
     raise InputError(
         f"plot kind: found {kind!r}, which is not known.{hint} Allowed for "
-        f"{_describe(data)}:\n{listing}"
+        f"{describe(data)}:\n{lines}"
     )
 
 
@@ -182,6 +194,11 @@ def is_study(path: object) -> bool:
     return isinstance(path, str | os.PathLike) and str(os.fspath(path)).lower().endswith(
         (".yaml", ".yml")
     )
+
+
+def is_branches(data: Any) -> bool:
+    """Whether this is a Dataset of branches."""
+    return "branch" in getattr(data, "dims", ())
 
 
 def is_sweep(data: Any) -> bool:
@@ -261,11 +278,11 @@ def _without(data: Results, dimension: str) -> Results:
     return Results(coords, data.variables, data.attrs, data.more)
 
 
-def _describe(data: Any) -> str:
+def describe(data: Any) -> str:
     if isinstance(data, Trace):
         return "a trace"
     if not isinstance(data, Results):
-        return "this file"
+        return "branches" if is_branches(data) else "this file"
     axes = [f"{axis} ({len(data.coords[axis])} values)" for axis in data.swept]
     description = f"a sweep over {' and '.join(axes)}" if axes else "a single point"
     if SAMPLE in data.coords:

@@ -39,36 +39,26 @@ def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
 def select_sample(results: Results, number: float) -> Results:
     """The results of one sample of the uncertain numbers, as a sweep without
     samples."""
-    if SAMPLE not in results.coords:
-        raise InputError(
-            f"--at {SAMPLE}: found {number:g}; allowed: nothing, as no number is uncertain."
-        )
-    count = len(results.coords[SAMPLE])
-    if number != int(number) or not 0 <= number < count:
-        raise InputError(f"--at {SAMPLE}: found {number:g}; allowed: 0 to {count - 1}.")
-    coords = {name: values for name, values in results.coords.items() if name != SAMPLE}
-    place = results.grid.index(SAMPLE)
-    variables = {
-        name: array.take(int(number), axis=place) for name, array in results.variables.items()
-    }
-    return Results(coords, variables, results.attrs, results.more)
+    return _select(results, SAMPLE, number, f"--at {SAMPLE}", "no number is uncertain")
 
 
 def select_start(results: Results, start: int) -> Results:
     """The results of one start of every operating point, as a sweep without starts."""
-    if "start" not in results.coords:
-        raise InputError(
-            f"--start: found {start}; allowed: nothing, as every operating point has one start."
-        )
-    count = len(results.coords["start"])
-    if not 0 <= start < count:
-        raise InputError(f"--start: found {start}; allowed: 0 to {count - 1}.")
-    coords = {name: values for name, values in results.coords.items() if name != "start"}
-    place = results.grid.index("start")
+    return _select(results, "start", start, "--start", "every operating point has one start")
+
+
+def _select(results: Results, dimension: str, number: float, option: str, why: str) -> Results:
+    if dimension not in results.coords:
+        raise InputError(f"{option}: found {number:g}; allowed: nothing, as {why}.")
+    count = len(results.coords[dimension])
+    if number != int(number) or not 0 <= number < count:
+        raise InputError(f"{option}: found {number:g}; allowed: 0 to {count - 1}.")
+    coords = {name: values for name, values in results.coords.items() if name != dimension}
+    place = results.grid.index(dimension)
     variables = {
-        name: array.take(start, axis=place)
+        name: array.take(int(number), axis=place)
         for name, array in results.variables.items()
-        if name != "attractor"
+        if name != "attractor"  # of all starts of a point
     }
     return Results(coords, variables, results.attrs, results.more)
 

@@ -29,7 +29,8 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from nsdrill.errors import InputError
 from nsdrill.plot.labels import quantity
-from nsdrill.plot.look import Look, look
+from nsdrill.plot.look import Look
+from nsdrill.plot.look import look as look
 from nsdrill.variables import BIT_BOUNCE, STICK_SLIP, WHIRL
 
 FULL_WIDTH = 7.0  # inches: two columns of a journal page
@@ -52,7 +53,7 @@ SAFE_COLOUR = "#A3D58A"
 WARNING = "#8A1C00"  # text of a warning: dark, so that it is read in grey as well
 BAD_TO_GOOD = ("#3F1030", "#93394A", "#C9714B", "#D9A95B", SAFE_COLOUR)
 SHADE, SHADE_EDGE = "#FFF3B8", "#C8B560"  # hysteresis: pale behind every marker colour
-REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the set speed
+REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the rotary speed
 # colours belong to the responses
 DIRECTION_COLOURS = {"same": BLACK, "up": BLACK, "down": "#808080"}
 
@@ -330,6 +331,24 @@ def new_figure(width: float, height: float) -> Figure:
     assert isinstance(engine, ConstrainedLayoutEngine)
     engine.set(w_pad=0.03, h_pad=0.03, hspace=0.02, wspace=0.02)
     return figure
+
+
+def stack(figure: Any, rows: int, *, shared: bool = True, **ratios: Any) -> list[Axes]:
+    """Panels one below the other, which share the x axis where ``shared``."""
+    grid = figure.add_gridspec(rows, 1, **ratios)
+    panels: list[Axes] = []
+    for row in range(rows):
+        first = panels[0] if shared and panels else None
+        panels.append(figure.add_subplot(grid[row, 0], sharex=first))
+        panels[-1].tick_params(labelbottom=not shared or row == rows - 1)
+    return panels
+
+
+def name_panel(axes: Axes, name: str, y: str = "") -> None:
+    """Name a panel, as the user may ask for it alone, and the variable along its y
+    axis, where that has a unit for limits."""
+    axes.set_label(name)
+    axes.yaxis.set_gid(y)
 
 
 def has_title() -> bool:

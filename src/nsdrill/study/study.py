@@ -33,21 +33,40 @@ Procedure = Literal["same", "up", "down", "up-down"]
 
 @dataclass(frozen=True)
 class Study:
-    """One study.
+    """One study, which :func:`load_study` makes.
 
-    ``axes`` holds depth [m], wob [N] and rotary_speed [rad/s], each a 1-D ascending
-    float array, of length one (from ``operation``) where it is not swept, and the other
-    numbers that are swept by their dotted keys, which ``more`` describes; ``ramps``
-    those of the three that follow time in a single run, whose values at time zero are
-    in ``operation``; ``swept`` the names that the file sweeps; ``along`` the axis along
-    which the state is carried, None for procedure ``same``. ``text`` is the YAML as
-    read, ``overrides`` the ``--set`` texts, ``resolved`` the complete study, defaults
-    filled in and in SI, as plain data, ``sha256`` the digest of that. ``refined`` names
-    the axes whose values are those of a grid refined ``refine`` times, of which every
-    ``2**refine``-th is run first. ``drawn`` holds the samples of the uncertain numbers
-    by key, each [samples], and ``unknowns`` describes them; a single simulation takes
-    the values of their own sections. ``continuation`` is the section ``continue``, None
-    where there is none.
+    Attributes
+    ----------
+    title, text, sha256 : str
+        The title; the YAML as read; the digest of the complete study.
+    axes : dict of arrays
+        Depth [m], wob [N] and rotary_speed [rad/s], each a 1-D ascending float array, of
+        length one (from ``operation``) where it is not swept, and the other numbers that
+        are swept by their dotted keys, which ``more`` describes.
+    swept : tuple of str
+        The names that the file sweeps.
+    along : str or None
+        The axis along which the state is carried; None for procedure ``same``.
+    ramps : dict
+        Those of the three that follow time in a single run; their values at time zero
+        are in ``operation``.
+    overrides, resolved : tuple of str, dict
+        The ``--set`` texts; the complete study, defaults filled in and in SI, as plain
+        data.
+    refined, refine : tuple of str, int
+        The axes whose values are those of a grid refined ``refine`` times, of which
+        every ``2**refine``-th is run first.
+    drawn, unknowns : dict of arrays, tuple
+        The samples [samples] of the uncertain numbers by key, and their description; a
+        single simulation takes the values of their own sections.
+    continuation
+        The section ``continue``, None where there is none.
+
+    Examples
+    --------
+    >>> study = nsdrill.load_study("study.yaml")
+    >>> study.swept, study.axes["rotary_speed"].size
+    (('rotary_speed',), 5)
     """
 
     title: str

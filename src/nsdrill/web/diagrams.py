@@ -159,7 +159,7 @@ def diagram(
 def _reference_lines(
     results: Results, series: Line, mode: str | None, axis: str, units: str
 ) -> list[dict[str, Any]]:
-    """The set speed and the wall of the hole, as the pictures draw them."""
+    """The rotary speed and the wall of the hole, as the pictures draw them."""
     gap = results.attrs.get("gap")
     if mode == "lateral" and gap is not None:
         height = float(gap) / quantity("radius_peaks", units).scale
@@ -174,7 +174,7 @@ def _reference_lines(
         if axis == "rotary_speed"
         else [speeds[place if isinstance(place, int) else 0]] * 2
     )
-    return [{"words": "set speed", "y": [float(value) for value in ends]}]
+    return [{"words": "rotary speed", "y": [float(value) for value in ends]}]
 
 
 def plane(

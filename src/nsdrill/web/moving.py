@@ -168,7 +168,7 @@ def section(session: Source, request: Mapping[str, Any]) -> Reply:
         }
         source = "stored returns"
     else:
-        from nsdrill.plot.kinds.section import section_of
+        from nsdrill.plot.kinds.returns import section_of
 
         simulation = session.study.simulation
         with session.computing():

@@ -10,11 +10,19 @@ from nsdrill.web.server import Explorer
 
 
 class View:
-    """An explorer that runs until :meth:`close`, or the end of this process.
+    """An explorer that :func:`view` gives; it runs until :meth:`close`, or the end of
+    this process.
 
-    A notebook shows it in a frame of ``height`` pixels where it is the value of a cell;
-    elsewhere :attr:`url` opens in a browser on this machine. As a context manager it
-    closes at the end of the block."""
+    A notebook shows it in a frame where it is the value of a cell; elsewhere :attr:`url`
+    opens in a browser on this machine. As a context manager it closes at the end of the
+    block.
+
+    Examples
+    --------
+    >>> with nsdrill.view("out.h5") as explorer:
+    ...     print(explorer.url.startswith("http://127.0.0.1:"))
+    True
+    """
 
     def __init__(self, explorer: Explorer, height: int) -> None:
         self._explorer, self._height = explorer, height

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap, to_hex, to_rgb
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
@@ -24,11 +24,17 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.starts import Starts, slice_values
+from nsdrill.plot.dark import light_of
+from nsdrill.plot.kinds.starts import (
+    ATTRACTOR_VARIABLES,
+    attractor_label,
+    by_operating_point,
+    has_starts,
+)
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below, marker_entry
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges
-from nsdrill.plot.starts import ATTRACTOR_VARIABLES, attractor_label, by_operating_point, has_starts
 from nsdrill.plot.style import RESPONSES, cell_style, new_figure, page_width, put_title
 from nsdrill.variables import OK, has_failed
 
@@ -37,9 +43,11 @@ HEIGHT = 4.4
 # least share
 MAX_NAMED, MIN_SHARE = 8, 0.005
 OTHERS_COLOUR, FAILED_COLOUR = "#F2F2F2", "#FFFFFF"
-# Tints of attractors with the same response: the colour of the response, then towards
-# white and towards black alternately.
-TINTS = (0.0, 0.55, -0.45, 0.3, -0.25, 0.75, -0.65, 0.45)
+# Colours of further attractors with a response that has its colour already: those that
+# differ most from the ones in use. Most are Paul Tol's.
+FURTHER_COLOURS = (
+    "#CCBB44", "#AA3377", "#EE6677", "#117733", "#332288", "#DDCC77", "#F0E442", "#7A5230",
+)  # fmt: skip
 MARKERS = ("o", "^", "s", "D", "v", "P", "X", "p")
 
 
@@ -61,7 +69,7 @@ def draw(results: Results, units: str = "si", states: Sequence[str] | None = Non
             "there. Finish the run."
         )
     names = _states(results, states)
-    colours = tinted_colours(attractors)
+    colours = distinct_colours(attractors)
     figure = new_figure(page_width(), HEIGHT)
     axes = figure.add_subplot()
     shown = (quantity(names[0], units), quantity(names[1], units))
@@ -110,23 +118,34 @@ def _states(results: Results, states: Sequence[str] | None) -> tuple[str, str]:
     return pair[0], pair[1]
 
 
-def tinted_colours(attractors: list[Attractor]) -> list[str]:
-    """The colours of the attractors with an entry of their own: that of the response,
-    in a different tint for each."""
-    counts: dict[int, int] = {}
-    colours = []
-    for attractor in [
-        attractor for attractor in attractors[:MAX_NAMED] if attractor.share >= MIN_SHARE
-    ]:
-        repeats = counts.get(attractor.response, 0)
-        counts[attractor.response] = repeats + 1
-        base, tint = (
-            np.array(to_rgb(RESPONSES[attractor.response].colour)),
-            TINTS[repeats % len(TINTS)],
-        )
-        red, green, blue = base + (1 - base) * tint if tint >= 0 else base * (1 + tint)
-        colours.append(to_hex((red, green, blue)))
-    return colours
+def distinct_colours(attractors: list[Attractor]) -> list[str]:
+    """The colours of the attractors with an entry of their own: the largest of each
+    response has that of the response, the others differ as much as possible."""
+    named = [one for one in attractors[:MAX_NAMED] if one.share >= MIN_SHARE]
+    largest = {one.response: one.number for one in reversed(named)}
+    own = {one.number: RESPONSES[one.response].colour for one in named}
+    colours = {number: own[number] for number in largest.values()}
+    for one in named:
+        if one.number not in colours:
+            used = [lightness_and_hue(colour) for colour in colours.values()]
+            colours[one.number] = max(
+                FURTHER_COLOURS,
+                key=lambda colour: min(
+                    float(np.linalg.norm(lightness_and_hue(colour) - other)) for other in used
+                ),
+            )
+    return [colours[one.number] for one in named]
+
+
+def lightness_and_hue(colour: str) -> Array:
+    """The coordinates L*, a*, b* of a colour, whose distances are those that an eye
+    sees; about 2 can just be told apart side by side (CIE 1976, white of D65)."""
+    x, y, z = np.cbrt(
+        np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
+        @ light_of(np.array(to_rgb(colour)))
+        / (0.9505, 1.0, 1.089)
+    )
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
 
 
 @dataclass(frozen=True)

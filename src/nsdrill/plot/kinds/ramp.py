@@ -20,9 +20,8 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
-from nsdrill.plot.references import WALL_VISIBLE_FROM
+from nsdrill.plot.panels import draw_wall
 from nsdrill.plot.registry import RAMP, Kind
-from nsdrill.plot.schedule import moving_values, operating_point_text, rate_text, setpoint
 from nsdrill.plot.slices import line, ordered
 from nsdrill.plot.style import (
     BLUE,
@@ -30,10 +29,13 @@ from nsdrill.plot.style import (
     MANY_MARKERS,
     REFERENCE,
     VERMILLION,
+    name_panel,
     new_figure,
     page_width,
     put_title,
+    stack,
 )
+from nsdrill.plot.traces import moving_values, operating_point_text, rate_text, setpoint
 from nsdrill.variables import AXES, OK
 
 SWEEP_COLOUR = "#D9D9D9"  # of the sweep below, paler than the peaks of the ramp
@@ -44,7 +46,7 @@ def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure
     x = quantity(axis, units)
     panels_drawn = drawn_in(trace.attrs).panels
     figure = new_figure(page_width(), 1.2 + 1.7 * len(panels_drawn))
-    panels = list(np.atleast_1d(figure.subplots(len(panels_drawn), 1, sharex=True)))
+    panels = stack(figure, len(panels_drawn))
     values = setpoint(trace, axis)
     direction = np.sign(np.diff(values, append=values[-1]))
     direction[-1] = direction[-2]
@@ -73,6 +75,7 @@ def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure
                     **style,
                 )
         axes.set_ylabel(y.label)
+        name_panel(axes, panel.peaks, panel.peaks)
     handles += [
         Line2D([], [], linestyle="none", **{**STYLES[sign], "markersize": 3.5})
         for sign in (1, -1, 0)
@@ -192,7 +195,7 @@ def draw_sweep(
 
 
 def _draw_references(panels: list[Axes], trace: Trace, axis: str, units: str) -> list[Artist]:
-    """Draw the set speed and the wall of the hole as lines in the panels of torsional
+    """Draw the rotary speed and the wall of the hole as lines in the panels of torsional
     and lateral motion, if any."""
     style: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.7, "dashes": (4, 2), "zorder": 3}
     handles: list[Artist] = []
@@ -202,19 +205,12 @@ def _draw_references(panels: list[Axes], trace: Trace, axis: str, units: str) ->
     if "torsional" in modes and (axis == "rotary_speed" or ends[0] == ends[1]):
         torsional_panel = panels[modes.index("torsional")]
         if axis == "rotary_speed":
-            torsional_panel.plot(ends, ends, gid="set speed", **style)
+            torsional_panel.plot(ends, ends, gid="rotary speed", **style)
         else:
-            torsional_panel.axhline(ends[0], gid="set speed", **style)
-        handles.append(Line2D([], [], label="set speed", **style))
-    gap, radius = trace.attrs.get("gap"), quantity("radius", units)
-    if gap is None or "lateral" not in modes:
-        return handles
-    lateral_panel = panels[modes.index("lateral")]
-    if lateral_panel.get_ylim()[1] > WALL_VISIBLE_FROM * float(gap) / radius.scale:
-        lateral_panel.axhline(
-            float(gap) / radius.scale, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall"
-        )
-        handles.append(Line2D([], [], color=REFERENCE, linewidth=0.9, label="wall of the hole"))
+            torsional_panel.axhline(ends[0], gid="rotary speed", **style)
+        handles.append(Line2D([], [], label="rotary speed", **style))
+    if "lateral" in modes:
+        handles += draw_wall(trace.attrs, [panels[modes.index("lateral")]], units)
     return handles
 
 

@@ -1,25 +1,262 @@
-"""A trajectory on one page: histories, orbit in the hole, phase planes."""
+"""A trajectory: its histories, its phase planes; and both on one page with its path.
+
+Where the lines of a long run would merge into a solid block, its last seconds are
+shown; where the user asks for all of it, each history is a band from its least to its
+greatest sample, with its mean in it."""
 
 from __future__ import annotations
 
 from typing import Any, cast
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib import patheffects
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.ticker import MaxNLocator
 
-from nsdrill.data import Trace
-from nsdrill.plot.kinds.histories import constant_histories, draw_histories
-from nsdrill.plot.kinds.orbit import draw_orbit, has_orbit
-from nsdrill.plot.kinds.phase import draw_planes
+from nsdrill.data import Array, Trace, resolved_study
+from nsdrill.models.registry import drawn_in
+from nsdrill.plot.decimation import binned_statistics, count_upcrossings, envelope
+from nsdrill.plot.kinds.hole import draw_orbit, has_orbit
+from nsdrill.plot.labels import quantity
+from nsdrill.plot.look import between
+from nsdrill.plot.panels import WALL_VISIBLE_FROM
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import new_figure, page_width, put_title
-from nsdrill.plot.traces import HISTORY_HEIGHT, check_length, extra_height, planes_of, title_of
+from nsdrill.plot.style import (
+    BLUE,
+    MANY_MARKERS,
+    REFERENCE,
+    SKY,
+    font_size,
+    name_panel,
+    new_figure,
+    page_width,
+    panels_per_row,
+    put_title,
+    set_panel_title,
+    stack,
+)
+from nsdrill.plot.traces import (
+    HISTORY_HEIGHT,
+    check_length,
+    extra_height,
+    is_chosen,
+    moving_values,
+    planes_of,
+    setpoint,
+    shown_part,
+    title_of,
+    varies,
+)
+from nsdrill.variables import SCHEDULED
+
+LINE_BINS = 1500  # of a history: about one for each pixel in print
+SOLID_DENSITY = 50  # oscillations per inch from which on lines leave no white between them
+LAST_SECONDS = 20.0  # of a run whose histories would be bands
+BAND_BINS = 100  # bins of a band per inch
+PANEL_MARGINS = 1.1  # inches of axis and margin beside a panel
+
+
+def draw_histories_page(trace: Trace, units: str = "si") -> Figure:
+    check_length(trace)
+    figure = new_figure(
+        page_width(), 7.2 + extra_height(trace) - HISTORY_HEIGHT * len(constant_histories(trace))
+    )
+    draw_histories(figure, trace, units)
+    put_title(figure, title_of(trace, units))
+    return figure
+
+
+def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None:
+    """Draw the motions and the contact forces against time, and the operating values
+    that move, one below the other."""
+    run, width = float(trace.time[-1]), figure.bbox.width / figure.dpi - PANEL_MARGINS
+    trace, notes = last_seconds(trace, width), []
+    if trace.time[-1] - trace.time[0] < 0.999 * run:
+        notes.append(f"last {LAST_SECONDS:g} s of {run:.4g} s")
+    scheduled, constants = (
+        [SCHEDULED[name] for name in moving_values(trace)],
+        constant_histories(trace),
+    )
+    names = [
+        name for name in (*drawn_in(trace.attrs).histories, *scheduled) if name not in constants
+    ]
+    panels = stack(figure, len(names))
+    time = quantity("time", units)
+    histories = {name: trace[name] / quantity(name, units).scale for name in names}
+    if constants:
+        texts = (
+            f"{quantity(name, units).words.lower()} {quantity(name, units).value(value)}"
+            for name, value in constants.items()
+        )
+        notes.append(f"constant: {', '.join(texts)}")
+    bins = band_bins(list(histories.values()), width)
+    for axes, (name, values) in zip(panels, histories.items(), strict=True):
+        if bins:
+            _draw_band(axes, trace.time / time.scale, values, bins, name)
+        else:
+            kept_time, kept_values = envelope(trace.time, values, LINE_BINS)
+            axes.plot(
+                kept_time / time.scale,
+                kept_values,
+                color=BLUE,
+                linewidth=0.5,
+                gid=f"history:{name}",
+            )
+        axes.set_ylabel(quantity(name, units).label)
+        name_panel(axes, name, name)
+        axes.margins(x=0)
+    if bins:
+        bin_width = float(trace.time[-1] - trace.time[0]) / bins
+        notes += [f"bands: least to greatest in each {bin_width:.2g} s", "lines: the mean"]
+    speed, gap = trace.attrs.get("rotary_speed"), trace.attrs.get("gap")
+    if "bit_speed" in names and "drive_speed" in scheduled:
+        speeds = setpoint(trace, "rotary_speed") / quantity("bit_speed", units).scale
+        kept_time, values = envelope(trace.time, speeds, LINE_BINS)
+        panels[names.index("bit_speed")].plot(
+            kept_time / time.scale,
+            values,
+            color=REFERENCE,
+            linewidth=0.7,
+            dashes=(4, 2),
+            zorder=3,
+            gid="rotary speed",
+        )
+    elif "bit_speed" in names and speed is not None:
+        _draw_reference(
+            panels[names.index("bit_speed")],
+            float(speed) / quantity("bit_speed", units).scale,
+            "rotary speed",
+        )
+    if "radius" in names and gap is not None:
+        radius = quantity("radius", units)
+        if np.nanmax(trace["radius"]) > WALL_VISIBLE_FROM * float(gap):
+            _draw_reference(panels[names.index("radius")], float(gap) / radius.scale, "wall")
+        else:
+            notes.append(f"wall at {radius.value(float(gap))}")
+    set_panel_title(panels[0], "; ".join(notes), "left")
+    panels[-1].set_xlabel(time.label)
+    figure.align_ylabels(panels)
+
+
+def constant_histories(trace: Trace) -> dict[str, float]:
+    """The histories that stay at one value, each with that value; none where all do, as
+    then all are drawn."""
+    names = drawn_in(trace.attrs).histories
+    constants = {name: float(np.mean(trace[name])) for name in names if not varies(trace, name)}
+    return constants if len(constants) < len(names) else {}
+
+
+def last_seconds(trace: Trace, width: float) -> Trace:
+    """The last :data:`LAST_SECONDS` of a run whose histories would be bands in panels
+    ``width`` inches wide; all of it where the user chooses the part, where an operating
+    value moves, or where the drive is switched on during the run."""
+    drive = resolved_study(trace.attrs).get("drive") or {}
+    names = drawn_in(trace.attrs).histories
+    if (
+        is_chosen()
+        or trace.time[-1] - trace.time[0] <= LAST_SECONDS
+        or moving_values(trace)
+        or (drive.get("on_at") or 0.0) > 0.0
+        or not band_bins([trace[name] for name in names], width)
+    ):
+        return trace
+    return between(trace, (float(trace.time[-1]) - LAST_SECONDS, None))
+
+
+def band_bins(histories: list[Array], width: float) -> int:
+    """The number of bins of bands in panels ``width`` inches wide; 0 where lines are
+    legible."""
+    crossings = max(count_upcrossings(values) for values in histories)
+    if crossings <= SOLID_DENSITY * width:
+        return 0
+    # a bin holds two oscillations: in a shorter one the extremes depend on the phase
+    return int(min(crossings / 2, BAND_BINS * width))
+
+
+def _draw_band(axes: Axes, time: Array, values: Array, bins: int, name: str) -> None:
+    middle, least, greatest, mean = binned_statistics(time, values, bins)
+    middle[[0, -1]] = time[[0, -1]]
+    axes.fill_between(
+        middle,
+        least,
+        greatest,
+        facecolor=SKY,
+        edgecolor=SKY,
+        linewidth=0.5,
+        alpha=0.75,
+        gid=f"history:{name}:band",
+    )
+    axes.plot(middle, mean, color=BLUE, linewidth=0.8, gid=f"history:{name}")
+
+
+def _draw_reference(axes: Axes, height: float, label: str) -> None:
+    """Draw a reference line with its name above its end, so that it needs no legend."""
+    axes.axhline(height, color=REFERENCE, linewidth=0.7, dashes=(4, 2), zorder=3, gid=label)
+    axes.annotate(
+        label,
+        (1.0, height),
+        xycoords=("axes fraction", "data"),
+        xytext=(-2, 1),
+        textcoords="offset points",
+        ha="right",
+        fontsize=font_size(6),
+        color=REFERENCE,
+        path_effects=[patheffects.withStroke(linewidth=1.5, foreground="white")],
+        zorder=3.5,
+    )
+
+
+PLANE_WIDTH = 2.2  # least width of a plane in inches
+PLANE_TICKS = 4  # intervals at most, so that numbers like -5.725 do not overlap
+
+
+def draw_phase_page(trace: Trace, units: str = "si") -> Figure:
+    check_length(trace)
+    planes = len(planes_of(trace))
+    across = panels_per_row(planes, PLANE_WIDTH)
+    down = -(-planes // across)
+    figure = new_figure(page_width(), 0.7 + 2.2 * down)
+    grid = figure.add_gridspec(down, across)
+    draw_planes(
+        [figure.add_subplot(grid[divmod(place, across)]) for place in range(planes)], trace, units
+    )
+    put_title(figure, title_of(trace, units))
+    return figure
+
+
+def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
+    """Draw velocity over position for each motion."""
+    part, part_text = shown_part(trace)
+    for axes, (across, up) in zip(panels, planes_of(trace), strict=True):
+        x, y = quantity(across, units), quantity(up, units)
+        axes.plot(
+            trace[across][part] / x.scale,
+            trace[up][part] / y.scale,
+            color=BLUE,
+            linewidth=0.35,
+            rasterized=len(trace.time[part]) > MANY_MARKERS,
+            gid=f"phase:{across}",
+        )
+        axes.set(xlabel=x.label, ylabel=y.label)
+        name_panel(axes, f"phase_{across}", up)
+        if part_text:
+            set_panel_title(axes, part_text)
+        axes.xaxis.set_major_locator(MaxNLocator(PLANE_TICKS, steps=(1, 2, 2.5, 5, 10)))
+        gap = trace.attrs.get("gap")
+        if across == "radius" and gap is not None:
+            low, high = axes.get_xlim()
+            if low < float(gap) / x.scale < high:
+                axes.axvline(
+                    float(gap) / x.scale, color=REFERENCE, linewidth=0.7, dashes=(4, 2), gid="wall"
+                )
+
 
 PLANE_HEIGHT = 1.6  # inches
 TWO_COLUMNS_FROM = 5.0  # inches of width, from which on the planes stand beside the histories
 
 
-def draw(trace: Trace, units: str = "si") -> Figure:
+def draw_page(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
     planes, shows_orbit = len(planes_of(trace)), has_orbit(trace)
     height, heights = (
@@ -35,7 +272,7 @@ def draw(trace: Trace, units: str = "si") -> Figure:
         figure = new_figure(page_width(), height + height_below)
         left, right = cast("Any", figure.subfigures(2, 1, height_ratios=(height, height_below)))
     draw_histories(left, trace, units)
-    panels = list(np.atleast_1d(right.subplots(shows_orbit + planes, 1, height_ratios=heights)))
+    panels = stack(right, shows_orbit + planes, shared=False, height_ratios=heights)
     if shows_orbit:
         draw_orbit(panels[0], trace, units)
     draw_planes(panels[shows_orbit:], trace, units)
@@ -46,11 +283,27 @@ def draw(trace: Trace, units: str = "si") -> Figure:
 
 KINDS = (
     Kind(
+        "histories",
+        "the three motions and the contact forces against time",
+        of=TRACE,
+        place=lambda data: 81 if isinstance(data, Trace) else None,
+        draw=draw_histories_page,
+        across=lambda data: "time",
+    ),
+    Kind(
+        "phase",
+        "phase planes of the axial, torsional and lateral motion",
+        of=TRACE,
+        place=lambda data: 83 if isinstance(data, Trace) else None,
+        draw=draw_phase_page,
+        part_of="trace",
+    ),
+    Kind(
         "trace",
         "one page with everything: histories, orbit in the hole, phase planes",
         of=TRACE,
         place=lambda data: 80 if isinstance(data, Trace) else None,
-        draw=draw,
+        draw=draw_page,
         across=lambda data: "time",
     ),
 )

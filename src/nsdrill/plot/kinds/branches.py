@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from matplotlib import patheffects
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -30,11 +31,12 @@ from nsdrill.analysis.equations import other_string
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.plot.labels import check_units, heading, operating_point, quantity
+from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
-from nsdrill.plot.limits import resolve_ends
-from nsdrill.plot.look import Look
-from nsdrill.plot.look import look as chosen_look
+from nsdrill.plot.look import look as look
+from nsdrill.plot.look import value_of
+from nsdrill.plot.panels import draw_wall
+from nsdrill.plot.registry import BRANCHES, Kind, is_branches
 from nsdrill.plot.slices import line as line_of
 from nsdrill.plot.style import (
     BLACK,
@@ -45,12 +47,11 @@ from nsdrill.plot.style import (
     VERMILLION,
     WINE,
     font_size,
-    freeze_layout,
-    house_style,
+    name_panel,
     new_figure,
     page_width,
     put_title,
-    using_look,
+    stack,
 )
 from nsdrill.quantity import quantity as base_quantity
 
@@ -66,6 +67,7 @@ MARKERS: dict[int, tuple[str, str]] = {
     HOPF: ("o", ORANGE),
     FAILED: ("x", BLACK),
 }
+GRAZING_DASHES = ((0, (1, 1)), (0, (4, 1, 1, 1)), (0, (2, 2)))
 GRAZING_MARKERS = (("v", SKY), ("<", "#7A5195"), (">", "#8C6D31"))
 COLOURS = {PERIODIC: BLACK, EQUILIBRIUM: BLACK, CYCLE: "#7A3B00", CIRCLE: "#00634A"}
 MOTION_NAMES = {
@@ -74,25 +76,14 @@ MOTION_NAMES = {
     CYCLE: "limit cycles",
     CIRCLE: "invariant circles (whirl)",
 }
-# of the width of the axes: of labels of one kind that are closer, only the first is
-# drawn
-MERGE_DISTANCE = 0.004
+# inches along x and y: special points that are closer share a marker
+MARKER_DISTANCE = (0.14, 0.09)
 
 
-def draw_branches(
-    data: Any, *, units: str = "si", over: Results | None = None, look: Look | None = None
-) -> Figure:
+def draw(data: Any, units: str = "si", over: Results | None = None) -> Figure:
     """The branches of a Dataset: of each motion the greatest values over its period, in
     the panels that its model declares. ``over`` is a sweep whose peaks are drawn
-    beneath, ``look`` how the user wants the picture to look."""
-    check_units(units)
-    with using_look(look or Look()), house_style():
-        figure = _draw_figure(data, units, over)
-        freeze_layout(figure)
-    return figure
-
-
-def _draw_figure(data: Any, units: str, over: Results | None) -> Figure:
+    beneath."""
     along = str(data.attrs.get("along", "rotary_speed"))
     panels = [panel for panel in drawn_in(data.attrs).panels if panel.greatest in data]
     if not panels:
@@ -111,7 +102,7 @@ def _draw_figure(data: Any, units: str, over: Results | None) -> Figure:
     figure = new_figure(
         page_width(), TEXT_HEIGHT + (HEIGHT - TEXT_HEIGHT) * max(2, len(panels)) / 3
     )
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    axes = stack(figure, len(panels))
     handles: dict[str, Artist] = {}
     ends = [
         float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")
@@ -122,17 +113,19 @@ def _draw_figure(data: Any, units: str, over: Results | None) -> Figure:
             _draw_sweep(panel_axes, over, along, panel, x.scale, y.scale, handles)
         _draw_branches(panel_axes, data, along, panel.greatest, x.scale, y.scale, handles)
         panel_axes.set_ylabel(y.label)
+        name_panel(panel_axes, panel.greatest, panel.greatest)
     axes[-1].set_xlabel(x.label)
-    if (xlim := chosen_look.get().xlim) is not None:
-        low, high = resolve_ends(
-            "xlim", xlim, base_quantity(along).units, *(end * x.scale for end in ends)
-        )
-        ends = [low / x.scale, high / x.scale]
-    if np.all(np.isfinite(ends)):
-        axes[-1].set_xlim(*ends)
-    _draw_wall(data, panels, axes, units, handles)
+    if (xlim := look.get().xlim) is not None:
+        ends = [value_of("xlim", end, base_quantity(along).units) / x.scale for end in xlim]
+    for panel_axes in axes if np.all(np.isfinite(ends)) else ():
+        panel_axes.set_xlim(*ends)
+    for panel_axes, panel in zip(axes, panels, strict=True):
+        y = quantity(panel.greatest, units)
+        _draw_special_points(panel_axes, data, along, panel.greatest, x.scale, y.scale, handles)
+    radii = [one for one, panel in zip(axes, panels, strict=True) if panel.mode == "lateral"]
+    walls = draw_wall(data.attrs, radii, units) if radii else []
     put_title(figure, heading(data.attrs, operating_point(fixed, units)))
-    legend_below(figure, list(handles.values()), 4)
+    legend_below(figure, [*handles.values(), *walls], 4)
     return figure
 
 
@@ -174,35 +167,22 @@ def _draw_sweep(
             "of that axis."
         )
     sweep_line = line_of(over, along)
-    if panel.peaks in over.variables:
-        peaks = sweep_line[panel.peaks]
-        x = np.broadcast_to(sweep_line.x[None, :, None], peaks.shape)
-        finite = np.isfinite(peaks)
-        axes.plot(
-            x[finite] / x_scale,
-            peaks[finite] / y_scale,
-            ".",
-            color=SWEEP_COLOUR,
-            markersize=SWEEP_MARKER_SIZE,
-            markeredgewidth=0,
-            zorder=1,
-            rasterized=True,
-            gid="sweep",
-        )
-    if panel.greatest in over.variables:
-        greatest = sweep_line[panel.greatest]
-        x = np.broadcast_to(sweep_line.x[None, :], greatest.shape)
-        axes.plot(
-            x.ravel() / x_scale,
-            greatest.ravel() / y_scale,
-            ".",
-            color=SWEEP_COLOUR,
-            markersize=SWEEP_MARKER_SIZE,
-            markeredgewidth=0,
-            zorder=1,
-            rasterized=True,
-            gid="sweep greatest",
-        )
+    for name, gid in ((panel.peaks, "sweep"), (panel.greatest, "sweep greatest")):
+        if name in over.variables:
+            values = sweep_line[name]
+            x = np.broadcast_to(sweep_line.x.reshape(-1, *[1] * (values.ndim - 2)), values.shape)
+            finite = np.isfinite(values)
+            axes.plot(
+                x[finite] / x_scale,
+                values[finite] / y_scale,
+                ".",
+                color=SWEEP_COLOUR,
+                markersize=SWEEP_MARKER_SIZE,
+                markeredgewidth=0,
+                zorder=1,
+                rasterized=True,
+                gid=gid,
+            )
     handles.setdefault(
         "sweep",
         Line2D(
@@ -222,34 +202,23 @@ def _draw_branches(
 ) -> None:
     """The branches in one panel."""
     numbers, values = data[along].values / x_scale, data[feature].values / y_scale
-    unstable, labels = data["unstable"].values, data["label"].values
-    row_sizes, motions = (data[key].values for key in ("row_size", "motion"))
-    meanings = meanings_of(model_in(data.attrs))
-    grazing_markers: dict[int, tuple[str, str]] = {}
-    for code in meanings:
-        if code > 100:
-            grazing_markers[code] = GRAZING_MARKERS[len(grazing_markers) % len(GRAZING_MARKERS)]
-    low, high = (
-        float(data.attrs.get(key, np.nan)) / x_scale for key in ("continue_from", "continue_to")
-    )
-    merge_distance = MERGE_DISTANCE * (high - low) if np.isfinite(high - low) else 0.0
-    first = 0
-    for number, size in enumerate(row_sizes.tolist()):
-        part = slice(first, first + size)
-        first += size
+    unstable = data["unstable"].values
+    motions = data["motion"].values
+    for number, part in enumerate(_parts(data["row_size"].values)):
         x, y, stable = numbers[part], values[part], unstable[part] == 0
         colour = COLOURS.get(str(motions[number]), BLACK)
-        style: Any
-        for is_stable, style, width, name in (
+        looks: tuple[tuple[bool, Any, float, str], ...] = (
             (True, "-", 1.3, "stable"),
             (False, (0, (3, 2)), 0.8, "unstable"),
-        ):
+        )
+        for is_stable, style, width, name in looks:
             # A piece between two points is stable where both points are.
             drawn = (stable[1:] & stable[:-1]) == is_stable
-            x_pieces, y_pieces = _connected_pieces(x, y, drawn)
+            # Every run of pieces is one line, as the dash pattern restarts after a break.
+            breaks = np.flatnonzero(~drawn) + 1
             axes.plot(
-                x_pieces,
-                y_pieces,
+                np.insert(x, breaks, np.nan),
+                np.insert(y, breaks, np.nan),
                 linestyle=style,
                 linewidth=width,
                 color=colour,
@@ -260,76 +229,92 @@ def _draw_branches(
                 handles[name] = Line2D(
                     [], [], linestyle=style, linewidth=width, color=BLACK, label=name
                 )
-        labelled: list[tuple[int, float, float]] = []
-        for place in np.flatnonzero((labels[part] != 0) & (labels[part] != END)):
-            code = int(labels[part][place])
-            if not np.isfinite(y[place]) or any(
-                label_code == code and abs(x[place] - label_x) < merge_distance
-                for label_code, label_x, _ in labelled
-            ):
-                continue
-            labelled.append((code, x[place], y[place]))
-            marker, colour_of_label = MARKERS.get(code, grazing_markers.get(code, ("o", BLACK)))
-            meaning = meanings.get(code)
-            name = (meaning.name if meaning else str(code)).replace("_", " ")
-            axes.plot(
-                x[place],
-                y[place],
-                marker=marker,
-                color=colour_of_label,
-                markersize=4,
-                markeredgecolor="white" if marker != "x" else colour_of_label,
-                markeredgewidth=0.4 if marker != "x" else 0.9,
-                zorder=4,
-                linestyle="none",
-                gid=f"label {code}",
-            )
-            handles.setdefault(
-                name,
-                Line2D(
-                    [],
-                    [],
-                    marker=marker,
-                    color=colour_of_label,
-                    linestyle="none",
-                    markersize=4,
-                    label=name,
-                ),
-            )
     # The colour denotes the motion, solid or dashed its stability.
     for motion in dict.fromkeys(str(motion) for motion in motions):
         words = MOTION_NAMES.get(motion, motion.replace("_", " "))
         handles.setdefault(words, Patch(facecolor=COLOURS.get(motion, BLACK), label=words))
 
 
-def _connected_pieces(x: Array, y: Array, selected: Array) -> tuple[Array, Array]:
-    """The line with NaN between its runs of selected pieces: every run is one unbroken
-    line, as the dash pattern restarts after a break."""
-    x_pieces: list[float] = []
-    y_pieces: list[float] = []
-    for place in np.flatnonzero(selected):
-        if place == 0 or not selected[place - 1]:
-            x_pieces += [np.nan, x[place]]
-            y_pieces += [np.nan, y[place]]
-        x_pieces.append(x[place + 1])
-        y_pieces.append(y[place + 1])
-    return np.array(x_pieces), np.array(y_pieces)
+def _parts(sizes: Array) -> list[slice]:
+    """The parts of these sizes, one after the other."""
+    ends = np.cumsum(sizes).tolist()
+    return [slice(end - size, end) for end, size in zip(ends, sizes.tolist(), strict=True)]
 
 
-def _draw_wall(data: Any, panels: Any, axes: Any, units: str, handles: dict[str, Artist]) -> None:
-    gap = data.attrs.get("gap")
-    if not isinstance(gap, float):
-        return
-    for panel_axes, panel in zip(axes, panels, strict=True):
-        if panel.mode == "lateral":
-            y = quantity(panel.greatest, units)
-            if panel_axes.get_ylim()[1] > 0.4 * gap / y.scale:
-                panel_axes.axhline(
-                    gap / y.scale, color="#4D4D4D", linewidth=0.9, zorder=1.5, gid="wall"
-                )
-                handles["wall"] = Line2D(
-                    [], [], color="#4D4D4D", linewidth=0.9, label="wall of the hole"
-                )
+def _draw_special_points(
+    axes: Axes,
+    data: Any,
+    along: str,
+    feature: str,
+    x_scale: float,
+    y_scale: float,
+    handles: dict[str, Artist],
+) -> None:
+    """The special points in one panel. Where several would lie on each other, one
+    marker stands for them, with their number above it; a black one for more than two
+    kinds."""
+    meanings = meanings_of(model_in(data.attrs))
+    grazing = [code for code in meanings if code > 100]
+    looks = {**MARKERS, **{code: GRAZING_MARKERS[i % 3] for i, code in enumerate(grazing)}}
+    labels = data["label"].values
+    x, y = data[along].values / x_scale, data[feature].values / y_scale
+    low, high = sorted(axes.get_xlim())
+    shown = (labels != 0) & (labels != END) & np.isfinite(y) & (x >= low) & (x <= high)
+    places = np.flatnonzero(shown)
+    inches = axes.transData.transform(np.column_stack((x, y))[places]) / axes.figure.dpi
+    steps = inches / MARKER_DISTANCE
+    groups: list[list[int]] = []  # of numbers in places, the first of which has the marker
+    for number in range(len(places)):
+        distances = [float(np.hypot(*(steps[group[0]] - steps[number]))) for group in groups]
+        if distances and min(distances) < 1.0:
+            groups[int(np.argmin(distances))].append(number)
+        else:
+            groups.append([number])
+    for group in groups:
+        members = places[group]
+        codes = dict.fromkeys(labels[members].tolist())
+        if len(codes) > 2:
+            _mark(axes, "several special points, their number", x, y, members[0], handles, "o")
+        for code in codes if len(codes) <= 2 else ():
+            name = meanings[code].name.replace("_", " ") if code in meanings else str(code)
+            marker, colour = looks.get(code, ("o", BLACK))
+            first = members[labels[members] == code][0]
+            _mark(axes, name, x, y, first, handles, marker, colour)
+        if len(group) > 2:
+            axes.annotate(
+                str(len(group)),
+                (x[members[0]], y[members[0]]),
+                (0, 3.5),
+                textcoords="offset points",
+                ha="center",
+                fontsize=font_size(6),
+                path_effects=[patheffects.withStroke(linewidth=1.5, foreground="white")],
+                zorder=5,
+                gid="number",
+            )
+
+
+def _mark(
+    axes: Axes,
+    name: str,
+    x: Array,
+    y: Array,
+    place: int,
+    handles: dict[str, Artist],
+    marker: str,
+    colour: str = BLACK,
+) -> None:
+    """A marker with this ``name`` in the legend, at one ``place`` of the branches."""
+    style: dict[str, Any] = {
+        "marker": marker,
+        "color": colour,
+        "linestyle": "none",
+        "markersize": 4,
+        "markeredgecolor": colour if marker == "x" else "white",
+        "markeredgewidth": 0.9 if marker == "x" else 0.4,
+    }
+    axes.plot([x[place]], [y[place]], zorder=4, gid=f"special:{name}", **style)
+    handles.setdefault(name, Line2D([], [], label=name, **style))
 
 
 def draw_branch_curves(figure: Figure, data: Any, x: str, y: str, units: str) -> None:
@@ -344,19 +329,14 @@ def draw_branch_curves(figure: Figure, data: Any, x: str, y: str, units: str) ->
         )
     x_quantity, y_quantity = quantity(x, units), quantity(y, units)
     meanings = meanings_of(model_in(data.attrs))
+    codes = data["curve_label"].values.tolist()
     styles: dict[int, Any] = {FOLD: "-", DOUBLING: (0, (5, 1.5))}
-    grazing_styles: list[Any] = [(0, (1, 1)), (0, (4, 1, 1, 1)), (0, (2, 2))]
+    grazing = [code for code in dict.fromkeys(codes) if code not in styles]
+    styles |= {code: GRAZING_DASHES[i % 3] for i, code in enumerate(grazing)}
     handles: dict[str, Artist] = {}
-    panels = [axes for axes in figure.axes if axes.get_subplotspec() is not None]
-    first = 0
-    for number, size in enumerate(data["curve_row_size"].values.tolist()):
-        part = slice(first, first + size)
-        first += size
-        code = int(data["curve_label"].values[number])
-        if code not in styles:
-            styles[code] = grazing_styles[
-                sum(style_code > 100 for style_code in styles) % len(grazing_styles)
-            ]
+    panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>"]
+    for number, part in enumerate(_parts(data["curve_row_size"].values)):
+        code = codes[number]
         name = meanings[code].title
         line: dict[str, Any] = {
             "linestyle": styles[code],
@@ -383,3 +363,16 @@ def draw_branch_curves(figure: Figure, data: Any, x: str, y: str, units: str) ->
             framealpha=0.9,
             fontsize=font_size(6),
         )
+
+
+KINDS = (
+    Kind(
+        "branches",
+        "stable and unstable motions along the number that is continued",
+        of=BRANCHES,
+        place=lambda data: 0 if is_branches(data) else None,
+        draw=draw,
+        takes=("over",),
+        across=lambda data: str(data.attrs.get("along", "rotary_speed")),
+    ),
+)

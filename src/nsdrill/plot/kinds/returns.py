@@ -1,8 +1,8 @@
-"""The Poincare section of one operating point or of a trace, in planes of the motion.
+"""The returns to the Poincare section: along one axis, coloured by the kind of motion, and
+of one operating point or a trace in planes.
 
 One dot is period one, n dots a period of n returns, a closed curve quasi-periodic
-motion, a cloud chaos.
-"""
+motion, a cloud chaos."""
 
 from __future__ import annotations
 
@@ -20,24 +20,43 @@ from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.description import Drawn
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.registry import TRACE, Kind, is_sweep, needs_returns
+from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
+from nsdrill.plot.legend import direction_entries, legend_below, motion_entries
+from nsdrill.plot.panels import (
+    draw_dots,
+    draw_rotary_speed,
+    draw_wall,
+    new_columns,
+    outcome_handles,
+)
+from nsdrill.plot.registry import (
+    RETURNS,
+    TRACE,
+    Kind,
+    fits_columns,
+    is_sweep,
+    longest,
+    needs_returns,
+)
 from nsdrill.plot.slices import text
 from nsdrill.plot.style import (
     BLUE,
+    MANY_MARKERS,
     MOTIONS,
     REFERENCE,
+    name_panel,
     new_figure,
     page_width,
     panels_per_row,
     put_title,
 )
 from nsdrill.plot.traces import title_of
+from nsdrill.variables import OK
 
-WIDTH = 1.6  # least width of a plane in inches
+PLANE_WIDTH = 1.6  # least width of a plane in inches
 
 
-def draw(data: Results | Trace, units: str = "si") -> Figure:
+def draw_section(data: Results | Trace, units: str = "si") -> Figure:
     return draw_trace(data, units) if isinstance(data, Trace) else draw_point(data, units)
 
 
@@ -98,7 +117,7 @@ def _draw_planes(
     }
     has_orbit = "section_radius" in section and "section_radius" in drawn.section
     count = has_orbit + len(drawn.section_planes)
-    panels_in_row = panels_per_row(count, WIDTH)
+    panels_in_row = panels_per_row(count, PLANE_WIDTH)
     grid = figure.add_gridspec(-(-count // panels_in_row), panels_in_row)
     panels = [figure.add_subplot(grid[divmod(place, panels_in_row)]) for place in range(count)]
     if has_orbit:
@@ -109,6 +128,7 @@ def _draw_planes(
             section[across] / x.scale, section[up] / y.scale, gid=f"section:{across}", **style
         )
         axes.set(xlabel=x.label, ylabel=y.label)
+        name_panel(axes, across, up)
         _widen_limits(axes)
     for axes in panels:
         axes.xaxis.set_major_locator(MaxNLocator(3))
@@ -119,7 +139,7 @@ def _plane_rows(attrs: Mapping[str, Any]) -> int:
     """The number of rows of the planes of one section."""
     drawn = drawn_in(attrs)
     count = len(drawn.section_planes) + ("section_radius" in drawn.section)
-    return -(-count // panels_per_row(count, WIDTH))
+    return -(-count // panels_per_row(count, PLANE_WIDTH))
 
 
 def _draw_orbit(
@@ -149,6 +169,7 @@ def _draw_orbit(
         ylabel=f"across [{x.unit}]",
     )
     axes.set_aspect("equal")
+    name_panel(axes, "section_orbit")
 
 
 def _widen_limits(axes: Axes) -> None:
@@ -243,16 +264,66 @@ def section_of(trace: Trace) -> dict[str, Array]:
     return section
 
 
-def _place(data: Any) -> float | None:
+def _section_place(data: Any) -> float | None:
     if isinstance(data, Trace):
         return 84
     return 20 if is_sweep(data) and not data.swept and "motion" in data.variables else None
 
 
-def _advice(data: Any) -> str:
+def _section_advice(data: Any) -> str:
     if isinstance(data, Results) and "motion" in data.variables:
         return "it shows one operating point: select a value of every axis"
     return needs_returns(data)
+
+
+def draw_along(results: Results, units: str = "si") -> Figure:
+    """Every recorded return along one axis; of a single point its section in planes."""
+    if not results.swept:
+        return draw_point(results, units)
+    shown = drawn_in(results.attrs).section
+    figure, lines, columns = new_columns(results, units, shown, 1.5 * len(shown) + 1.5)
+    markers = len(shown) * int(np.isfinite(results[shown[0]]).sum())
+    present: set[int] = set()
+    for line, column in zip(lines, columns, strict=True):
+        looks = np.where(line["status"] == OK, line["motion"], -1), MOTIONS
+        for axes, name in zip(column[1:], shown, strict=True):
+            present |= draw_dots(
+                axes,
+                line,
+                name,
+                looks,
+                line[name],
+                units,
+                markers > MANY_MARKERS,
+                marker="o",
+                scale=0.75,
+                edge=0.3,
+            )
+    rows = {name: [column[1 + row] for column in columns] for row, name in enumerate(shown)}
+    for axes in rows.get("section_whirl_angle", ()):
+        _set_angle_axis(axes, quantity("section_whirl_angle", units))
+    handles = [*motion_entries(present), *direction_entries(lines[0].procedures)]
+    wall = (
+        draw_wall(results.attrs, rows["section_radius"], units) if "section_radius" in rows else []
+    )
+    speed = (
+        draw_rotary_speed(lines, rows["section_bit_speed"], units)
+        if "section_bit_speed" in rows
+        else []
+    )
+    legend_below(figure, [*handles, *speed, *wall, *outcome_handles(lines, markers=False)], 4)
+    return figure
+
+
+def _set_angle_axis(axes: Axes, y: Shown) -> None:
+    """Limit an axis of angles to minus and plus half a revolution, with ticks at the
+    quarters."""
+    axes.set_ylim(-1.04 * pi / y.scale, 1.04 * pi / y.scale)
+    ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / y.scale
+    axes.set_yticks(
+        ticks,
+        ["−π", "−π/2", "0", "π/2", "π"] if y.unit == "rad" else [f"{tick:g}" for tick in ticks],
+    )
 
 
 KINDS = (
@@ -261,9 +332,25 @@ KINDS = (
         "the Poincare section of one operating point, or of a trace: the motion once in every "
         "revolution of the bit",
         of=TRACE,
-        place=_place,
-        draw=draw,
+        place=_section_place,
+        draw=draw_section,
         uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
-        advice=_advice,
+        advice=_section_advice,
+        part_of="trace",
+    ),
+    Kind(
+        "poincare",
+        "every return to the Poincare section along one axis, coloured by the kind of motion; "
+        "planes of one point",
+        of=RETURNS,
+        place=lambda data: (
+            (32 if data.swept else 20)
+            if fits_columns(data) and "motion" in data.variables
+            else None
+        ),
+        draw=draw_along,
+        uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
+        across=lambda data: longest(data) if data.swept else None,
+        advice=needs_returns,
     ),
 )

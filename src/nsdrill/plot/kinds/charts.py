@@ -1,0 +1,335 @@
+"""The charts of a study, which are computed without a run: critical speeds, buckling loads,
+and the reflection and tuning of drives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter, StrMethodFormatter
+
+from nsdrill.models.numbers import (
+    FULL_HELIX,
+    HELIX,
+    BucklingLoads,
+    CriticalSpeeds,
+    DriveCard,
+    DriveTuning,
+)
+from nsdrill.plot.labels import Shown, heading, operating_point, quantity
+from nsdrill.plot.legend import legend_below
+from nsdrill.plot.registry import STUDY, Kind
+from nsdrill.plot.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    REFERENCE,
+    SKY,
+    VERMILLION,
+    WINE,
+    font_size,
+    new_figure,
+    page_width,
+    put_title,
+    target,
+)
+from nsdrill.quantity import SHOWN, SYSTEMS, shown_scale, sign
+
+Numbers = CriticalSpeeds | BucklingLoads | DriveCard | DriveTuning
+
+SLOPE_UNIT = "N m s/rad"
+TO_HERTZ = 1.0 / (2.0 * math.pi)
+LONG_SPAN = 10.0  # m: from here on lengths are shown in m or ft
+OPERATING_COLOUR = "#E4E4E4"  # the rotary speeds of the study
+
+
+@dataclass(frozen=True)
+class Chart:
+    """The numbers of a chart and the contents of its title: ``attrs`` are the title and
+    the study, ``point`` the operating values that the chart holds fixed; ``speeds`` are
+    the least and the greatest rotary speed [rad/s] of the study."""
+
+    numbers: Numbers
+    attrs: Mapping[str, Any]
+    point: Mapping[str, float]
+    speeds: tuple[float, float]
+
+
+def chart_kind(
+    name: str, words: str, numbers: type, panel: Callable[[Figure, Axes, Chart, str], None]
+) -> Kind:
+    """The kind of chart that shows ``numbers``; ``panel`` draws them, with a
+    label for each entry of the legend."""
+
+    def draw(chart: Chart, units: str = "si") -> Figure:
+        figure = new_figure(page_width(), 4.4)
+        axes = figure.add_subplot(figure.add_gridspec(1, 1)[0, 0])
+        panel(figure, axes, chart, units)
+        put_title(figure, heading(chart.attrs, operating_point(chart.point, units)))
+        legend_below(figure, axes.get_legend_handles_labels()[0], 3)
+        return figure
+
+    def place(data: Any) -> float | None:
+        return 90 if isinstance(data, Chart) and isinstance(data.numbers, numbers) else None
+
+    return Kind(name, words, of=STUDY, place=place, draw=draw)
+
+
+def shown_quantity(words: str, unit_name: str, system: str) -> Shown:
+    """How a quantity that is not a variable is shown: ``unit_name`` is its unit in the
+    tables of :mod:`nsdrill.quantity`, ``system`` the system of units."""
+    shown_unit = SHOWN[unit_name][SYSTEMS.index(system)]
+    return Shown(words, sign(shown_unit), shown_scale(shown_unit, unit_name))
+
+
+def set_log_ticks(axis: Any, subs: tuple[float, ...] = (1.0, 2.0, 5.0)) -> None:
+    axis.set_major_locator(LogLocator(subs=subs))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def axis_quantity(axis: str, x: np.ndarray, system: str) -> Shown:
+    """How the axis of a chart is shown: long spans in m or ft instead of mm or in."""
+    if axis == "inclination":
+        return Shown("Inclination of the hole", "°", math.pi / 180)
+    shown = quantity(axis, system)
+    if shown.unit not in SHOWN["m"] or np.max(x) < LONG_SPAN:
+        return shown
+    unit = "m" if system == "si" else "ft"
+    return Shown(shown.words, unit, shown_scale(unit, "m"))
+
+
+def write_note(axes: Axes, text: str) -> None:
+    """Write a note above the panel. Axes of the caller keep their own title there."""
+    if target.get() is not None:
+        return
+    axes.set_title(text, fontsize=font_size(7), loc="left", color=REFERENCE)
+
+
+def _draw_critical_speeds(figure: Figure, axes: Axes, chart: Chart, units: str) -> None:
+    numbers: Any = chart.numbers
+    across, up = axis_quantity(numbers.axis, numbers.x, units), quantity("rotary_speed", units)
+    x = numbers.x / across.scale
+    axial_label = f"axial waves, {numbers.lobes} lobe{'s' * (numbers.lobes > 1)} a turn, bit"
+    families: tuple[tuple[str, np.ndarray, str, Any, float], ...] = (
+        ("lateral, of 1, 2, 3 half waves of the span", numbers.lateral, VERMILLION, "-", 0.95),
+        ("torsional waves, once a turn", numbers.torsional, BLUE, (0, (5, 2)), 0.85),
+        (f"{axial_label} off the rock", numbers.axial, GREEN, (0, (5, 1.5, 1, 1.5)), 0.65),
+        (f"{axial_label} on the rock", numbers.axial_on_rock, BLACK, (0, (1, 1.4)), 0.45),
+    )
+    low, high = (speed / up.scale for speed in chart.speeds)
+    of_the_study: dict[str, Any] = {"zorder": 0, "gid": "operating"}
+    line = of_the_study | {"color": REFERENCE, "linewidth": 2.5, "alpha": 0.5}
+    # the rotary speed lies along both axes: the string is on the diagonal
+    if numbers.axis == "rotary_speed":
+        axes.plot(x, x, label="the speed at which the string turns", **line)
+    elif high > low:
+        band: dict[str, Any] = of_the_study | {"color": OPERATING_COLOUR, "linewidth": 0}
+        axes.axhspan(low, high, label="rotary speeds of the study", **band)
+    else:
+        axes.axhline(low, label="rotary speed of the study", **line)
+    for label, speeds_of_modes, colour, dashes, part_along in families:
+        for number, values in enumerate(speeds_of_modes / up.scale, start=1):
+            style: dict[str, Any] = {
+                "color": colour,
+                "linestyle": dashes,
+                "linewidth": 1.1,
+                "gid": label,
+            }
+            axes.plot(x, values, label=label if number == 1 else "_", **style)
+            finite = np.flatnonzero(np.isfinite(values))
+            if finite.size:
+                # each family at a different place, as its curves cross those of others
+                position = finite[round(part_along * (finite.size - 1))]
+                axes.annotate(
+                    str(number),
+                    (x[position], values[position]),
+                    color=colour,
+                    fontsize=font_size(6.5),
+                    ha="center",
+                    va="center",
+                    bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none"},
+                    zorder=4,
+                )
+    _set_log_height(axes, across.label, up.label)
+    waves = [speeds for speeds in (numbers.torsional, numbers.axial) if len(speeds)]
+    if waves:  # a span that is about to buckle has a speed of zero
+        axes.set_ylim(bottom=0.6 * min(float(speeds.min()) for speeds in waves) / up.scale)
+    axes.set_xlim(x[0], x[-1])
+    write_note(
+        axes,
+        "The equations of motion have one mode of each kind, near the first (axial: off the "
+        "rock), and no others.",
+    )
+
+
+def _set_log_height(axes: Axes, across: str, up: str) -> None:
+    """A logarithmic y axis with a grid, and the labels of both axes."""
+    axes.set(yscale="log", xlabel=across, ylabel=up)
+    set_log_ticks(axes.yaxis)
+    axes.grid(True, axis="y", color=OPERATING_COLOUR, linewidth=0.4, zorder=0)
+
+
+def _draw_buckling(figure: Figure, axes: Axes, chart: Chart, units: str) -> None:
+    numbers: Any = chart.numbers
+    force = shown_quantity("Axial load", "N", units)
+    across = axis_quantity(numbers.axis, numbers.x, units)
+    x = numbers.x / across.scale
+    helix: dict[str, Any] = {"alpha": 0.25, "linewidth": 0}
+    loads: tuple[tuple[np.ndarray, str, Any, float, str, str], ...] = (
+        (numbers.collar, VERMILLION, "-", 1.3, "collars: sinusoid on the low side", "collars"),
+        (numbers.pipe, BLUE, (0, (5, 1.5, 1, 1.5)), 1.3, "pipe: sinusoid on the low side", "pipe"),
+        (numbers.euler, BLACK, (0, (5, 2)), 1.0, "span of the collars, pinned (Euler)", ""),
+        (
+            numbers.vertical,
+            BLACK,
+            (0, (1, 1.4)),
+            1.0,
+            "collars in a vertical hole, their own weight",
+            "",
+        ),
+        (numbers.wob, REFERENCE, "-", 2.5, "weight on bit of the study", ""),
+    )
+    for load, colour, dashes, width, label, tube in loads:
+        height = load / force.scale
+        if not np.any(height > 0.0):
+            continue  # the part floats in the mud, or does not fit the hole
+        style = {"color": colour, "linestyle": dashes, "linewidth": width}
+        axes.plot(x, height, label=label, gid=tube or label, **style)
+        if tube:
+            ends = HELIX * height, FULL_HELIX * height
+            label = f"{tube}: helix, from its onset to complete"
+            axes.fill_between(x, *ends, color=colour, label=label, gid=f"{tube} helix", **helix)
+    _set_log_height(axes, across.label, force.label)
+    axes.set_xlim(x[0], x[-1])
+    if numbers.axis == "inclination":
+        axes.set_xlim(0.0, 90.0)
+        axes.xaxis.set_major_locator(MultipleLocator(15.0))
+    if numbers.inclination is not None:
+        write_note(axes, f"In a hole inclined by {math.degrees(numbers.inclination):.4g}°.")
+
+
+# Colour and dashes of each drive; the dashes distinguish them in grey.
+DRIVES: dict[str, tuple[str, Any]] = {
+    "ideal": (BLACK, "-"),
+    "stiff": (WINE, (0, (1, 1.2))),
+    "soft_torque": (VERMILLION, "-"),
+    "equal_damping": (BLUE, (0, (5, 2))),
+    "z_torque": (GREEN, (0, (5, 1.5, 1, 1.5))),
+    "pi": (ORANGE, (0, (3, 1, 1, 1, 1, 1))),
+    "dc_motor": (SKY, (0, (7, 1.5))),
+}
+
+
+def _draw_drive_card(figure: Figure, axes: Axes, chart: Chart, units: str) -> None:
+    numbers: Any = chart.numbers
+    slope = shown_quantity("", SLOPE_UNIT, units)
+    x = numbers.frequency * TO_HERTZ
+    for kind, held_slope in numbers.held.items():
+        own = kind == numbers.own
+        label = f"{'this study: ' * own}{kind.replace('_', ' ')}, holds "
+        label += f"{held_slope / slope.scale:.4g}"
+        if kind not in numbers.reflected:
+            axes.plot([], [], linestyle="none", label=f"{label} (no impedance)")
+            continue
+        colour, dashes = DRIVES[kind]
+        style = {"color": colour, "linestyle": dashes, "linewidth": 2.0 if own else 1.1}
+        axes.plot(x, numbers.reflected[kind], label=label, gid=kind, **style)
+    for number, wave in enumerate(numbers.waves * TO_HERTZ, start=1):
+        axes.axvline(wave, color=REFERENCE, linewidth=0.7, linestyle=(0, (1, 2)), zorder=0)
+        axes.annotate(
+            f"mode {number}",
+            (wave, 0.0),
+            xytext=(2, 3),
+            textcoords="offset points",
+            fontsize=font_size(7),
+            color=REFERENCE,
+            rotation=90,
+            va="bottom",
+        )
+    axes.set_xscale("log")
+    set_log_ticks(axes.xaxis)
+    axes.set(xlim=(x[0], x[-1]), ylim=(0.0, 1.05))
+    axes.set(xlabel="Frequency [Hz]", ylabel="Share of the wave thrown back, $|R|$")
+    write_note(
+        axes,
+        f"Modes: standing torsional waves of the string. Holds: the fall of friction "
+        f"withstood [{slope.unit}].",
+    )
+
+
+def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart, units: str) -> None:
+    numbers: Any = chart.numbers
+    slope = shown_quantity("Fall of friction that is held", SLOPE_UNIT, units)
+    x, y, held_slope = numbers.matching, numbers.frequency * TO_HERTZ, numbers.held / slope.scale
+    mesh = axes.pcolormesh(
+        x, y, held_slope, cmap="viridis", shading="gouraud", rasterized=True, gid="cells"
+    )
+    lines = axes.contour(x, y, held_slope, levels=8, colors="white", linewidths=0.6)
+    axes.clabel(lines, fontsize=font_size(6), fmt="%g")
+    figure.colorbar(mesh, ax=axes, label=slope.label, fraction=0.05, pad=0.01, aspect=30)
+    string: dict[str, Any] = {"linewidth": 1.0, "linestyle": (0, (5, 2))}
+    axes.axhline(numbers.lumped * TO_HERTZ, color="white", **string)
+    axes.plot([], [], color=REFERENCE, label="frequency of the string", **string)
+    matching, frequency, best = numbers.best
+    words = f"best: {matching:.3g} impedances, {frequency * TO_HERTZ:.3g} Hz, holds "
+    points = [((matching, frequency), "*", 11.0, f"{words}{best / slope.scale:.4g}")]
+    if numbers.own:
+        points.append((numbers.own, "o", 6.0, "the drive of the study"))
+    for (point_x, point_y), marker, marker_size, label in points:
+        position = point_x, point_y * TO_HERTZ
+        inside = x[0] <= position[0] <= x[-1] and y[0] <= position[1] <= y[-1]
+        axes.plot(
+            *(position if inside else ([], [])),
+            marker=marker if inside else "none",
+            markersize=marker_size,
+            linestyle="none",
+            color="white",
+            markeredgecolor=BLACK,
+            markeredgewidth=0.9,
+            label=label if inside else f"{label} lies outside",
+            gid=label,
+            clip_on=False,
+            zorder=5,
+        )
+    for axis, scale in ((axes.xaxis, axes.set_xscale), (axes.yaxis, axes.set_yscale)):
+        scale("log")
+        set_log_ticks(axis, (1.0, 1.5, 2.0, 3.0, 5.0, 7.0))
+    axes.set(xlim=(x[0], x[-1]), xlabel="Gain of the drive, in impedances of the pipe")
+    axes.set(ylim=(y[0], y[-1]), ylabel="Frequency of the drive [Hz]")
+
+
+KINDS = (
+    chart_kind(
+        "critical-speeds",
+        "lateral, torsional and axial critical speeds against depth, or along another axis",
+        CriticalSpeeds,
+        _draw_critical_speeds,
+    ),
+    chart_kind(
+        "buckling",
+        "loads at which collars and pipe buckle against the inclination of the hole, or along an "
+        "axis",
+        BucklingLoads,
+        _draw_buckling,
+    ),
+    chart_kind(
+        "drive-card",
+        "how much of a torsional wave each drive throws back, and the slope of friction that it "
+        "holds",
+        DriveCard,
+        _draw_drive_card,
+    ),
+    chart_kind(
+        "drive-tuning",
+        "the slope of friction that a soft-torque drive holds, over its gain and its frequency",
+        DriveTuning,
+        _draw_drive_tuning,
+    ),
+)

@@ -1,0 +1,69 @@
+"""Special points of branches that would lie on each other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.text import Annotation
+from xarray import Dataset
+
+from nsdrill import plot
+from nsdrill.analysis.bifurcations import DOUBLING, FOLD, TORUS
+from nsdrill.plot.look import look_of
+
+
+@pytest.fixture
+def crowd() -> Dataset:
+    """One branch with 41 special points of three kinds within 0.4 of 6 rad/s, and a fold
+    by itself."""
+    speed = np.linspace(2.0, 8.0, 601)
+    label = np.zeros(601, dtype=int)
+    label[400:441] = np.array([FOLD, TORUS, DOUBLING])[np.arange(41) % 3]
+    label[100] = FOLD
+    return Dataset(
+        {
+            "rotary_speed": ("point", speed),
+            "radius_max": ("point", np.full(601, 0.05)),
+            "unstable": ("point", np.zeros(601, dtype=int)),
+            "label": ("point", label),
+            "row_size": ("branch", np.array([601])),
+            "motion": ("branch", np.array(["periodic"])),
+        },
+        attrs={"along": "rotary_speed", "continue_from": 2.0, "continue_to": 8.0},
+    )
+
+
+def specials(axes: Any) -> list[Any]:
+    return [line for line in axes.lines if str(line.get_gid()).startswith("special")]
+
+
+def test_special_points_that_lie_on_each_other_are_counted(crowd: Dataset) -> None:
+    figure = plot.draw(crowd)
+    (axes,) = figure.axes
+    figure.draw_without_rendering()
+    marked = np.array([axes.transData.transform(line.get_xydata()[0]) for line in specials(axes)])
+    apart = np.diff(np.sort(marked[:, 0])) / figure.dpi
+    assert apart.min() > 0.05, "inches: no marker, 0.055 wide, covers another one"
+    numbers = [int(text.get_text()) for text in axes.texts if isinstance(text, Annotation)]
+    assert sum(numbers) == 41
+    alone = [line for line in specials(axes) if line.get_xdata()[0] == pytest.approx(3.0)]
+    assert [line.get_gid() for line in alone] == ["special:fold"]
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "several special points, their number" in words
+
+
+def test_closer_to_them_they_are_apart(crowd: Dataset) -> None:
+    far, near = (
+        plot.draw(crowd, look=look_of(xlim=ends))
+        for ends in ((2.0, 8.0), ("5.95 rad/s", "6.25 rad/s"))
+    )
+    assert len(specials(near.axes[0])) > 2 * len(specials(far.axes[0]))
+    kinds = {line.get_gid() for line in specials(near.axes[0])}
+    assert {"special:fold", "special:torus", "special:doubling"} <= kinds
+
+
+def test_branches_are_a_kind_like_others(crowd: Dataset) -> None:
+    assert plot.kinds_for(crowd) == ("branches",)
+    assert [axes.get_label() for axes in plot.draw(crowd, panel="radius").axes] == ["radius_max"]
