@@ -37,7 +37,7 @@ from nsdrill.study.continuation import (
     SEEDS,
 )
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
-from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, RAMP, SLICE, Leaf, keys_of
+from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, RAMP, SLICE, UNITS_LEAF, Leaf, keys_of
 from nsdrill.study.schema import LONGEST_TITLE, POINTS, PROCEDURE, REFINE, along
 from nsdrill.study.uncertain import DESIGN, EXAMPLES, SAMPLES, SEED
 from nsdrill.units import USUAL
@@ -181,6 +181,10 @@ def study_keys() -> str:
     )
     text += (
         f"| `title` | text | empty | at most {LONGEST_TITLE} characters | | {MEANINGS['title']} |\n"
+    )
+    text += (
+        f"| `units` | | {code(UNITS_LEAF.default_text)} | {allowed(UNITS_LEAF)} | | "
+        f"{MEANINGS['units']} |\n"
     )
     text += (
         f"| `model` | | {code(MODEL_LEAF.default_text)} | {allowed(MODEL_LEAF)} | | "

@@ -36,6 +36,7 @@ from nsdrill.app.datasets import (
     missing_variable_errors,
     outline_in,
     results_in,
+    units_for,
     validated,
     with_variables,
 )
@@ -420,16 +421,15 @@ def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
 
 
 @_in_words_of_python
-def show(data: ResultsLike, *, units: str = "si") -> str:
+def show(data: ResultsLike, *, units: str | None = None) -> str:
     """The summary of results, an unfinished run, branches or a trace that the command
-    ``nsdrill show`` prints, in ``units`` si or field."""
-    if units not in ("si", "field"):
-        raise InputError(f"units: found {units!r}; allowed: si or field.")
+    ``nsdrill show`` prints, in ``units`` si or field, by default those of the study."""
     from nsdrill.app import unfinished
     from nsdrill.app.summary import needed, summarize
     from nsdrill.cli.show import lines
 
     name = "Dataset" if is_dataset(data) else os.fspath(name_in(data))
+    units = units_for(units, data)
     if (branches := branches_in(data)) is not None:
         from nsdrill.app.branch_summary import summarize_branches
 
@@ -446,7 +446,7 @@ def plot(
     kind: str | None = None,
     *,
     ax: Axes | None = None,
-    units: str = "si",
+    units: str | None = None,
     at: Mapping[str, Quantity] | None = None,
     depth: Quantity | None = None,
     wob: Quantity | None = None,
@@ -474,7 +474,8 @@ def plot(
     one procedure, can be drawn into ``ax``; its title is unchanged, and its Figure is
     returned.
 
-    ``units``: ``"si"`` (m, kN, rad/s) or ``"field"`` (ft, klbf, rpm). ``depth``,
+    ``units``: ``"si"`` (m, kN, rad/s) or ``"field"`` (ft, klbf, rpm), by default those of
+    the study. ``depth``,
     ``wob``, ``rotary_speed`` and ``at`` cut a sweep at the nearest values of these
     axes; ``start`` draws one start of several; ``states`` are the two of a basin drawn
     from an ensemble; ``over`` is a sweep below the ``ramp`` of a trace or below
@@ -528,6 +529,7 @@ def plot(
             style=style,
         )
     _check_confidence(confidence)
+    units = units_for(units, data)
     wanted = look_of(width, height, font_size, title, style, xlim, time)
     chosen = values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
     start = number_in("start", start)
@@ -611,7 +613,7 @@ def animate(
     *,
     time: tuple[Quantity | None, Quantity | None] | None = None,
     speed: float = 1.0,
-    units: str = "si",
+    units: str | None = None,
     width: Quantity | None = None,
     title: str | bool | None = None,
     overwrite: bool = False,
@@ -631,7 +633,7 @@ def animate(
     from nsdrill.plot.animation import animate, film_name
     from nsdrill.store import claim_file
 
-    data = outline_in(trace)
+    data, units = outline_in(trace), units_for(units, trace)
     if not isinstance(data, Trace):
         raise InputError("trace: found results; allowed: a trace, of simulate or replay.")
     if isinstance(speed, bool) or not isinstance(speed, int | float):
@@ -652,7 +654,7 @@ def chart(
     along: str | None = None,
     set: Settings = None,
     ax: Axes | None = None,
-    units: str = "si",
+    units: str | None = None,
     width: Quantity | None = None,
     height: Quantity | None = None,
     font_size: float | None = None,
@@ -676,7 +678,7 @@ def chart(
     loaded, wanted = study_in(study, set), look_of(width, height, font_size, title, style)
 
     def picture() -> Figure:
-        return draw_chart(loaded, kind, along, units=units, look=wanted)
+        return draw_chart(loaded, kind, along, units=units or loaded.units, look=wanted)
 
     if ax is None:
         return picture()
@@ -691,7 +693,7 @@ def view(
     *,
     over: PathLike | None = None,
     set: Settings = None,
-    units: str = "si",
+    units: str | None = None,
     height: int = 900,
 ) -> View:
     """Explore the file ``path``, results, an unfinished run, branches or a study, in
@@ -709,7 +711,8 @@ def view(
     from nsdrill.web.server import Explorer
     from nsdrill.web.session import Session
 
-    check_units(units)
+    if units is not None:
+        check_units(units)
     if is_dataset(path):
         raise InputError(
             "path: found results in memory; allowed: the name of a file, as the explorer reads "

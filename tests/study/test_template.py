@@ -58,7 +58,7 @@ def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:
     }
     assert (set(MEANINGS) | set(OF_MODELS)) - own == set(
         keys_of().leaves
-    ) | groups | sections | SWEEP_KEYS | unknowns | {"title", "sweep", SLICE}
+    ) | groups | sections | SWEEP_KEYS | unknowns | {"title", "units", "sweep", SLICE}
 
 
 def test_defaults_as_text_read_back_exactly() -> None:
@@ -77,6 +77,7 @@ def test_the_json_schema() -> None:
     assert "required" not in schema  # without a sweep a study is one operating point
     assert set(schema["properties"]) == {
         "title",
+        "units",
         "model",
         "sweep",
         "uncertain",

@@ -43,7 +43,7 @@ from nsdrill.store import (
     rewrite_log,
     write_results,
 )
-from nsdrill.study.study import Study, digest
+from nsdrill.study.study import IN_WORDS_ONLY, Study, digest
 from nsdrill.study.write import changes_text
 from nsdrill.sweep.engine import Progress
 from nsdrill.sweep.plan import Plan
@@ -363,9 +363,9 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
         hint = ""
         if retry_failed:
             hint = "With --retry-failed only simulation.max_steps may differ, and only be larger. "
-        elif [key for key, _, _ in differences(resolved, study.resolved) if key != "title"] == [
-            "simulation.max_steps"
-        ]:
+        elif [
+            key for key, _, _ in differences(resolved, study.resolved) if key not in IN_WORDS_ONLY
+        ] == ["simulation.max_steps"]:
             hint = "A larger limit can be given to the points that failed: --retry-failed. "
         raise FileError(
             f"{where}: made from another study ({listed or 'the digests differ'}). {hint}Resume it "

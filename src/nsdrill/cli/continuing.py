@@ -21,7 +21,8 @@ from nsdrill.cli.main import EXIT_CODES
 )
 @options.study_argument
 @options.output(
-    "File of branches to write (HDF5). Until it is there, what is finished is in FILE.part."
+    "File of branches to write (HDF5). Until it is there, what is finished is in FILE.part.",
+    hdf5=True,
 )
 @click.option(
     "--seeds",

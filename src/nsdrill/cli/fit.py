@@ -126,7 +126,7 @@ def command(
     samples: int,
     workers: int | None,
     overrides: tuple[str, ...],
-    units: str,
+    units: str | None,
     resume: bool,
     large: bool,
     overwrite: bool,
@@ -146,6 +146,7 @@ def command(
     from nsdrill.cli.reading import load
 
     loaded = load(study, overrides)
+    units = units or loaded.units
     if resume and output is None:
         raise InputError(
             "--resume: found without -o; allowed: with the -o of the fit that was interrupted."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Callable
 from typing import Any
@@ -17,12 +18,12 @@ Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 class FileName(click.ParamType):
     """The name of a file. The store checks whether the file exists and of what kind it
     is: its messages say more than those of click. With ``stream`` the name may be
-    ``-``, standard input or output."""
+    ``-``, standard input or output; ``hdf5`` is for a file to write in that format."""
 
     name = "path"
 
-    def __init__(self, stream: bool = False) -> None:
-        self.stream = stream
+    def __init__(self, stream: bool = False, hdf5: bool = False) -> None:
+        self.stream, self.hdf5 = stream, hdf5
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         if not value or "\0" in value:
@@ -34,6 +35,12 @@ class FileName(click.ParamType):
                 f"(check, run, "
                 "simulate), standard output for a study (new) and for CSV (export). A file of "
                 "that name is ./-."
+            )
+        if self.hdf5 and not value.lower().endswith((".h5", ".hdf5")):
+            click.echo(
+                f"Note: {value} will be an HDF5 file whatever its name; with the ending .h5 other "
+                f"programs know it. nsdrill export writes CSV and netCDF.",
+                err=True,
             )
         return str(value)
 
@@ -121,14 +128,32 @@ class UnitSystem(click.Choice):
 
 
 UNITS_VARIABLE = "NSDRILL_UNITS"
-units = click.option(
-    "--units",
-    type=UnitSystem(),
-    envvar=UNITS_VARIABLE,
-    default="si",
-    show_default=True,
-    help="m, kN, rad/s, or ft, klbf, rpm and other field units. NSDRILL_UNITS sets the default.",
-)
+
+
+def units(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The option --units. Where it is not given, the study in the file that ``command``
+    takes decides; of a command that takes a study itself, ``units`` is then None."""
+
+    @functools.wraps(command)
+    def in_units(**values: Any) -> Any:
+        names = [values[name] for name in ("results", "file", "a") if name in values]
+        if values["units"] is None and names:
+            from nsdrill.app.reading import units_in
+            from nsdrill.plot.registry import is_study
+
+            first = names[0][0] if isinstance(names[0], tuple) else names[0]
+            values["units"] = None if is_study(first) else units_in(first)
+        return command(**values)
+
+    return click.option(
+        "--units",
+        type=UnitSystem(),
+        envvar=UNITS_VARIABLE,
+        help="m, kN, rad/s, or ft, klbf, rpm and other field units. Default: NSDRILL_UNITS, else "
+        "the key units of the study, else si.",
+    )(in_units)
+
+
 study_argument = click.argument("study", type=FileName(stream=True))
 settings = click.option(
     "--set",
@@ -263,11 +288,10 @@ def file_argument(name: str) -> Decorator:
     return click.argument(name, type=FileName())
 
 
-def output(text: str, required: bool = True, stream: bool = False) -> Decorator:
-    """The output file; with ``stream`` it may be ``-``."""
-    return click.option(
-        "-o", "--output", type=FileName(stream), metavar="FILE", required=required, help=text
-    )
+def output(text: str, required: bool = True, stream: bool = False, hdf5: bool = False) -> Decorator:
+    """The output file, as :class:`FileName`."""
+    kind = FileName(stream, hdf5)
+    return click.option("-o", "--output", type=kind, metavar="FILE", required=required, help=text)
 
 
 def check_not_input(source: str, output: str) -> None:

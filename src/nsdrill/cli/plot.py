@@ -119,7 +119,7 @@ def command(
     file: str,
     output: str | None,
     kind: str | None,
-    units: str,
+    units: str | None,
     depth: float | None,
     wob: float | None,
     rotary_speed: float | None,
@@ -180,6 +180,7 @@ def command(
             "--to": end,
         }
         return _draw_chart(file, output, kind, units, along, overrides, unused, overwrite, look)
+    assert units is not None
     from nsdrill.app.reading import is_branches
 
     if is_branches(file):
@@ -393,7 +394,7 @@ def _draw_chart(
     file: str,
     output: str | None,
     kind: str | None,
-    units: str,
+    units: str | None,
     along: str | None,
     overrides: tuple[str, ...],
     unused: Mapping[str, Any],
@@ -414,8 +415,9 @@ def _draw_chart(
     options.claim_picture(file, output, overwrite)
     from nsdrill.app.charts import draw_chart
 
+    study = load(file, overrides)
     save(
-        draw_chart(load(file, overrides), kind, along, units=units, look=look),
+        draw_chart(study, kind, along, units=units or study.units, look=look),
         output,
         overwrite=overwrite,
     )

@@ -19,7 +19,7 @@ from nsdrill.cli.simulate import finish
     ),
 )
 @options.file_argument("results")
-@options.output("Trace file to write (HDF5).")
+@options.output("Trace file to write (HDF5).", hdf5=True)
 @options.quantity("--depth", "m", "Depth of the point; the nearest one of the sweep is taken.")
 @options.quantity("--wob", "N", "Weight on bit of the point.")
 @options.quantity("--rotary-speed", "rad/s", "Top-drive speed of the point.")

@@ -23,7 +23,9 @@ from nsdrill.cli.main import EXIT_CODES
     ),
 )
 @options.study_argument
-@options.output("Results file to write (HDF5). While the run goes on, its points are in FILE.part.")
+@options.output(
+    "Results file to write (HDF5). While the run goes on, its points are in FILE.part.", hdf5=True
+)
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
@@ -69,7 +71,7 @@ def command(
     overrides: tuple[str, ...],
     resume: bool,
     retry_failed: bool,
-    units: str,
+    units: str | None,
     large: bool,
     overwrite: bool,
     quiet: bool,
@@ -111,7 +113,7 @@ def command(
             large=large,
         )
     if not quiet:
-        _print_outcome(outcome, units)
+        _print_outcome(outcome, units or loaded.units)
     return 3 if outcome.failed else 0
 
 

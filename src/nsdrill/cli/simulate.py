@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     ),
 )
 @options.study_argument
-@options.output("Trace file to write (HDF5).")
+@options.output("Trace file to write (HDF5).", hdf5=True)
 @options.quantity("--depth", "m", "Depth. Default: operation.depth of the study, value or ramp.")
 @options.quantity("--wob", "N", "Weight on bit. Default: operation.wob.")
 @options.quantity("--rotary-speed", "rad/s", "Top-drive speed. Default: operation.rotary_speed.")
@@ -65,7 +65,7 @@ def command(
     orbit: str | None,
     point: int | None,
     overrides: tuple[str, ...],
-    units: str,
+    units: str | None,
     overwrite: bool,
 ) -> int:
     """Simulate one operating point of STUDY, or along its ramps, and write the
@@ -95,6 +95,7 @@ def command(
         if text.partition("=")[0].strip() in requested and "." in text.partition("=")[0]
     ]
     loaded = load(study, [*overrides, *study_values])
+    units = units or loaded.units
     options.check_not_input(study, output)
 
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, simulate

@@ -36,7 +36,12 @@ from nsdrill.cli import options
 )
 @options.units
 def command(
-    file: str, port: int, no_browser: bool, overrides: tuple[str, ...], over: str | None, units: str
+    file: str,
+    port: int,
+    no_browser: bool,
+    overrides: tuple[str, ...],
+    over: str | None,
+    units: str | None,
 ) -> int:
     """Explore FILE in the browser: results, the .part file of a run that goes on,
     branches, or a study.

@@ -35,6 +35,7 @@ SLICE = "initial.slice"  # its values are ranges of states, as the axes of the s
 # What each key means that no model has a say in, in one line.
 MEANINGS: dict[str, str] = {
     "title": "Title of the study, put on figures and in the results file",
+    "units": "In which units commands answer unless --units says otherwise",
     "model": "The model of the string",
     "sweep": "What is varied",
     "sweep.depth": "Depths",
@@ -315,6 +316,7 @@ class Leaf:
 TIME = Leaf("time", "quantity", 0.0, "s", low=0.0, high=LONGEST)  # of the knots of a ramp
 RAMP = "{ramp: [[0 s, VALUE], [600 s, VALUE]]}"
 MODEL_LEAF = Leaf("model", "choice", MODEL, choices=NAMES, meaning=MEANINGS["model"])
+UNITS_LEAF = Leaf("units", "choice", "si", choices=("si", "field"), meaning=MEANINGS["units"])
 
 
 def leaves(
@@ -425,7 +427,7 @@ def keys_of(model: str = MODEL) -> Keys:
         "classify": Thresholds,
         "record": Record,
     }
-    head = {key: MEANINGS[key] for key in ("title", "model")}  # in the order of the file
+    head = {key: MEANINGS[key] for key in ("title", "units", "model")}  # in the order of the file
     told = {**head, **OF_MODELS, **MEANINGS, **found.meanings}
     every = {"model": MODEL_LEAF}
     every |= {
@@ -455,7 +457,7 @@ def keys_of(model: str = MODEL) -> Keys:
         for parts in [key.split(".")]
         for end in range(1, len(parts))
     }
-    there = {"title", *every, *groups, SLICE}
+    there = {"title", "units", *every, *groups, SLICE}
     meanings = {
         key: words for key, words in told.items() if key in there or key.partition(".")[0] in AROUND
     }

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial, reduce
 from itertools import pairwise
 from operator import getitem
@@ -68,7 +68,8 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
     faults += document.faults
     if faults:
         raise StudyError(name, _in_file_order(faults))
-    return study_from_resolved(resolved, text, name, overrides)
+    study = study_from_resolved(resolved, text, name, overrides)
+    return replace(study, notes=tuple(document.notes))
 
 
 def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thresholds:
@@ -282,7 +283,7 @@ def _no_axis(
     )
     if others == HOW and is_compiled_in(keys.model.name, name):
         found = "which is a choice" if words_of(name) else "which is compiled in"
-        return f"{name}, {found}", allowed, f"Sweep it: sweep.{name} with procedure: same."
+        return f"{name}, {found}", allowed, f"Sweep it: sweep.{name}."
     if numbers := [key for key, (choice, _) in keys.model.units_by.items() if choice == name]:
         return (
             f"a choice on which the units of {' and '.join(numbers)} depend",
@@ -314,6 +315,8 @@ def _resolve(
     """The complete study as plain data, defaults filled in, axes ascending."""
     ramps, faults = _ramps(document, given.get("operation", {}))
     resolved: dict[str, Any] = {"title": given.get("title", ""), "model": keys.model.name}
+    if "units" in given:
+        resolved["units"] = given["units"]
     for section, cls in keys.sections.items():
         resolved[section] = _merged(_plain(asdict(cls())), given.get(section, {}))
     for leaf in keys.leaves.values():
@@ -340,8 +343,9 @@ def _resolve(
     procedure, along = sweep.get("procedure", "same"), sweep.get("along")
     if procedure == "same":
         along = None  # nothing is carried
-    elif along is None and len(axes) == 1 and not faults:
-        along = next(iter(axes))
+    elif along is None and not faults:
+        numbers = [key for key in axes if not is_compiled_in(keys.model.name, key)]
+        along = next(iter(numbers if len(numbers) == 1 else axes if len(axes) == 1 else []), None)
     resolved["sweep"] = {
         **axes,
         "procedure": procedure,
@@ -434,6 +438,12 @@ def _ascending(document: Document, path: KeyPath, value: Any) -> Any:
 def _ascending_range(document: Document, path: KeyPath, value: dict[str, Any]) -> Any:
     """An axis {from, to, points} in ascending order, or its :class:`Fault`."""
     low, high = sorted((value["from"], value["to"]))
+    if value["from"] > value["to"]:
+        raw = reduce(getitem, path, document.data)
+        document.notes.append(
+            f"{dotted(path)} goes from {raw['from']} down to {raw['to']}; its values are taken in "
+            f"ascending order. To carry the state downwards, write procedure: down."
+        )
     spacing = (high - low) / (value["points"] - 1)
     if spacing <= 4 * math.ulp(max(abs(low), abs(high))):
         return document.fault(path, "values that are the same", "from and to that differ")

@@ -31,14 +31,27 @@ from nsdrill.models.leaves import is_compiled_in
 from nsdrill.sampling import BOUNDS, NUMBERS_OF
 from nsdrill.study.continuation import BORDERS, CURVE_POINTS, MOTIONS
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
-from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, Keys, Leaf, keys_of, shown
+from nsdrill.study.keys import (
+    MEANINGS,
+    MODEL_LEAF,
+    SLICE,
+    TIME,
+    UNITS_LEAF,
+    Keys,
+    Leaf,
+    keys_of,
+    shown,
+)
 from nsdrill.study.read import odd_character
 from nsdrill.study.study import Procedure
 from nsdrill.study.uncertain import CUT_WORDS, DESIGN, EXAMPLES, FACTOR, SAMPLES, SEED, correlation
 from nsdrill.units import USUAL, QuantityError
 from nsdrill.variables import MODEL
 
-QUANTITY = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*[A-Za-zµμ°1].*$"
+QUANTITY = (
+    r"^\s*[-+]?((\d+[ -])?\d+/\d+|(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?)"
+    r"\s*[A-Za-zµμ°1½¼¾⅛⅜⅝⅞\"'″′”’].*$"
+)
 LONGEST_TITLE = 500  # characters
 
 POINTS = Leaf("points", "whole", 2, low=2, high=10**8)
@@ -81,6 +94,7 @@ def study_model(model: str = MODEL, asked: frozenset[str] | None = None) -> type
             Field(default="", description=MEANINGS["title"]),
         )
     }
+    sections["units"] = _leaf(UNITS_LEAF)
     sections["model"] = _leaf(MODEL_LEAF, keys)
     for name, cls in keys.sections.items():
         if name == "simulation":  # these two stand before it in the file
@@ -386,11 +400,7 @@ def _axis(name: str, value: Leaf, keys: Keys) -> tuple[Any, Any]:
             Annotated[list[one], Tag("list")] | Annotated[one, Tag("value")],  # type: ignore[valid-type]
             Discriminator(_form_of_words),
         ]
-        return words, Field(
-            default=None,
-            alias=name,
-            description=f"{meaning}: a list of words, with procedure: same.",
-        )
+        return words, Field(default=None, alias=name, description=f"{meaning}: a list of words.")
     span = _range(name.replace(".", "_"), one, spacing=True)
     annotated = Annotated[
         Annotated[span, Tag("range")]  # type: ignore[valid-type]

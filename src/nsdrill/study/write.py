@@ -14,8 +14,9 @@ from nsdrill.data import differences
 from nsdrill.sampling import KINDS, NUMBERS_OF
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, Keys, Leaf, keys_of
+from nsdrill.study.study import IN_WORDS_ONLY
 from nsdrill.study.uncertain import FACTOR, HOW
-from nsdrill.variables import MODEL
+from nsdrill.variables import MODEL, long_key, short_key
 
 MAX_TOLD = 6  # keys in a message
 
@@ -26,6 +27,8 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
     comments = "".join(f"# {_one_line(words)}\n" for words in head)
     parts = [comments + line("", "title", _title(resolved), MEANINGS["title"])]
     keys = _keys(resolved)
+    if "units" in resolved:
+        parts.append(line("", "units", resolved["units"], MEANINGS["units"]))
     parts.append(line("", "model", keys.model.name, MEANINGS["model"]))
     for name in keys.sections:
         if name == "simulation":
@@ -103,10 +106,10 @@ def changes(a: dict[str, Any], b: dict[str, Any]) -> list[tuple[str, str | None,
 
 
 def changes_text(a: dict[str, Any], b: dict[str, Any], keys: Sequence[str] | None = None) -> str:
-    """The ``keys`` in which two resolved studies differ, all but the title if None, as
+    """The ``keys`` in which two resolved studies differ, all but the title and the units if None, as
     a part of a message: ``bit.friction.static: 0.5 there, 0.6 here; ...``."""
     if keys is None:
-        keys = [key for key, _, _ in changes(a, b) if key != "title"]
+        keys = [key for key, _, _ in changes(a, b) if key not in IN_WORDS_ONLY]
     told = [
         f"{key}: {value_text(a, key) or 'nothing'} there, {value_text(b, key) or 'nothing'} here"
         for key in keys
@@ -173,14 +176,14 @@ def _uncertain(keys: Keys, resolved: dict[str, Any]) -> str:
         ),
     ]
     lines = [
-        line("  ", key, _of_unknowns(keys, resolved, key) or "", told[key])
+        line("  ", long_key(key), _of_unknowns(keys, resolved, key) or "", told[key])
         for key in written
         if key != "table"
     ]
     if found["table"]:
         lines.append(line("  ", "table", "", told["table"]))
         lines += [
-            f"    {key}: {_values(keys, resolved, key, values)}"
+            f"    {long_key(key)}: {_values(keys, resolved, key, values)}"
             for key, values in found["table"].items()
         ]
     else:
@@ -192,6 +195,7 @@ def _of_unknowns(keys: Keys, resolved: dict[str, Any], name: str) -> str | None:
     """What the section of the unknowns says of ``name``, in flow style; None where it
     has no such key."""
     table, _, column = name.partition(".")
+    name, column = short_key(name), short_key(column)
     found = resolved.get("uncertain", {})
     if table == "table" and column:
         return (
@@ -232,7 +236,9 @@ def _key_of(entry: str) -> str:
             .removesuffix(".spacing")
         )
     if parts[0] == "uncertain":
-        return _unknown_of(entry)
+        section, _, key = _unknown_of(entry).partition(".")
+        table, dot, column = key.rpartition("table.")
+        return f"{section}.{table}{dot}{long_key(column)}"
     return ".".join(parts[:3] if entry.startswith(f"{SLICE}.") else parts)
 
 

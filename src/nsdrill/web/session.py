@@ -58,8 +58,8 @@ HALF_WIDTH = 0.2
 
 class Session:
     """The explorer of the file ``path``: results, an unfinished run, branches, or a
-    study with ``overrides`` applied. Over the diagrams of results lie the branches of
-    the file ``over``, if given.
+    study with ``overrides`` applied; in ``units``, by default those of the study. Over
+    the diagrams of results lie the branches of the file ``over``, if given.
 
     FileError or InputError where it is something else.
     """
@@ -67,11 +67,11 @@ class Session:
     def __init__(
         self,
         path: str | os.PathLike[str],
-        units: str = "si",
+        units: str | None = None,
         overrides: list[str] | None = None,
         over: str | os.PathLike[str] | None = None,
     ) -> None:
-        self.path, self.units = os.fspath(path), units
+        self.path = os.fspath(path)
         self.branches: Branches | None = None if over is None else read_branches(over)
         self._compute_lock = threading.Lock()
         self._motions: Motions | None = None
@@ -87,6 +87,7 @@ class Session:
                     f"ends in .yaml or .yml."
                 )
             self._open()
+        self.units = units or self.study.units
         if over is not None and self.results is None:
             raise InputError(f"--over: found with {self.path}; allowed: with results of a sweep.")
         if self.branches is not None and self.branches.study.model != self.study.model:
