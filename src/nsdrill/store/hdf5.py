@@ -246,8 +246,7 @@ def check_version(path: str | os.PathLike[str], file: Any) -> None:
     )
     if not isinstance(kind, str) or not isinstance(version, int):
         raise FileError(
-            f"{path}: an HDF5 file, but none of nsdrill. Give the output of 'nsdrill "
-            f"run' or 'simulate'."
+            f"{path}: an HDF5 file, but none of nsdrill. Give a file that nsdrill run wrote."
         )
     if not 1 <= version <= FORMAT_VERSION:
         raise FileError(
@@ -307,9 +306,7 @@ def check_readable(path: str | os.PathLike[str]) -> None:
     to 2 GB/s)."""
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
-            raise FileError(
-                f"{path}: this is no file. Give the output of 'nsdrill run' or 'nsdrill simulate'."
-            )
+            raise FileError(f"{path}: this is no file. Give a file that nsdrill run wrote.")
         with open(path, "rb") as file:
             first = file.read(16)
             length, digest = _read_seal(file)
@@ -341,8 +338,10 @@ def check_readable(path: str | os.PathLike[str]) -> None:
                 f"{path}: this is not an HDF5 file but a study, it seems. Run it first: nsdrill "
                 f"run {path} -o out.h5"
             )
+        measured = " Measurements are for nsdrill fit and for plot --data."
         raise FileError(
-            f"{path}: this file is {state}. Give the output of 'nsdrill run' or 'nsdrill simulate'."
+            f"{path}: this file is {state}. Give a file that nsdrill run wrote."
+            f"{measured if str(path).lower().endswith('.csv') else ''}"
         )
     _probe(path)
 

@@ -261,6 +261,12 @@ class _Points:
                 f"here, which nsdrill "
                 "run makes."
             )
+        is_version_1 = plain_attribute(file.attrs, "format_version") == 1
+        if is_version_1 == ("dimensions" in file.attrs):
+            raise FileError(
+                f"{path}: the attribute format_version is {1 if is_version_1 else 2}, and the file "
+                f"is laid out as one of format {2 if is_version_1 else 1}. {hdf5.EDITED}"
+            )
         axes = hdf5.read_axes(path, file)
         unknowns = tuple(Unknown(**vars(axis)) for axis in hdf5.read_axes(path, file, "unknowns"))
         grid = (
@@ -270,7 +276,6 @@ class _Points:
         )
         own = (*(name for name in ("peak", "crossing") if name in file), "state")
         arrays = {name: hdf5.read_coordinate(path, file, name) for name in (*grid, *own)}
-        is_version_1 = plain_attribute(file.attrs, "format_version") == 1
         # in version 1 every coordinate is a dimension
         lists = (*grid, *own) if is_version_1 else own
         for name in lists:
