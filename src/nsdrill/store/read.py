@@ -262,7 +262,11 @@ class _Points:
                 "run makes."
             )
         is_version_1 = plain_attribute(file.attrs, "format_version") == 1
-        if is_version_1 == ("dimensions" in file.attrs):
+        # in version 1 every coordinate is a dimension, and no attribute names them
+        looks_like_1 = "dimensions" not in file.attrs and all(
+            getattr(file.get(name), "ndim", 0) for name in POINT
+        )
+        if is_version_1 != looks_like_1:
             raise FileError(
                 f"{path}: the attribute format_version is {1 if is_version_1 else 2}, and the file "
                 f"is laid out as one of format {2 if is_version_1 else 1}. {hdf5.EDITED}"
@@ -276,7 +280,6 @@ class _Points:
         )
         own = (*(name for name in ("peak", "crossing") if name in file), "state")
         arrays = {name: hdf5.read_coordinate(path, file, name) for name in (*grid, *own)}
-        # in version 1 every coordinate is a dimension
         lists = (*grid, *own) if is_version_1 else own
         for name in lists:
             if not arrays[name].ndim:
