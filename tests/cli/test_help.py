@@ -101,7 +101,7 @@ def test_version(call: Call) -> None:
     ("words", "said"),
     [
         (["rnu"], "Did you mean run?"),
-        (["xyz"], "There is no command 'xyz'. Commands: run, simulate"),
+        (["xyz"], "There is no command 'xyz'. Commands: new, check"),
         (["run"], "Missing argument 'STUDY'"),
         (["run", "a.yaml"], "Missing option '-o'"),
         (["run", "a.yaml", "-o", "b.h5", "--resumee"], "Did you mean '--resume'"),
@@ -125,4 +125,4 @@ def test_wrong_command_lines(call: Call, words: list[str], said: str) -> None:
 def test_no_command_prints_the_help(call: Call) -> None:
     answer = call()
     assert answer.code == 2
-    assert "Commands:" in answer.err
+    assert "\nRun:\n" in answer.err

@@ -330,9 +330,15 @@ def _state_scales(study: Study, results: Results) -> np.ndarray:
     return np.broadcast_to(scales, (*results.shape, scales.shape[-1]))
 
 
-def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, tuple[int, int]]:
+def reclassify(
+    path: str | os.PathLike[str],
+    overrides: list[str],
+    output: str | os.PathLike[str] | None = None,
+    *,
+    overwrite: bool = True,
+) -> dict[str, tuple[int, int]]:
     """Label the results file ``path`` again with changed thresholds
-    (``classify.key=value``), without a run.
+    (``classify.key=value``), without a run; with ``output`` as a new file.
 
     Returns, for each label, the number of changed points and of all points.
     """
@@ -344,7 +350,7 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
         name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size))
         for name in labels
     }
-    rewrite_labels(path, labels, line, attrs)
+    rewrite_labels(path, labels, line, attrs, output, overwrite=overwrite)
     return changed
 
 

@@ -13,30 +13,38 @@ from nsdrill import __version__, interrupt
 from nsdrill.cli.streams import CommandExit, standard_streams
 from nsdrill.errors import NsdrillError
 
-# name -> one line for the help, which thus imports no command.
-COMMANDS = {
-    "run": "Run a study: sweep, classify, and write the results file.",
-    "simulate": "Simulate one operating point and write its trajectory.",
-    "replay": "Run one point of a results file again, with its trajectory.",
-    "continue": "Follow motions along a number of the study, stable or not: branches and "
-    "bifurcations.",
-    "plot": "Draw a file of results, a trace or branches.",
-    "view": "Explore results or a study in the browser.",
-    "report": "Write results as one page of HTML to send.",
-    "window": "Say where one may run whatever the history.",
-    "fit": "Adjust unknown numbers of a study to measurements.",
-    "sensitivity": "Say which uncertain number matters most, and which to measure first.",
-    "show": "Say what is in a file of results, a trace or branches, in words and numbers.",
-    "diff": "Say what differs between two results or trace files.",
-    "combine": "Make one file of results that differ in one number.",
-    "check": "Validate a study and print its derived coefficients.",
-    "new": "Write a commented study to start from.",
-    "schema": "Print the JSON Schema of the study file.",
-    "export": "Write results as CSV or netCDF.",
-    "classify": "Give a results file new labels with other thresholds; nothing is run again.",
+# The groups of the help, with one line for each command; the help imports no command.
+GROUPS = {
+    "Run": {
+        "new": "Write a short study to start from, or one of the examples.",
+        "check": "Validate a study and print its derived coefficients.",
+        "run": "Run a study: sweep, classify, and write the results file.",
+        "simulate": "Simulate one operating point and write its trajectory.",
+        "replay": "Run one point of a results file again, with its trajectory.",
+        "branches": "Follow motions along a number of the study, stable or not: branches and "
+        "bifurcations.",
+    },
+    "Look": {
+        "show": "Say what is in a file of results, a trace or branches, in words and numbers.",
+        "plot": "Draw a file of results, a trace or branches.",
+        "view": "Explore results or a study in the browser.",
+        "report": "Write results as one page of HTML to send.",
+    },
+    "Decide": {
+        "window": "Say where one may run whatever the history.",
+        "sensitivity": "Say which uncertain number matters most, and which to measure first.",
+        "fit": "Adjust unknown numbers of a study to measurements.",
+    },
+    "Files": {
+        "diff": "Say what differs between two results or trace files.",
+        "combine": "Make one file of results that differ in one number.",
+        "export": "Write results as CSV or netCDF.",
+        "classify": "Give a results file new labels with other thresholds; nothing is run again.",
+        "schema": "Print the JSON Schema of the study file.",
+    },
 }
-
-MODULES = {"continue": "continuing"}  # a keyword cannot name a module
+COMMANDS = {name: line for group in GROUPS.values() for name, line in group.items()}
+FORMER = {"continue": "branches"}  # names that scripts may have; no help lists them
 
 EXIT_CODES = """\b
 Exit codes:
@@ -44,7 +52,13 @@ Exit codes:
   1    the run failed, and not through its input: a full disk, too little memory
   2    the command line, the study or an input file is wrong; nothing was written
   3    finished, but some points failed; they are marked in the file
-  130  interrupted; nsdrill run, continue and fit go on with --resume"""
+  130  interrupted; nsdrill run, branches and fit go on with --resume"""
+
+
+QUANTITIES = """\b
+Q in the help of a command is a number with its unit, in quotes where there is a blank:
+3000m, '10 klbf', 60rpm, 3rad/s, '8 1/2 in', 0.5s."""
+MODULES = {"branches": "continuing"}  # cli/branches.py is what show prints of them
 
 
 class LazyGroup(click.Group):
@@ -54,11 +68,13 @@ class LazyGroup(click.Group):
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in COMMANDS:
+        name = FORMER.get(cmd_name, cmd_name)
+        if name not in COMMANDS:
             return None
-        command: click.Command = import_module(
-            f"nsdrill.cli.{MODULES.get(cmd_name, cmd_name)}"
-        ).command
+        command: click.Command = import_module(f"nsdrill.cli.{MODULES.get(name, name)}").command
+        takes_quantities = any("Q" in (one.metavar or "").split() for one in command.params)
+        if takes_quantities and QUANTITIES not in (command.epilog or ""):
+            command.epilog = f"{command.epilog}\n\n{QUANTITIES}"
         return command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
@@ -73,8 +89,10 @@ class LazyGroup(click.Group):
             raise click.UsageError(text, ctx) from None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+        width = max(map(len, COMMANDS))
+        for title, commands in GROUPS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name.ljust(width), line) for name, line in commands.items()])
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -88,11 +106,13 @@ class LazyGroup(click.Group):
 @click.group(
     cls=LazyGroup,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
-    epilog=EXIT_CODES
+    epilog=f"{QUANTITIES}\n\n{EXIT_CODES}"
     + "\n\nMessages go to standard error, data to standard output. `nsdrill COMMAND --help` says "
     "more.",
 )
-@click.version_option(__version__, prog_name="nsdrill", message="%(prog)s %(version)s")
+@click.version_option(
+    __version__, "-V", "--version", prog_name="nsdrill", message="%(prog)s %(version)s"
+)
 def group() -> None:
     """A bifurcation explorer for drill-string vibration: bit-bounce, stick-slip and
     whirl over depth, weight on bit and rotary speed, with history.

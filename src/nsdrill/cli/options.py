@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.shell_completion import CompletionItem
 
 from nsdrill.errors import InputError
+
+if TYPE_CHECKING:
+    from nsdrill.study.keys import Leaf
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
@@ -48,6 +51,58 @@ class FileName(click.ParamType):
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         return [CompletionItem(incomplete, type="file")]
+
+
+class Word(click.ParamType):
+    """A word, which a shell completes from those that ``known`` gives. The command
+    checks it, with the list in its message."""
+
+    name = "word"
+
+    def __init__(self, known: Callable[[], Iterable[str]]) -> None:
+        self.known = known
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        words = dict.fromkeys(self.known())
+        return [CompletionItem(word) for word in words if word.startswith(incomplete)]
+
+
+def _models() -> Iterable[str]:
+    from nsdrill.models.registry import NAMES
+
+    return NAMES
+
+
+def kinds() -> Iterable[str]:
+    """The kinds of picture."""
+    from nsdrill.plot import all_kinds
+
+    return ("list", *all_kinds())
+
+
+def changes() -> Iterable[str]:
+    """The keys of studies with the sign that follows them, and of a choice each word."""
+    from nsdrill.models.registry import of_all
+    from nsdrill.study.keys import keys_of
+
+    for _, keys in of_all(keys_of):
+        yield from _assignments(keys.leaves)
+
+
+def _points() -> Iterable[str]:
+    """The keys of axes, as :func:`changes`."""
+    from nsdrill.study.keys import SAMPLE, axes_of_all
+
+    yield from _assignments(axes_of_all())
+    yield f"{SAMPLE}="
+
+
+def _assignments(leaves: Mapping[str, Leaf]) -> Iterator[str]:
+    for key, leaf in leaves.items():
+        yield f"{key}="
+        yield from (f"{key}={word}" for word in leaf.choices)
 
 
 class Quantity(click.ParamType):
@@ -159,6 +214,7 @@ settings = click.option(
     "--set",
     "overrides",
     multiple=True,
+    type=Word(changes),
     metavar="KEY=VALUE",
     help="Change a key of the study, e.g. --set 'operation.wob=30 kN'. May be given more than "
     "once.",
@@ -167,12 +223,23 @@ thresholds = click.option(
     "--set",
     "overrides",
     multiple=True,
+    type=Word(lambda: (key for key in changes() if key.startswith("classify."))),
     metavar="KEY=VALUE",
     help="Change a threshold, e.g. --set classify.stick_slip.stick_slip_index=60. May be given "
     "more than once.",
 )
 large = click.option(
     "--large", is_flag=True, help="Make more than a million runs; without it their cost is told."
+)
+workers = click.option(
+    "-j",
+    "--workers",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="How many to run side by side. Default: all processors.",
+)
+quiet = click.option(
+    "-q", "--quiet", is_flag=True, help="No progress and no summary; warnings and errors only."
 )
 overwrite = click.option("--overwrite", is_flag=True, help="Replace the output if it exists.")
 
@@ -186,6 +253,7 @@ at = click.option(
     "--at",
     "at",
     multiple=True,
+    type=Word(_points),
     metavar="KEY=VALUE",
     help="The value of any axis by its key, e.g. --at 'bit.rock_stiffness=25 MN/m', or --at "
     "sample=17 where numbers "
@@ -241,7 +309,10 @@ def point_values(at: tuple[str, ...], **operation: float | None) -> dict[str, fl
 
 
 model = click.option(
-    "--model", metavar="NAME", help="The model of the string; by default the one of all motions."
+    "--model",
+    metavar="NAME",
+    type=Word(_models),
+    help="The model of the string; by default the one of all motions.",
 )
 
 
@@ -292,6 +363,24 @@ def output(text: str, required: bool = True, stream: bool = False, hdf5: bool = 
     """The output file, as :class:`FileName`."""
     kind = FileName(stream, hdf5)
     return click.option("-o", "--output", type=kind, metavar="FILE", required=required, help=text)
+
+
+def picture(text: str) -> Decorator:
+    """A picture beside the answer: --picture, or -o as in earlier versions."""
+    names = ("--picture", "-o", "--output", "output")
+    return click.option(*names, type=FileName(), metavar="FILE", help=text)
+
+
+def write(output: str | None, text: str, overwrite: bool) -> None:
+    """Write ``text`` to the file ``output``, or to standard output without one."""
+    if output in (None, "-"):
+        click.echo(text, nl=False)
+        return
+    from nsdrill.store import claim_file, write_text
+
+    assert output is not None
+    claim_file(output, overwrite)
+    write_text(output, text, overwrite=overwrite)
 
 
 def check_not_input(source: str, output: str) -> None:

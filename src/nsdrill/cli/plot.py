@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 @options.output("Picture to write: .png, .pdf or .svg.", required=False)
 @click.option(
     "--kind",
+    type=options.Word(options.kinds),
     metavar="KIND",
     help="What to draw; `--kind list` says what fits FILE. Default: its first.",
 )
@@ -76,6 +77,7 @@ if TYPE_CHECKING:
     "--set",
     "overrides",
     multiple=True,
+    type=options.Word(options.changes),
     metavar="KEY=VALUE",
     help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more "
     "than once.",

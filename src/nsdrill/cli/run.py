@@ -26,12 +26,7 @@ from nsdrill.cli.main import EXIT_CODES
 @options.output(
     "Results file to write (HDF5). While the run goes on, its points are in FILE.part.", hdf5=True
 )
-@click.option(
-    "--workers",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="How many to run side by side. Default: all processors.",
-)
+@options.workers
 @click.option(
     "--engine",
     type=click.Choice(["threads", "dask"]),
@@ -61,7 +56,7 @@ from nsdrill.cli.main import EXIT_CODES
 @options.units
 @options.large
 @options.overwrite
-@click.option("--quiet", is_flag=True, help="No progress and no summary; warnings and errors only.")
+@options.quiet
 def command(
     study: str,
     output: str,

@@ -17,7 +17,7 @@ MIN_INDEX = 0.05  # first-order index: an unknown below it has no effect of its 
     "sensitivity",
     epilog=options.examples(
         "sensitivity uncertain.h5",
-        "sensitivity uncertain.h5 --wob 40kN --rotary-speed 100rpm -o tornado.png",
+        "sensitivity uncertain.h5 --wob 40kN --rotary-speed 100rpm --picture tornado.png",
         "sensitivity uncertain.h5 --json | jq .measure_first",
     ),
 )
@@ -28,7 +28,7 @@ MIN_INDEX = 0.05  # first-order index: an unknown below it has no effect of its 
 @options.at
 @options.units
 @click.option("--json", "as_json", is_flag=True, help="The same for programs.")
-@options.output("Tornado picture to write as well: .png, .pdf or .svg.", required=False)
+@options.picture("Tornado picture to write as well: .png, .pdf or .svg.")
 @options.severity
 @options.overwrite
 def command(

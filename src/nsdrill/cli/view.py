@@ -24,6 +24,7 @@ from nsdrill.cli import options
     "--set",
     "overrides",
     multiple=True,
+    type=options.Word(options.changes),
     metavar="KEY=VALUE",
     help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more "
     "than once.",

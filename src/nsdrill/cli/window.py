@@ -11,7 +11,7 @@ from nsdrill.cli import options
     "window",
     epilog=options.examples(
         "window map.h5",
-        "window map.h5 --units field -o window.png",
+        "window map.h5 --units field --picture window.png",
         "window map.h5 --severity 1",
         "window uncertain.h5 --confidence 95",
         "window map.h5 --json | jq .maps[0].recommended",
@@ -22,7 +22,7 @@ from nsdrill.cli import options
 @click.option(
     "--json", "as_json", is_flag=True, help="The same for programs, with every map and region."
 )
-@options.output("Picture to write as well: .png, .pdf or .svg.", required=False)
+@options.picture("Picture to write as well: .png, .pdf or .svg.")
 @options.severity
 @options.confidence
 @options.overwrite

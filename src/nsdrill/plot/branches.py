@@ -98,7 +98,7 @@ def _draw_figure(data: Any, units: str, over: Results | None) -> Figure:
     if not panels:
         raise InputError(
             "the branches: found no feature that a panel shows; allowed: a file of "
-            "nsdrill continue."
+            "nsdrill branches."
         )
     x = quantity(along, units)
     fixed = {

@@ -89,9 +89,9 @@ def writing(
     remedy: Callable[[], str] = lambda: MAKE_ROOM,
     *,
     overwrite: bool = True,
-    edit: bool = False,
+    copy_of: str | os.PathLike[str] | None = None,
 ) -> Iterator[Any]:
-    """A new HDF5 file, or with ``edit`` a copy of the file ``path``, which is sealed and
+    """A new HDF5 file, or a ``copy_of`` another, or of ``path`` itself, which is sealed and
     takes the name ``path`` at the end, by the rules of
     :func:`nsdrill.files.replacing`.
 
@@ -101,17 +101,17 @@ def writing(
     """
     import h5py
 
-    options = {} if edit else {"track_order": True}
+    options = {} if copy_of else {"track_order": True}
     with replacing(path, remedy, overwrite=overwrite) as raw:
         temporary = Path(raw.name)
-        if edit:
-            with open(path, "rb") as old:
+        if copy_of:
+            with open(copy_of, "rb") as old:
                 shutil.copyfileobj(old, raw)
-            shutil.copymode(path, temporary)
+            shutil.copymode(copy_of, temporary)
             unseal(temporary)
         raw.deferring = True
         with h5py.File(
-            raw, "r+" if edit else "w", libver=("v110", "v110"), rdcc_nbytes=0, **options
+            raw, "r+" if copy_of else "w", libver=("v110", "v110"), rdcc_nbytes=0, **options
         ) as file:
             yield file
         raw.raise_error()

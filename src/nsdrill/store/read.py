@@ -172,9 +172,12 @@ def rewrite_labels(
     labels: Mapping[str, Array],
     history: str,
     attrs: Mapping[str, Any] | None = None,
+    output: PathLike | None = None,
+    *,
+    overwrite: bool = True,
 ) -> None:
     """Replace the ``labels``, arrays on the grid, of the results file ``path``, and add
-    the line ``history`` to its history.
+    the line ``history`` to its history; with ``output`` in a copy of that name.
 
     ``attrs`` replaces root attributes. A copy is edited and renamed at the end, so a
     kill damages nothing. ValueError for unknown labels or other shapes.
@@ -194,7 +197,7 @@ def rewrite_labels(
     for name, values in labels.items():
         if np.shape(values) != points.shape:
             raise ValueError(f"{name} has shape {np.shape(values)}, the grid {points.shape}")
-    with hdf5.writing(path, edit=True) as file:
+    with hdf5.writing(output or path, overwrite=overwrite, copy_of=path) as file:
         for name, values in labels.items():
             file[name][...] = points.layout.to_file(np.asarray(values, file[name].dtype))
         # HDF5 does not reuse the space of replaced text, so unchanged attributes

@@ -46,7 +46,7 @@ MEANINGS: dict[str, str] = {
     "sweep.along": "The axis along which the state is carried; needed where several are swept",
     "sweep.refine": "How often the spacing of axes {from, to, points} is halved where the "
     "responses differ",
-    "continue": "What is followed by continuation, stable or not: for nsdrill continue",
+    "continue": "What is followed by continuation, stable or not: for nsdrill branches",
     "continue.along": "The number that is continued: rotary_speed or any other by its key",
     "continue.from": "One end of its range",
     "continue.to": "The other end",

@@ -7,15 +7,18 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from nsdrill.data import differences
+from nsdrill.quantity import LONG, quantity
 from nsdrill.sampling import KINDS, NUMBERS_OF
 from nsdrill.study.continuation import SECTION as CONTINUE
-from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, Keys, Leaf, keys_of
+from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, UNITS_LEAF, Keys, Leaf, keys_of
 from nsdrill.study.study import IN_WORDS_ONLY
 from nsdrill.study.uncertain import FACTOR, HOW
+from nsdrill.units import from_si
 from nsdrill.variables import MODEL, long_key, short_key
 
 MAX_TOLD = 6  # keys in a message
@@ -326,11 +329,88 @@ sweep:                                      # {sweep}; without it one operating 
 """
 
 
-def template_text(model: str = MODEL) -> str:
-    """The text of a complete, commented study of the model of this name that loads as
-    it stands."""
+# what differs from well to well, in the order of the file
+_SHORT_KEYS = (
+    "drillstring.collar.outer_diameter",
+    "drillstring.collar.inner_diameter",
+    "drillstring.collar.length",
+    "drillstring.collar.span",
+    "drillstring.collar_length",
+    "drillstring.pipe.outer_diameter",
+    "drillstring.pipe.inner_diameter",
+    "drillstring.outer_diameter",
+    "drillstring.inner_diameter",
+    "mud.density",
+    "well.diameter",
+    "bit.lobes",
+    "bit.rock_stiffness",
+    "bit.friction.static",
+    "bit.friction.dynamic",
+    "operation.depth",
+    "operation.wob",
+)
+_SCHEMA_LINE = (
+    "# yaml-language-server: $schema=study.schema.json"
+    "  (for editors; nsdrill schema -o study.schema.json)\n"
+)
+_SHORT_HEAD = """\
+# Each quantity has its unit: 9 in, 8 1/2 in, 15 klbf, 60 rpm. nsdrill new --all shows every key.
+title: Rotary speed up and down
+units: {units}
+"""
+_SHORT_SWEEP = """\
+sweep:
+  rotary_speed: {{from: {low}, to: {high}, points: 61}}
+  procedure: up-down                        # carry the state up and back down: history matters
+simulation: {{transient: 100 s, observe: 100 s}}
+"""
+_SHORT_ENDS = {"si": ("2 rad/s", "14 rad/s"), "field": ("20 rpm", "140 rpm")}
+
+
+def short_text(model: str = MODEL, units: str = "si") -> str:
+    """The text of a short study of the model of this name to start from, in the
+    ``units`` "si" or "field": what differs from well to well, and a sweep of the rotary
+    speed up and down."""
     keys = keys_of(model)
-    parts = [_HEAD, line("", "title", "Depth sweep, same initial state", MEANINGS["title"])]
+    parts = [_SCHEMA_LINE, _SHORT_HEAD.format(units=units)]
+    if model != MODEL:
+        parts.append(line("", "model", model, MEANINGS["model"]) + "\n")
+    chosen = [keys.leaves[key] for key in _SHORT_KEYS if key in keys.leaves]
+    section = ""
+    for group, found in groupby(chosen, lambda leaf: leaf.key.rpartition(".")[0]):
+        if group.partition(".")[0] != section:
+            section = group.partition(".")[0]
+            parts.append(line("", section, "", keys.meanings[section]) + "\n")
+        values = [(leaf, leaf.key.rpartition(".")[2], _value_in(leaf, units)) for leaf in found]
+        if group == section:
+            parts += [line(_INDENT, name, text, leaf.meaning) + "\n" for leaf, name, text in values]
+        else:
+            text = f"{{{', '.join(f'{name}: {text}' for _, name, text in values)}}}"
+            name = group.rpartition(".")[2]
+            parts.append(line(_INDENT, name, text, keys.meanings[group]) + "\n")
+    low, high = _SHORT_ENDS[units]
+    parts.append(_SHORT_SWEEP.format(low=low, high=high))
+    return "".join(parts)
+
+
+def _value_in(leaf: Leaf, units: str) -> str:
+    """The default of ``leaf``, in the ``units`` "field" a value of four digits."""
+    if leaf.kind != "quantity" or units != "field":
+        return leaf.default_text
+    unit = quantity(leaf.key).unit(units)
+    unit = "ft" if unit == "in" and leaf.default >= LONG else unit
+    return f"{float(f'{from_si(leaf.default, unit):.4g}'):g} {unit}"
+
+
+def template_text(model: str = MODEL, units: str = "si") -> str:
+    """The text of a complete, commented study of the model of this name that loads as
+    it stands; ``units`` is its key of this name."""
+    keys = keys_of(model)
+    parts = [
+        _SCHEMA_LINE + _HEAD,
+        line("", "title", "Depth sweep, same initial state", MEANINGS["title"]),
+    ]
+    parts.append(line("", "units", units, _comment(UNITS_LEAF)))
     parts.append(line("", "model", model, _comment(MODEL_LEAF)))
     for name in keys.sections:
         if name == "simulation":

@@ -332,7 +332,7 @@ def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) 
     )
     commands = [
         f"nsdrill show {file} --study > {study}",
-        f"nsdrill continue {study} -o {again}",
+        f"nsdrill branches {study} -o {again}",
         f"nsdrill simulate {study} --orbit {file} --point 0 -o {orbit}",
     ]
     words = (
