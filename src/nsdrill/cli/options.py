@@ -194,10 +194,10 @@ def units(command: Callable[..., Any]) -> Callable[..., Any]:
         names = [values[name] for name in ("results", "file", "a") if name in values]
         if values["units"] is None and names:
             from nsdrill.app.reading import units_in
-            from nsdrill.plot.registry import is_study
 
             first = names[0][0] if isinstance(names[0], tuple) else names[0]
-            values["units"] = None if is_study(first) else units_in(first)
+            is_study = first.lower().endswith((".yaml", ".yml"))
+            values["units"] = None if is_study else units_in(first)
         return command(**values)
 
     return click.option(

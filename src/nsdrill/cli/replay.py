@@ -13,8 +13,8 @@ from nsdrill.cli.simulate import finish
 @click.command(
     "replay",
     epilog=options.examples(
-        "replay out.h5 --depth 3000m -o trace.h5",
-        "replay out.h5 --rotary-speed 60rpm --procedure down -o trace.h5 --sample 1ms",
+        "replay out.h5 --rotary-speed 60rpm --procedure down -o trace.h5",
+        "replay map.h5 --rotary-speed 60rpm --wob '15 klbf' -o trace.h5 --sample 1ms",
         "replay ensemble.h5 --rotary-speed 3rad/s --start 17 -o trace.h5",
     ),
 )

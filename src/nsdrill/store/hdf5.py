@@ -223,17 +223,34 @@ def is_sealed(path: str | os.PathLike[str]) -> bool:
         return _read_seal(file)[0] is not None
 
 
+_checked: set[tuple[int, ...]] = set()
+
+
+def _state(path: str | os.PathLike[str]) -> tuple[int, ...] | None:
+    """What changes with the bytes of the file ``path``; None where there is none."""
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError):
+        return None
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+
+
 @contextmanager
 def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
     """The HDF5 file ``path``, checked and open for reading; every error becomes a
-    FileError."""
+    FileError. A file that stays as it is is checked once."""
     import h5py
 
-    check_readable(path)
+    state = _state(path)
+    if state not in _checked:
+        check_readable(path)
     try:
         with h5py.File(path, "r") as file:
-            check_version(path, file)
-            check_plain(path, file)
+            if state not in _checked:
+                check_version(path, file)
+                check_plain(path, file)
+            if state is not None:
+                _checked.add(state)
             yield file
     except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
         raise damaged(path, reason(error)) from error

@@ -1,6 +1,6 @@
 """The study: what a user asks for, read from YAML, validated, in SI.
 
-Imported lazily, so that ``import nsdrill.study.study`` brings neither pydantic nor
+Imported lazily, so that ``import nsdrill.study.study`` does not bring
 ruamel.yaml with it.
 """
 

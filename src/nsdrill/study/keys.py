@@ -1,7 +1,7 @@
 """Every key of the study file: its default, units, range and source, taken from the
 dataclasses that the run uses, and what it means.
 
-Also how one value is read. Nothing here knows YAML, pydantic or line numbers.
+Also how one value is read. Nothing here knows YAML or line numbers.
 """
 
 from __future__ import annotations
@@ -31,6 +31,11 @@ BARE = ("", "percent")  # units of which a bare number is
 
 AROUND = ("sweep", "uncertain", "continue")  # sections whose keys are those of others
 SLICE = "initial.slice"  # its values are ranges of states, as the axes of the sweep are: no leaf
+
+QUANTITY = (
+    r"^\s*[-+]?((\d+[ -])?\d+/\d+|(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?)"
+    r"\s*[A-Za-zµμ°1½¼¾⅛⅜⅝⅞\"'″′”’].*$"
+)
 
 # What each key means that no model has a say in, in one line.
 MEANINGS: dict[str, str] = {
@@ -242,6 +247,28 @@ class Leaf:
         if self.kind == "number" and self.units:
             what = f"a number in {self.units}"
         return f"{what}{', or null' if self.nullable else ''}, {self.range()}"
+
+    def schema(self) -> dict[str, Any]:
+        """The JSON Schema of one value."""
+        if self.kind == "choice":
+            schema: dict[str, Any] = {"enum": list(self.choices)}
+        elif self.kind == "switch":
+            schema = {"type": "boolean"}
+        elif self.kind == "list":
+            items = {"type": "array", "items": self.each.schema()}
+            schema = {**items, "minItems": 1, "maxItems": self.most}
+        elif self.words:
+            plain = replace(self, words=(), default=None).schema()
+            return {"anyOf": [{"enum": list(self.words)}, plain]}
+        elif self.kind == "quantity":
+            usual = USUAL.get(self.units, USUAL["N/m"])
+            example = self.text(self.default if self.default is not None else 1.0)
+            examples = list(dict.fromkeys([example, f"1 {usual[0]}"]))
+            schema = {"type": "string", "pattern": QUANTITY, "examples": examples}
+        else:
+            kind = "integer" if self.kind == "whole" else "number"
+            schema = {"type": kind, "minimum": self.low, "maximum": self.high}
+        return {"anyOf": [schema, {"type": "null"}]} if self.nullable else schema
 
     def read(self, raw: Any) -> Any:
         """The value of YAML scalar ``raw``; :class:`QuantityError` says what is wrong

@@ -2,7 +2,7 @@
 data, from which a :class:`Study` is built, always in this one way.
 
 The resolved study is kept in results files; a replay builds the very same study from
-it, bit for bit. No units, no pydantic, no YAML.
+it, bit for bit. No units, no YAML.
 """
 
 from __future__ import annotations
