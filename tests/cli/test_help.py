@@ -69,6 +69,21 @@ def test_what_is_not_needed_is_not_imported(shared: Path, tmp_path: Path, words:
     assert done.stdout.rstrip().endswith("heavy: []")
 
 
+def test_a_summary_imports_the_model_of_its_file_only(shared: Path) -> None:
+    code = (
+        "import sys; sys.argv = ['nsdrill', 'show', 'small.h5']\n"
+        "from nsdrill.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: print({m.split('.')[2] for m in sys.modules "
+        "if m.startswith('nsdrill.models.')} & {'beam', 'segments', 'torsion'}, "
+        "'nsdrill.plot' in sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=shared
+    )
+    assert done.stdout.rstrip().endswith("set() False")
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_and_option_is_explained(name: str) -> None:
     command = group.get_command(click.Context(group), name)

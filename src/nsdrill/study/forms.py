@@ -164,6 +164,19 @@ class Briefly:
 
 
 @dataclass(frozen=True)
+class Unread:
+    """A form that is read later, whose JSON Schema is known."""
+
+    form: Form
+
+    def read(self, at: Reading, path: KeyPath, raw: Any) -> Any:
+        return raw
+
+    def schema(self, parts: dict[str, Schema]) -> Schema:
+        return self.form.schema(parts)
+
+
+@dataclass(frozen=True)
 class Listed:
     """A list; ``least`` and ``most`` values of the form ``one`` where it is said, and
     what is ``allowed`` in words."""

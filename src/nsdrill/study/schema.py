@@ -16,8 +16,7 @@ from typing import Any
 
 from nsdrill.models.leaves import is_compiled_in
 from nsdrill.sampling import BOUNDS, NUMBERS_OF
-from nsdrill.study.continuation import BORDERS, CURVE_POINTS, MOTIONS
-from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
+from nsdrill.study.continuation import continuation_form
 from nsdrill.study.forms import (
     RANGE,
     Briefly,
@@ -30,12 +29,12 @@ from nsdrill.study.forms import (
     Read,
     Schema,
     Section,
+    Unread,
     member,
 )
 from nsdrill.study.keys import (
     MEANINGS,
     MODEL_LEAF,
-    QUANTITY,
     RAMP,
     SLICE,
     TIME,
@@ -94,10 +93,8 @@ def study_form(model: str = MODEL) -> Section:
             members["sweep"] = member(_sweep(keys), MEANINGS["sweep"])
             members["uncertain"] = member(_uncertain(keys), MEANINGS["uncertain"])
         members[name] = _section(name, cls, keys)
-    # Read with the places of its values, in study/continuation.py.
-    members["continue"] = member(
-        Read(lambda raw: raw, _continue_schema(keys)), MEANINGS["continue"]
-    )
+    # its units depend on its own values: study/continuation.py reads it
+    members["continue"] = member(Unread(continuation_form(keys)), MEANINGS["continue"])
     return Section("Study", members)
 
 
@@ -117,58 +114,6 @@ def description(found: Leaf) -> str:
             + (f" (confidence: {found.confidence})" if found.confidence else "")
         )
     return ". ".join(parts) + "."
-
-
-def _continue_schema(keys: Keys) -> Schema:
-    """The JSON Schema of the section ``continue``."""
-    number = {"anyOf": [{"type": "string", "pattern": QUANTITY}, {"type": "number"}]}
-    axes = [
-        name
-        for name in keys.axes
-        if not name.startswith("initial.") and not is_compiled_in(keys.model.name, name)
-    ]
-
-    def several(one: Schema) -> Schema:
-        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}]}
-
-    def mapping(prefix: str, first: str, members: Mapping[str, Schema]) -> Schema:
-        properties = {
-            name: {**one, "description": f"{MEANINGS[f'{prefix}.{name}']}."}
-            for name, one in members.items()
-        }
-        return {
-            "anyOf": [
-                {"type": "null"},
-                {
-                    "type": "object",
-                    "additionalProperties": False,
-                    "required": [first, "from", "to"],
-                    "properties": properties,
-                },
-            ]
-        }
-
-    curves: dict[str, Schema] = {
-        "over": {"enum": axes},
-        "from": number,
-        "to": number,
-        "of": several({"enum": list(BORDERS)}),
-        "points": CURVE_POINTS.schema(),
-    }
-    members: dict[str, Schema] = {
-        "along": {"enum": axes},
-        "from": number,
-        "to": number,
-        "seeds": {
-            "anyOf": [{"type": "string"}, {"type": "null"}, {"type": "object", "maxProperties": 1}]
-        },
-        "motions": several({"enum": list(MOTIONS)}),
-        "lobes": several({"type": "integer", "minimum": 1}),
-        "switch": {"type": "boolean", "default": True},
-        "points": POINTS_OF_BRANCH.schema(),
-        "curves": mapping("continue.curves", "over", curves),
-    }
-    return mapping("continue", "along", members)
 
 
 def _section(prefix: str, cls: type, keys: Keys, off: Mapping[str, Any] | None = None) -> Member:
