@@ -532,7 +532,7 @@ def test_replay_that_ends_elsewhere_is_told(shared: Path, tmp_path: Path) -> Non
         ),
         (
             {"rotary_speed": "600 rpm", "procedure": "up"},
-            r"rotary_speed: found 62\.8319 rad/s; allowed: from 1 rad/s",
+            r"rotary_speed: found 600 rpm; allowed: from 9\.5493 rpm",
         ),
         ({"at": {"bit.rock_stiffness": 1e6}}, "at: found bit.rock_stiffness; allowed: the axes"),
         ({"rotary_speed": 3.0, "procedure": "up", "start": 1}, "start: found 1; allowed: nothing"),

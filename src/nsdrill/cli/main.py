@@ -11,7 +11,7 @@ import click
 
 from nsdrill import __version__, interrupt
 from nsdrill.cli.streams import CommandExit, standard_streams
-from nsdrill.errors import NsdrillError
+from nsdrill.errors import NsdrillError, Refusal
 
 # The groups of the help, with one line for each command; the help imports no command.
 GROUPS = {
@@ -150,6 +150,8 @@ def _run_command() -> NoReturn:
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)
+    except Refusal as error:
+        _leave(f"Error: {error.as_option()}", error.exit_code)
     except NsdrillError as error:
         _leave(f"Error: {error}", error.exit_code)
     except MemoryError:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.shell_completion import CompletionItem
 
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, Refusal
 
 if TYPE_CHECKING:
     from nsdrill.study.keys import Leaf
@@ -261,51 +261,29 @@ at = click.option(
 )
 
 
-def point_values(at: tuple[str, ...], **operation: float | None) -> dict[str, float]:
+def point_values(at: tuple[str, ...], **operation: Any) -> dict[str, float]:
     """The values of ``--at``, and those of the options for the ``operation`` that are
     not None, in SI by their keys."""
-    from nsdrill.models.leaves import as_value, words_of
-    from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean
-    from nsdrill.units import QuantityError, parse_with_unit
-    from nsdrill.variables import short_key
+    from nsdrill.app.arguments import values_in
 
-    leaves = {**axes_of_all(), SAMPLE_LEAF.key: SAMPLE_LEAF}
-    values: dict[str, float] = {
-        name: value for name, value in operation.items() if value is not None
-    }
-    for text in at:
-        key, equals, value = (part.strip() for part in text.partition("="))
-        if not equals or not value:
-            raise InputError(
-                f"--at: found {text!r}; allowed: KEY=VALUE, as --at 'bit.rock_stiffness=25 MN/m'."
-            )
-        key = short_key(key)
-        if key not in leaves:
-            hint = did_you_mean(key, leaves)
-            raise InputError(
-                f"--at: found the key {key}; allowed: the key of an "
-                f"axis.{f' {hint}' if hint else ''}"
-            )
-        if key in values:
-            raise InputError(f"--at {key}: found a second value of {key}; allowed: each key once.")
-        try:
-            if leaves[key].kind in ("choice", "switch"):
-                if value not in (words := words_of(key)):
-                    raise QuantityError(f"{value!r}", ", ".join(words), did_you_mean(value, words))
-                values[key] = as_value(key, value)
-            elif leaves[key].kind == "quantity":
-                leaves[key].read(value)  # within its range
-                values[key] = parse_with_unit(value, leaves[key].units)
-            else:
-                values[key] = float(leaves[key].read(float(value)))
-        except (QuantityError, ValueError) as error:
-            reason = (
-                error
-                if isinstance(error, QuantityError)
-                else f"found {value!r}; allowed: {leaves[key].allowed()}."
-            )
-            raise InputError(f"--at {key}: {reason}") from error
-    return values
+    pairs = [tuple(part.strip() for part in text.partition("=")[::2]) for text in at]
+    for text, pair in zip(at, pairs, strict=True):
+        if not all(pair):
+            raise Refusal("at", repr(text), "KEY=VALUE, as --at 'bit.rock_stiffness=25 MN/m'")
+    return values_in(pairs, None, **operation)
+
+
+def point(depth: str, wob: str, rotary_speed: str) -> Decorator:
+    """The options that choose an operating point, with their helps."""
+    helps = {"--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed}
+
+    def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
+        command = at(command)
+        for name, text in reversed(helps.items()):
+            command = click.option(name, metavar="Q", help=text)(command)
+        return command
+
+    return decorate
 
 
 model = click.option(

@@ -20,10 +20,11 @@ from nsdrill.cli.simulate import finish
 )
 @options.file_argument("results")
 @options.output("Trace file to write (HDF5).", hdf5=True)
-@options.quantity("--depth", "m", "Depth of the point; the nearest one of the sweep is taken.")
-@options.quantity("--wob", "N", "Weight on bit of the point.")
-@options.quantity("--rotary-speed", "rad/s", "Top-drive speed of the point.")
-@options.at
+@options.point(
+    "Depth of the point; the nearest one of the sweep is taken.",
+    "Weight on bit of the point.",
+    "Rotary speed of the point.",
+)
 @click.option(
     "--procedure",
     type=click.Choice(["same", "up", "down"]),
@@ -36,9 +37,9 @@ from nsdrill.cli.simulate import finish
 def command(
     results: str,
     output: str,
-    depth: float | None,
-    wob: float | None,
-    rotary_speed: float | None,
+    depth: str | None,
+    wob: str | None,
+    rotary_speed: str | None,
     at: tuple[str, ...],
     procedure: str | None,
     start: int | None,

@@ -22,10 +22,11 @@ MIN_INDEX = 0.05  # first-order index: an unknown below it has no effect of its 
     ),
 )
 @options.file_argument("results")
-@options.quantity("--depth", "m", "Of a sweep, the points at this depth only.")
-@options.quantity("--wob", "N", "The points at this weight on bit.")
-@options.quantity("--rotary-speed", "rad/s", "The points at this top-drive speed.")
-@options.at
+@options.point(
+    "Of a sweep, the points at this depth only.",
+    "The points at this weight on bit.",
+    "The points at this rotary speed.",
+)
 @options.units
 @click.option("--json", "as_json", is_flag=True, help="The same for programs.")
 @options.picture("Tornado picture to write as well: .png, .pdf or .svg.")
@@ -33,9 +34,9 @@ MIN_INDEX = 0.05  # first-order index: an unknown below it has no effect of its 
 @options.overwrite
 def command(
     results: str,
-    depth: float | None,
-    wob: float | None,
-    rotary_speed: float | None,
+    depth: str | None,
+    wob: str | None,
+    rotary_speed: str | None,
     at: tuple[str, ...],
     units: str,
     as_json: bool,

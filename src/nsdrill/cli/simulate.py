@@ -26,10 +26,11 @@ if TYPE_CHECKING:
 )
 @options.study_argument
 @options.output("Trace file to write (HDF5).", hdf5=True)
-@options.quantity("--depth", "m", "Depth. Default: operation.depth of the study, value or ramp.")
-@options.quantity("--wob", "N", "Weight on bit. Default: operation.wob.")
-@options.quantity("--rotary-speed", "rad/s", "Top-drive speed. Default: operation.rotary_speed.")
-@options.at
+@options.point(
+    "Depth. Default: operation.depth of the study, value or ramp.",
+    "Weight on bit. Default: operation.wob.",
+    "Rotary speed. Default: operation.rotary_speed.",
+)
 @options.start
 @options.quantity(
     "--duration",
@@ -55,9 +56,9 @@ if TYPE_CHECKING:
 def command(
     study: str,
     output: str,
-    depth: float | None,
-    wob: float | None,
-    rotary_speed: float | None,
+    depth: str | None,
+    wob: str | None,
+    rotary_speed: str | None,
     at: tuple[str, ...],
     start: int | None,
     duration: float | None,
