@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from nsdrill.cli.main import COMMANDS, GROUPS
+from nsdrill.cli.overview import COMMANDS, GROUPS
 from nsdrill.models.registry import NAMES
 from nsdrill.study.keys import keys_of
 from nsdrill.study.load import parse_study

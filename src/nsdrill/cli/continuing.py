@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from nsdrill.cli import options
-from nsdrill.cli.main import EXIT_CODES
+from nsdrill.cli.overview import EXIT_CODES
 
 
 @click.command(

@@ -1,4 +1,4 @@
-"""The group of commands, the messages of errors, and the exit codes."""
+"""The group of commands, and the messages of errors."""
 
 from __future__ import annotations
 
@@ -10,54 +10,12 @@ from typing import Any, NoReturn
 import click
 
 from nsdrill import __version__, interrupt
+from nsdrill.cli.overview import COMMANDS, QUANTITIES, overview
 from nsdrill.cli.streams import CommandExit, standard_streams
 from nsdrill.errors import NsdrillError, Refusal
 
-# The groups of the help, with one line for each command; the help imports no command.
-GROUPS = {
-    "Run": {
-        "new": "Write a short study to start from, or one of the examples.",
-        "check": "Validate a study and print its derived coefficients.",
-        "run": "Run a study: sweep, classify, and write the results file.",
-        "simulate": "Simulate one operating point and write its trajectory.",
-        "replay": "Run one point of a results file again, with its trajectory.",
-        "branches": "Follow motions along a number of the study, stable or not: branches and "
-        "bifurcations.",
-    },
-    "Look": {
-        "show": "Say what is in a file of results, a trace or branches, in words and numbers.",
-        "plot": "Draw a file of results, a trace or branches.",
-        "view": "Explore results or a study in the browser.",
-        "report": "Write results as one page of HTML to send.",
-    },
-    "Decide": {
-        "window": "Say where one may run whatever the history.",
-        "sensitivity": "Say which uncertain number matters most, and which to measure first.",
-        "fit": "Adjust unknown numbers of a study to measurements.",
-    },
-    "Files": {
-        "diff": "Say what differs between two results or trace files.",
-        "combine": "Make one file of results that differ in one number.",
-        "export": "Write results as CSV or netCDF.",
-        "classify": "Give a results file new labels with other thresholds; nothing is run again.",
-        "schema": "Print the JSON Schema of the study file.",
-    },
-}
-COMMANDS = {name: line for group in GROUPS.values() for name, line in group.items()}
+SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
 FORMER = {"continue": "branches"}  # names that scripts may have; no help lists them
-
-EXIT_CODES = """\b
-Exit codes:
-  0    done
-  1    the run failed, and not through its input: a full disk, too little memory
-  2    the command line, the study or an input file is wrong; nothing was written
-  3    finished, but some points failed; they are marked in the file
-  130  interrupted; nsdrill run, branches and fit go on with --resume"""
-
-
-QUANTITIES = """\b
-Q in the help of a command is a number with its unit, in quotes where there is a blank:
-3000m, '10 klbf', 60rpm, 3rad/s, '8 1/2 in', 0.5s."""
 MODULES = {"branches": "continuing"}  # cli/branches.py is what show prints of them
 
 
@@ -88,11 +46,8 @@ class LazyGroup(click.Group):
             text = f"There is no command {args[0]!r}.{hint} Commands: {', '.join(COMMANDS)}."
             raise click.UsageError(text, ctx) from None
 
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        width = max(map(len, COMMANDS))
-        for title, commands in GROUPS.items():
-            with formatter.section(title):
-                formatter.write_dl([(name.ljust(width), line) for name, line in commands.items()])
+    def format_help(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        formatter.write(overview(formatter.width))
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -103,26 +58,12 @@ class LazyGroup(click.Group):
             raise RuntimeError(f"EOFError: {error}") from error
 
 
-@click.group(
-    cls=LazyGroup,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
-    epilog=f"{QUANTITIES}\n\n{EXIT_CODES}"
-    + "\n\nMessages go to standard error, data to standard output. `nsdrill COMMAND --help` says "
-    "more.",
-)
+@click.group(cls=LazyGroup, context_settings=SETTINGS)
 @click.version_option(
     __version__, "-V", "--version", prog_name="nsdrill", message="%(prog)s %(version)s"
 )
 def group() -> None:
-    """A bifurcation explorer for drill-string vibration: bit-bounce, stick-slip and
-    whirl over depth, weight on bit and rotary speed, with history.
-
-    \b
-    Start with:
-      nsdrill new -o study.yaml
-      nsdrill run study.yaml -o out.h5
-      nsdrill plot out.h5 -o out.png
-    """
+    """The commands; :func:`overview` is their help."""
 
 
 def main() -> NoReturn:

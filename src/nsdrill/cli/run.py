@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from nsdrill.cli import options
-from nsdrill.cli.main import EXIT_CODES
+from nsdrill.cli.overview import EXIT_CODES
 
 
 @click.command(

@@ -375,7 +375,11 @@ def short_text(model: str = MODEL, units: str = "si") -> str:
     parts = [_SCHEMA_LINE, _SHORT_HEAD.format(units=units)]
     if model != MODEL:
         parts.append(line("", "model", model, MEANINGS["model"]) + "\n")
-    chosen = [keys.leaves[key] for key in _SHORT_KEYS if key in keys.leaves]
+    own = [leaf for section in keys.model.sections for leaf in keys.of(section)]
+    known = {leaf.key for leaf in own} & {*_SHORT_KEYS}
+    # of a model of another package all
+    names = _SHORT_KEYS if known else [*(leaf.key for leaf in own), *_SHORT_KEYS]
+    chosen = [keys.leaves[key] for key in names if key in keys.leaves]
     section = ""
     for group, found in groupby(chosen, lambda leaf: leaf.key.rpartition(".")[0]):
         if group.partition(".")[0] != section:
