@@ -14,7 +14,6 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar, cast
 
@@ -145,16 +144,14 @@ def run(
     InputError, before anything runs, where the study is not a sweep, an argument is
     invalid, or memory or disk are too small.
     """
-    from nsdrill.app.run import check_sweep, run_in_memory, run_study
+    from nsdrill.app.cluster import executor_of
+    from nsdrill.app.run import check_sweep, checked_workers, run_in_memory, run_study
     from nsdrill.store import check_target, open_results
     from nsdrill.store.dataset import to_dataset
 
     loaded = study_in(study, set)
-    _check_engine(engine, scheduler)
-    if workers is not None and not is_whole(workers):
-        raise InputError(
-            f"workers: found {workers!r}; allowed: a whole number, 1 or more, or None."
-        )
+    checked_workers(workers)
+    executing = executor_of(engine, scheduler, workers)
     if path is None:
         for name, on in (
             ("resume", resume),
@@ -170,10 +167,7 @@ def run(
         path = name_in(path, "path")
         check_other_file(study, path)
         check_target(path)  # before a cluster is started
-    with (
-        _executor_of(engine, scheduler, workers) as (executor, count),
-        reporting(progress) as watch,
-    ):
+    with executing as (executor, count), reporting(progress) as watch:
         if path is None:
             results = run_in_memory(
                 loaded, workers=count, watch=watch, executor=executor, large=large
@@ -1052,23 +1046,6 @@ def _check_confidence(confidence: Any) -> None:
 
 _OPERATION = ("depth", "wob", "rotary_speed")
 _PROCEDURES = ("same", "up", "down")
-
-
-def _check_engine(engine: Any, scheduler: Any) -> None:
-    if engine not in ("threads", "dask"):
-        raise InputError(f"engine: found {engine!r}; allowed: 'threads' or 'dask'.")
-    if scheduler is not None and engine != "dask":
-        raise InputError("scheduler: found with engine='threads'; allowed: with engine='dask'.")
-
-
-def _executor_of(engine: str, scheduler: str | None, workers: int | None) -> Any:
-    """A context with the executor, None for threads of this process, and the number of
-    workers."""
-    if engine != "dask":
-        return nullcontext((None, workers))
-    from nsdrill.app.cluster import dask_executor
-
-    return dask_executor(scheduler, workers)
 
 
 def _warn_failed(failed: int, points: int) -> None:

@@ -206,10 +206,10 @@ def test_in_memory_and_in_a_file_are_the_same(
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ({"workers": 0}, r"workers: found 0; allowed: 1 or more"),
+        ({"workers": 0}, r"workers: found 0; allowed: a whole number, 1 or more"),
         ({"workers": "2"}, r"workers: found '2'; allowed: a whole number"),
         ({"engine": "processes"}, "engine: found 'processes'; allowed: 'threads' or 'dask'"),
-        ({"scheduler": "tcp://host:1"}, "scheduler: found with engine='threads'"),
+        ({"scheduler": "tcp://host:1"}, "scheduler: found with engine 'threads'"),
         ({"resume": True}, "resume: found without a path"),
         ({"retry_failed": True}, "retry_failed: found without a path"),
         ({"overwrite": True}, "overwrite: found without a path"),

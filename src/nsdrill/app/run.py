@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill import interrupt
+from nsdrill.app.arguments import is_whole
 from nsdrill.app.attractors import write_attractors
 from nsdrill.app.check import coarse_length
 from nsdrill.app.planned import chosen_of, kept_of, plan_of
@@ -25,7 +26,7 @@ from nsdrill.app.size import check_large, check_memory, disk, memory
 from nsdrill.app.stages import RunStages, Watch, sweep
 from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.data import Results, differences, resolved_study
-from nsdrill.errors import FileError, InputError
+from nsdrill.errors import FileError, InputError, Refusal
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.leaves import values_in_parts
@@ -256,8 +257,8 @@ def processors() -> int:
 
 def checked_workers(workers: int | None) -> int:
     """The number of workers, by default that of the processors; InputError below 1."""
-    if workers is not None and workers < 1:
-        raise InputError(f"--workers: found {workers}; allowed: 1 or more.")
+    if workers is not None and (not is_whole(workers) or workers < 1):
+        raise Refusal("workers", repr(workers), "a whole number, 1 or more")
     return workers or processors()
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from typing import Any
 
 import click
@@ -78,23 +77,18 @@ def command(
     same file as an undisturbed run.
     """
     from nsdrill.cli.reading import load
-    from nsdrill.errors import InputError
 
-    if scheduler is not None and engine != "dask":
-        raise InputError("--scheduler: found with --engine threads; allowed: with --engine dask.")
     loaded = load(study, overrides)
     options.check_not_input(study, output)
 
-    from nsdrill.app.cluster import dask_executor
+    from nsdrill.app.cluster import executor_of
     from nsdrill.app.run import check_sweep, run_study
     from nsdrill.progress import reporting
     from nsdrill.store import check_target
 
     check_sweep(loaded)
     check_target(output)  # before a cluster is started for nothing
-    executing = (
-        dask_executor(scheduler, workers) if engine == "dask" else nullcontext((None, workers))
-    )
+    executing = executor_of(engine, scheduler, workers)
     with executing as (executor, count), reporting(not quiet) as watch:
         outcome = run_study(
             loaded,
