@@ -83,6 +83,11 @@ def test_the_study_decides_the_units_of_what_is_shown(
     assert "rpm" not in call("show", results).out
 
 
+def test_a_table_for_programs_stays_in_si(results: Path, call: Call) -> None:
+    assert "rotary_speed [rad s-1]" in call("export", results, "-o", "-").out
+    assert "rotary_speed [rpm]" in call("export", results, "-o", "-", "--units", "field").out
+
+
 def test_the_written_study_keeps_its_units(results: Path, call: Call) -> None:
     text = call("show", results, "--study").out
     assert "\nunits: field " in text

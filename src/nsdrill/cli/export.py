@@ -33,7 +33,7 @@ SI_ONLY = " netCDF stays in SI units, which its attributes name."
     help="CSV: a column for every recorded return to the Poincare section.",
 )
 @click.option("--states", is_flag=True, help="CSV: a column for every initial and final state.")
-@options.units
+@options.units_of_table
 @options.overwrite
 def command(
     results: str, output: str, peaks: bool, section: bool, states: bool, units: str, overwrite: bool

@@ -185,6 +185,14 @@ class UnitSystem(click.Choice):
 UNITS_VARIABLE = "NSDRILL_UNITS"
 
 
+def _units(otherwise: str, **more: Any) -> Decorator:
+    text = f"m, kN, rad/s, or ft, klbf, rpm and other field units. Default: {otherwise}."
+    return click.option("--units", type=UnitSystem(), envvar=UNITS_VARIABLE, help=text, **more)
+
+
+units_of_table = _units("NSDRILL_UNITS, else si", default="si")
+
+
 def units(command: Callable[..., Any]) -> Callable[..., Any]:
     """The option --units. Where it is not given, the study in the file that ``command``
     takes decides; of a command that takes a study itself, ``units`` is then None."""
@@ -200,13 +208,7 @@ def units(command: Callable[..., Any]) -> Callable[..., Any]:
             values["units"] = None if is_study else units_in(first)
         return command(**values)
 
-    return click.option(
-        "--units",
-        type=UnitSystem(),
-        envvar=UNITS_VARIABLE,
-        help="m, kN, rad/s, or ft, klbf, rpm and other field units. Default: NSDRILL_UNITS, else "
-        "the key units of the study, else si.",
-    )(in_units)
+    return _units("NSDRILL_UNITS, else the key units of the study, else si")(in_units)
 
 
 study_argument = click.argument("study", type=FileName(stream=True))
