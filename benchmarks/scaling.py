@@ -198,7 +198,7 @@ def _study(folder: Path, points: int, transient: float, observe: float) -> Path:
 
 
 def _command(*arguments: str | Path) -> list[str]:
-    return [sys.executable, "-c", "from nsdrill.cli import main; main()", *map(str, arguments)]
+    return [sys.executable, "-c", "from nsdrill.cli.main import main; main()", *map(str, arguments)]
 
 
 def _memory(folder: Path, points: int) -> dict[str, Any]:

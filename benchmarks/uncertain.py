@@ -49,7 +49,7 @@ record: {peaks: 0}
 # from which it was started, too.
 MEMORY = """
 import sys
-from nsdrill.cli import main
+from nsdrill.cli.main import main
 sys.argv = ["nsdrill", *sys.argv[1:]]
 try:
     main()

@@ -65,7 +65,7 @@ RANGES = {
 
 
 def nsdrill(*arguments: str) -> str:
-    command = [sys.executable, "-c", "from nsdrill.cli import main; main()", *arguments]
+    command = [sys.executable, "-c", "from nsdrill.cli.main import main; main()", *arguments]
     return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
 
 

@@ -27,17 +27,9 @@ from nsdrill.models.registry import NAMES, described
 from nsdrill.models.segments.checks import COEFFICIENTS as OF_SEGMENTS
 from nsdrill.plot.kinds.sweep import ALIASES
 from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
-from nsdrill.study.continuation import (
-    BORDERS,
-    CURVE_KEYS,
-    CURVE_POINTS,
-    KEYS,
-    LOBES,
-    MOTIONS,
-    SEEDS,
-)
+from nsdrill.study.continuation import BORDERS, CURVE_POINTS, LOBES, MOTIONS, SEEDS
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
-from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, RAMP, SLICE, Leaf, keys_of
+from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, RAMP, SLICE, UNITS_LEAF, Leaf, keys_of
 from nsdrill.study.schema import LONGEST_TITLE, POINTS, PROCEDURE, REFINE, along
 from nsdrill.study.uncertain import DESIGN, EXAMPLES, SAMPLES, SEED
 from nsdrill.units import USUAL
@@ -183,6 +175,10 @@ def study_keys() -> str:
         f"| `title` | text | empty | at most {LONGEST_TITLE} characters | | {MEANINGS['title']} |\n"
     )
     text += (
+        f"| `units` | | {code(UNITS_LEAF.default_text)} | {allowed(UNITS_LEAF)} | | "
+        f"{MEANINGS['units']} |\n"
+    )
+    text += (
         f"| `model` | | {code(MODEL_LEAF.default_text)} | {allowed(MODEL_LEAF)} | | "
         f"{MEANINGS['model']} |\n"
     )
@@ -230,7 +226,7 @@ def continuation_keys() -> str:
         "seeds": f"{SEEDS} values of the range",
     }
     needed = ("along", "from", "to", "curves.over", "curves.from", "curves.to")
-    names = [*KEYS, *(f"curves.{name}" for name in CURVE_KEYS)]
+    names = [key.removeprefix("continue.") for key in MEANINGS if key.startswith("continue.")]
     rows = (
         [
             code(f"continue.{name}"),

@@ -89,6 +89,45 @@ def test_capitals_are_suggested(text: str, meant: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "si", "value"),
+    [
+        ("8 1/2 in", "m", 8.5 * 0.0254),
+        ('8.5"', "m", 8.5 * 0.0254),
+        ("9-5/8 in", "m", 9.625 * 0.0254),
+        ('13 3/8"', "m", 13.375 * 0.0254),
+        ("8½ in", "m", 8.5 * 0.0254),
+        ("3/4 in", "m", 0.75 * 0.0254),
+        ("-1 1/2 in", "m", -1.5 * 0.0254),
+        ("65'", "m", 65 * 0.3048),
+        ("60 RPM", "rad/s", 2 * math.pi),
+        ("3 1/s", "1/s", 3.0),  # no fraction
+    ],
+)
+def test_quantities_as_people_write_them(text: str, si: str, value: float) -> None:
+    assert to_si(text, si) == pytest.approx(value, rel=1e-15)
+    assert to_si("8 1/2 in", "m") == 0.2159
+
+
+@pytest.mark.parametrize(
+    ("text", "si", "hint"),
+    [
+        ("5,5 klbf", "N", "Write a decimal point: 5.5 klbf."),
+        ("0,500 in", "m", "Write a decimal point: 0.500 in."),
+        ("11,482 ft", "m", "Write 11482 ft without a thousands separator, or 11.482 ft"),
+        ("11,482.5 ft", "m", "Write no thousands separators: 11482.5 ft."),
+        ("1,234,567 N", "N", "Write no thousands separators: 1234567 N."),
+        ("20 rpm, 30 rpm", "rad/s", "A list of values stands in brackets: [20 rpm, 30 rpm]."),
+        ("1/0 in", "m", "a fraction over zero"),
+        ("8 1/2", "m", "a number without a unit"),
+    ],
+)
+def test_a_hint_says_what_to_write(text: str, si: str, hint: str) -> None:
+    with pytest.raises(QuantityError) as caught:
+        to_si(text, si)
+    assert hint in str(caught.value)
+
+
+@pytest.mark.parametrize(
     "text",
     [
         "",

@@ -14,7 +14,6 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar, cast
@@ -37,6 +36,7 @@ from nsdrill.app.datasets import (
     missing_variable_errors,
     outline_in,
     results_in,
+    units_for,
     validated,
     with_variables,
 )
@@ -198,16 +198,14 @@ def run(
     >>> results.stick_slip_index.attrs["units"], results.sizes["rotary_speed"]
     ('percent', 5)
     """
-    from nsdrill.app.run import check_sweep, run_in_memory, run_study
+    from nsdrill.app.cluster import executor_of
+    from nsdrill.app.run import check_sweep, checked_workers, run_in_memory, run_study
     from nsdrill.store import check_target, open_results
     from nsdrill.store.dataset import to_dataset
 
     loaded = study_in(study, set)
-    _check_engine(engine, scheduler)
-    if workers is not None and not is_whole(workers):
-        raise InputError(
-            f"workers: found {workers!r}; allowed: a whole number, 1 or more, or None."
-        )
+    checked_workers(workers)
+    executing = executor_of(engine, scheduler, workers)
     if path is None:
         for name, on in (
             ("resume", resume),
@@ -223,10 +221,7 @@ def run(
         path = name_in(path, "path")
         check_other_file(study, path)
         check_target(path)  # before a cluster is started
-    with (
-        _executor_of(engine, scheduler, workers) as (executor, count),
-        reporting(progress) as watch,
-    ):
+    with executing as (executor, count), reporting(progress) as watch:
         if path is None:
             results = run_in_memory(
                 loaded, workers=count, watch=watch, executor=executor, large=large
@@ -566,15 +561,15 @@ def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
 
 
 @_in_words_of_python
-def show(data: ResultsLike, *, units: str = "si", everything: bool = False) -> str:
+def show(data: ResultsLike, *, units: str | None = None, everything: bool = False) -> str:
     """Summarise results, an unfinished run, branches or a trace, as ``nsdrill show`` does.
 
     Parameters
     ----------
     data : Dataset, str or Path
         What is summarised.
-    units : {"si", "field"}
-        m, kN and rad/s, or ft, klbf and rpm.
+    units : {"si", "field"}, optional
+        m, kN and rad/s, or ft, klbf and rpm; by default those of the study.
     everything : bool
         Of branches every special point, also where the list is long.
 
@@ -592,13 +587,12 @@ def show(data: ResultsLike, *, units: str = "si", everything: bool = False) -> s
     >>> print(nsdrill.show("out.h5").splitlines()[0])
     out.h5: results of a sweep. Five speeds
     """
-    if units not in ("si", "field"):
-        raise InputError(f"units: found {units!r}; allowed: si or field.")
     from nsdrill.app import unfinished
     from nsdrill.app.summary import needed, summarize
     from nsdrill.cli.show import lines
 
     name = "Dataset" if is_dataset(data) else os.fspath(name_in(data))
+    units = units_for(units, data)
     if (branches := branches_in(data)) is not None:
         from nsdrill.app.branch_summary import summarize_branches
 
@@ -615,7 +609,7 @@ def plot(
     kind: str | None = None,
     *,
     ax: Axes | None = None,
-    units: str = "si",
+    units: str | None = None,
     at: Mapping[str, Quantity] | None = None,
     depth: Quantity | None = None,
     wob: Quantity | None = None,
@@ -652,8 +646,8 @@ def plot(
         another one lists them.
     ax : matplotlib.axes.Axes, optional
         Axes into which one panel is drawn; their title is unchanged.
-    units : {"si", "field"}
-        m, kN and rad/s, or ft, klbf and rpm.
+    units : {"si", "field"}, optional
+        m, kN and rad/s, or ft, klbf and rpm; by default those of the study.
     at : mapping, optional
         Values of axes by key: a sweep is cut at the nearest ones.
     depth, wob, rotary_speed : float or str, optional
@@ -738,6 +732,7 @@ def plot(
             style=style,
         )
     _check_confidence(confidence)
+    units = units_for(units, data)
     wanted = look_of(width, height, font_size, title, style, xlim, time, ylim)
     chosen = values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
     start = number_in("start", start)
@@ -811,7 +806,7 @@ def animate(
     *,
     time: tuple[Quantity | None, Quantity | None] | None = None,
     speed: float = 1.0,
-    units: str = "si",
+    units: str | None = None,
     width: Quantity | None = None,
     title: str | bool | None = None,
     overwrite: bool = False,
@@ -861,7 +856,7 @@ def animate(
     from nsdrill.plot.animation import animate, film_name
     from nsdrill.store import claim_file
 
-    data = outline_in(trace)
+    data, units = outline_in(trace), units_for(units, trace)
     if not isinstance(data, Trace):
         raise InputError("trace: found results; allowed: a trace, of simulate or replay.")
     if isinstance(speed, bool) or not isinstance(speed, int | float):
@@ -882,7 +877,7 @@ def chart(
     along: str | None = None,
     set: Settings = None,
     ax: Axes | None = None,
-    units: str = "si",
+    units: str | None = None,
     width: Quantity | None = None,
     height: Quantity | None = None,
     font_size: float | None = None,
@@ -938,7 +933,7 @@ def chart(
 
     loaded, wanted = study_in(study, set), look_of(width, height, font_size, title, style)
 
-    return draw_chart(loaded, kind, along, units=units, look=wanted, ax=ax)
+    return draw_chart(loaded, kind, along, units=units or loaded.units, look=wanted, ax=ax)
 
 
 @_in_words_of_python
@@ -947,7 +942,7 @@ def view(
     *,
     over: PathLike | None = None,
     set: Settings = None,
-    units: str = "si",
+    units: str | None = None,
     height: int = 900,
 ) -> View:
     """Explore a file in the browser, as ``nsdrill view`` does.
@@ -986,7 +981,8 @@ def view(
     from nsdrill.web.server import Explorer
     from nsdrill.web.session import Session
 
-    check_units(units)
+    if units is not None:
+        check_units(units)
     if is_dataset(path):
         raise InputError(
             "path: found results in memory; allowed: the name of a file, as the explorer reads "
@@ -1569,23 +1565,6 @@ def _check_confidence(confidence: Any) -> None:
 
 _OPERATION = ("depth", "wob", "rotary_speed")
 _PROCEDURES = ("same", "up", "down")
-
-
-def _check_engine(engine: Any, scheduler: Any) -> None:
-    if engine not in ("threads", "dask"):
-        raise InputError(f"engine: found {engine!r}; allowed: 'threads' or 'dask'.")
-    if scheduler is not None and engine != "dask":
-        raise InputError("scheduler: found with engine='threads'; allowed: with engine='dask'.")
-
-
-def _executor_of(engine: str, scheduler: str | None, workers: int | None) -> Any:
-    """A context with the executor, None for threads of this process, and the number of
-    workers."""
-    if engine != "dask":
-        return nullcontext((None, workers))
-    from nsdrill.app.cluster import dask_executor
-
-    return dask_executor(scheduler, workers)
 
 
 def _warn_failed(failed: int, points: int) -> None:

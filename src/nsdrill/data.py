@@ -142,6 +142,12 @@ def frozen_modes(attrs: Mapping[str, Any]) -> tuple[str, ...]:
     )
 
 
+def units_of(attrs: Mapping[str, Any]) -> str:
+    """The system of units in which the study in the root attributes ``attrs`` wants
+    answers, "si" or "field"."""
+    return "field" if resolved_study(attrs).get("units") == "field" else "si"
+
+
 def drive_kind(attrs: Mapping[str, Any]) -> str:
     """The kind of drive in a file with the root attributes ``attrs``, as in the study;
     for a sweep over kinds "ideal", the kind of most studies."""

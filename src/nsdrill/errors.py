@@ -55,6 +55,37 @@ class InputError(NsdrillError):
     exit_code = 2
 
 
+class Refusal(InputError):
+    """A value of an ``argument`` that is refused, as data: what was ``found``, what is
+    ``allowed``, and possibly a ``hint``. ``key`` is that of a value by key, ``bare`` the
+    unit of a number without one. The message is that of a Python call; the command line
+    spells the argument as an option."""
+
+    def __init__(
+        self,
+        argument: str,
+        found: str,
+        allowed: str,
+        hint: str | None = None,
+        *,
+        key: str = "",
+        bare: str = "",
+    ) -> None:
+        self.argument, self.key, self.bare = argument, key, bare
+        self.found, self.allowed, self.hint = found, allowed, hint
+        number = f"; a number is in {bare}" if bare else ""
+        super().__init__(self._sentence(argument + (f"[{key!r}]" if key else ""), number))
+
+    def as_option(self) -> str:
+        """The message of the command line."""
+        name = f"--{self.argument.replace('_', '-')}"
+        return self._sentence(f"{name} {self.key}" if self.key else name)
+
+    def _sentence(self, name: str, more: str = "") -> str:
+        text = f"{name}: found {self.found}; allowed: {self.allowed}{more}."
+        return f"{text} {self.hint}" if self.hint else text
+
+
 class FileError(InputError):
     """A file that cannot be used as requested: missing, damaged, of another program, or
     already existing.

@@ -2,7 +2,8 @@
 
 The text is parsed by a small grammar, without evaluating any code, and each unit name
 is looked up in a table of exact factors. So the result is the float nearest to the
-value written: "9 in" is 0.2286 and "5 klbf" is 22241.1080763025.
+value written: "9 in" is 0.2286 and "5 klbf" is 22241.1080763025. Sizes may be written as on a drill
+floor: ``8 1/2 in``, ``9-5/8"``.
 
 Angle is a dimension here: otherwise "1 Hz" would be accepted for "1 rad/s", wrong by a
 factor of 2 pi.
@@ -109,8 +110,8 @@ CF = {
 _PLAIN_OF_CF = {cf: plain for plain, cf in CF.items()}
 
 _LONGEST = 80  # characters: bounds the work on hostile input
-_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-_QUANTITY = re.compile(rf"({_NUMBER})\s*(\S.*)?", re.ASCII)
+_NUMBER = r"[-+]?(?:(?:\d+[ -])?\d+/\d+|(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)"
+_QUANTITY = re.compile(rf"({_NUMBER})\s*([^\s,].*)?", re.ASCII)
 _TOKEN = re.compile(
     r"\s*(?:(?P<name>[A-Za-zµμ°][A-Za-z_]*)|(?P<one>1)(?=\s*/)|(?P<operator>[*/()])|(?P<end>$))",
     re.ASCII,
@@ -121,7 +122,10 @@ _EXPONENT = re.compile(
 )
 _PLAIN = str.maketrans(
     {"·": "*", "⋅": "*", "×": "*", "∙": "*", "−": "-", "\u00a0": " ", "\u202f": " "}
+    | {"½": " 1/2", "¼": " 1/4", "¾": " 3/4", "⅛": " 1/8", "⅜": " 3/8", "⅝": " 5/8", "⅞": " 7/8"}
 )
+# 8.5" and 65', as people write inches and feet
+_MARKS = {'"': " in", "″": " in", "”": " in", "'": " ft", "′": " ft", "’": " ft"}
 _SUPERSCRIPT = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _SUPERSCRIPTS = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+")
 
@@ -178,16 +182,26 @@ def to_si(text: str, units: str) -> float:
     base, target = _factor_and_dimensions(units, units, units)
     if dimensions != target:
         raise _wrong_dimension(text, units, unit, dimensions)
-    value = float(number)  # first as a float: a Fraction of 1e999999999 would not end
-    if math.isinf(value) or (value == 0.0 and re.search("[1-9]", re.split("[eE]", number)[0])):
-        raise QuantityError(
-            f"{quoted(text)}, beyond the range of floating-point numbers", allowed_units(units)
-        )
     try:
-        return float(Fraction(number) * factor / base) + 0.0  # + 0.0: no negative zero
+        return float(_exact(number) * factor / base) + 0.0  # + 0.0: no negative zero
+    except ZeroDivisionError:
+        raise QuantityError(f"{quoted(text)}, a fraction over zero", allowed_units(units)) from None
     except OverflowError:
         found = f"{quoted(text)}, beyond the range of floating-point numbers"
         raise QuantityError(found, allowed_units(units)) from None
+
+
+def _exact(number: str) -> Fraction:
+    """The number of a text, ``8.5``, ``8.5e3``, ``8 1/2`` or ``1/2``; OverflowError beyond
+    the range of floating-point numbers."""
+    if "/" in number:
+        whole, _, part = number.lstrip("+-").replace("-", " ").rpartition(" ")
+        size = Fraction(whole or 0) + Fraction(part)
+        return -size if number.startswith("-") else size
+    value = float(number)  # first as a float: a Fraction of 1e999999999 would not end
+    if math.isinf(value) or (value == 0.0 and re.search("[1-9]", re.split("[eE]", number)[0])):
+        raise OverflowError(number)
+    return Fraction(number)
 
 
 def from_si(value: float, units: str) -> float:
@@ -271,14 +285,34 @@ def quoted(text: str) -> str:
 
 
 def _comma_hint(text: str) -> str | None:
-    if re.match(r"\s*[-+]?\d+,\d", text[:_LONGEST]):
+    """What to write in place of a text with commas: 5.5 klbf, 11482 ft, or a list."""
+    parts = text[:_LONGEST].split(",")
+    if len(parts) < 2 or not re.match(r"\s*[-+]?\d+", text):
+        return None
+    if all(_QUANTITY.fullmatch(_tidy(part)) for part in parts) and re.search("[A-Za-z]", parts[0]):
+        listed = ", ".join(part.strip() for part in parts)
+        return f"A list of values stands in brackets: [{listed}]."
+    found = re.fullmatch(r"\s*([-+]?\d+(?:,\d+)+)(\.\d+)?\s*([^\s\d,].*)", text[:_LONGEST])
+    if found is None:
         return "Write a decimal point and no thousands separators."
-    return None
+    number, decimals, unit = found[1], found[2] or "", found[3].strip()
+    joined, pointed = number.replace(",", ""), number.replace(",", ".")
+    if not re.fullmatch(r"[-+]?[1-9]\d{0,2}(,\d{3})+", number):  # 5,5 are no thousands
+        return f"Write a decimal point: {pointed} {unit}." if number.count(",") == 1 else None
+    if number.count(",") > 1 or decimals:
+        return f"Write no thousands separators: {joined}{decimals} {unit}."
+    return (
+        f"Write {joined} {unit} without a thousands separator, or {pointed} {unit} with a decimal "
+        f"point."
+    )
 
 
 def _tidy(text: str) -> str:
-    """``text`` with typographic signs (·, ², −) replaced by plain ASCII."""
+    """``text`` in plain ASCII, without typographic signs (·, ², −, ½), and with ``in``
+    and ``ft`` for the marks of inches and feet."""
     plain = text.translate(_PLAIN).strip()
+    if plain[-1:] in _MARKS and re.search(r"\d\s*$", plain[:-1], re.ASCII):
+        plain = plain[:-1] + _MARKS[plain[-1]]
     return _SUPERSCRIPTS.sub(lambda match: "^" + match.group().translate(_SUPERSCRIPT), plain)
 
 
@@ -368,9 +402,8 @@ def _factor_and_dimensions(unit: str, text: str, wanted: str) -> tuple[Fraction,
         found = f"{quoted(text)}, with an unknown unit '{name[:30]}'"
         raise QuantityError(found, allowed_units(wanted), hint) from None
     except SyntaxError:
-        raise QuantityError(
-            f"{quoted(text)}, whose unit cannot be read", allowed_units(wanted)
-        ) from None
+        found = f"{quoted(text)}, whose unit cannot be read"
+        raise QuantityError(found, allowed_units(wanted), _comma_hint(text)) from None
 
 
 @lru_cache(maxsize=1024)

@@ -43,6 +43,12 @@ def short_key(key: str) -> str:
     return name if name in AXES else key
 
 
+def long_key(name: str) -> str:
+    """The dotted key of a name among those of axes and unknowns: ``operation.wob`` for
+    ``wob``."""
+    return f"operation.{name}" if name in AXES else name
+
+
 @dataclass(frozen=True)
 class Axis:
     """A number of the study that a sweep varies: its dotted ``key`` in the study, the

@@ -45,12 +45,22 @@ def test_its_points_are_replayed_bit_for_bit_and_checked(path: Path) -> None:
     assert np.all(checked.tight_status == 1)
 
 
+def test_numbers_of_lobes_are_chains_of_their_own() -> None:
+    carried = {"sweep.procedure": "up", "sweep.along": "rotary_speed"}
+    both = nsdrill.run(STUDY, set=carried)
+    for lobes in both.bit_lobes.values:
+        alone = nsdrill.run(STUDY, set={**carried, "sweep.bit.lobes": int(lobes)})
+        for name in alone.data_vars:
+            one = both[name].sel(bit_lobes=lobes)
+            assert np.array_equal(one.values, alone[name].values, equal_nan=True), (lobes, name)
+
+
 def test_what_no_axis_of_this_kind_may_be_is_told() -> None:
     spaced = {"from": 1, "to": 4, "points": 3}
     cases = (
         ({"sweep.bit.lobes": "1.5"}, "a whole number"),
         ({"sweep.bit.lobes": spaced}, "whole numbers, as [1, 3, 5]"),
-        ({"sweep.procedure": "up", "sweep.along": "rotary_speed"}, "with sweep.procedure: same"),
+        ({"sweep.procedure": "up", "sweep.along": "bit.lobes"}, "allowed: an axis over a number"),
     )
     for change, words in cases:
         with pytest.raises(StudyError) as error:

@@ -210,6 +210,10 @@ def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):
         ),
         (log(lambda rows: rows[:100]), "found no stretch of at least 120 s"),
         (log(name="gamma"), "the column 'gamma', which is not known"),
+        (log(name="TQA"), "--rename 'TQA=surface_torque' says what it is"),
+        ("RPM [rpm],bit_force_max [kN]\n60,20\n", "Did you mean rotary_speed? Allowed"),
+        ("RPM [rpm],bit_force_max [kN]\n60,20\n", "--rename 'RPM=rotary_speed'"),
+        ("TQA [kN*m],wob [kN]\n5,20\n", "Did you mean surface_torque_mean?"),
         (
             log(lambda rows: [*rows[:9], rows[9].rpartition(",")[0] + ",", *rows[10:]]),
             "line 11: surface_torque: found",

@@ -13,7 +13,7 @@ from interrupts import Interrupt, look_often
 import nsdrill
 from nsdrill.app.run import Interrupted, run_study
 from nsdrill.app.summary import reclassify
-from nsdrill.cli import main
+from nsdrill.cli.main import main
 from nsdrill.errors import FileError
 from nsdrill.store import RunLog, part_path, read_attributes, read_results
 from nsdrill.study import Study, parse_study

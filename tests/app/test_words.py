@@ -78,6 +78,62 @@ def test_each_word_has_the_bits_of_a_study_of_its_own(path: Path) -> None:
     assert not np.any(np.isnan(every.final_state.sel(drive_kind="stiff")))
 
 
+CARRIED = """
+operation: {depth: 2000 m, wob: 40 kN}
+modes: {axial: frozen, lateral: frozen}
+sweep: {rotary_speed: [3 rad/s, 4 rad/s, 5 rad/s], %s, procedure: up-down}
+simulation: {transient: 3 s, observe: 6 s, verify: true}
+"""
+WORDS = ("ideal", "stiff", "soft_torque")
+
+
+def test_each_word_of_a_carried_sweep_is_a_chain_of_its_own(tmp_path: Path) -> None:
+    """The kinds differ in their states: a state that went from one kind to another
+    would change the bits."""
+    every = nsdrill.run(CARRIED % f"drive.kind: [{', '.join(WORDS)}]", tmp_path / "every.h5")
+    assert every.procedure.values.tolist() == ["up", "down"]
+    for kind in WORDS:
+        one, single = every.sel(drive_kind=kind), nsdrill.run(CARRIED % f"drive.kind: {kind}")
+        for name in single.data_vars:
+            here = one[name].sel(state=single.state) if "state" in one[name].dims else one[name]
+            assert np.array_equal(here.values, single[name].values, equal_nan=True), (kind, name)
+    code = float(read_results(tmp_path / "every.h5", ()).coords["drive_kind"][1])
+    run = replay(tmp_path / "every.h5", rotary_speed=4.0, at={"drive.kind": code}, procedure="down")
+    assert run.same_bits
+
+
+def test_chains_of_words_go_on_where_a_run_was_interrupted(tmp_path: Path) -> None:
+    study = CARRIED % f"drive.kind: [{', '.join(WORDS)}]"
+
+    def interrupt(progress: nsdrill.Progress) -> None:
+        if progress.done >= 4:
+            raise KeyboardInterrupt
+
+    whole = nsdrill.run(study)
+    with pytest.raises(KeyboardInterrupt):
+        nsdrill.run(study, tmp_path / "out.h5", workers=1, progress=interrupt)
+    resumed = nsdrill.run(study, tmp_path / "out.h5", resume=True)
+    for name in whole.data_vars:
+        assert np.array_equal(whole[name].values, resumed[name].values, equal_nan=True), name
+
+
+def test_carried_sweeps_that_differ_in_a_word_become_one(tmp_path: Path) -> None:
+    files = [tmp_path / f"{kind}.h5" for kind in ("ideal", "stiff")]
+    for file in files:
+        nsdrill.run(CARRIED % f"drive.kind: {file.stem}", file)
+    whole, key = combine(files)
+    assert key == "drive.kind"
+    swept = to_dataset(whole)
+    again = nsdrill.run(CARRIED % "drive.kind: [ideal, stiff]")
+    for name in swept.data_vars:
+        assert np.array_equal(swept[name].values, again[name].values, equal_nan=True), name
+    plain = CARRIED.replace(", %s", "") + "drive: {kind: %s}\n"
+    for file in files:
+        nsdrill.run(plain % file.stem, file, overwrite=True)
+    whole, key = combine(files)
+    assert to_dataset(whole).attrs["study_sha256"] == swept.attrs["study_sha256"]
+
+
 def test_points_are_replayed_bit_for_bit(path: Path) -> None:
     for place, kind in enumerate(("ideal", "stiff")):
         code = float(read_results(path, ()).coords["drive_kind"][place])
@@ -184,8 +240,8 @@ def test_what_no_word_reads_is_refused_and_what_one_reads_is_not() -> None:
         ("sweep: {drive.kind: {from: ideal, to: stiff, points: 2}}\n", "found a mapping"),
         (
             "sweep: {drive.kind: [ideal, stiff], rotary_speed: [3 rad/s], procedure: up, along: "
-            "rotary_speed}\n",
-            "carries the state on; allowed: with sweep.procedure: same",
+            "drive.kind}\n",
+            "allowed: an axis over a number: rotary_speed or another by its key",
         ),
         ("sweep: {well.law: [linear, hertz]}\n", "the units of well.stiffness depend"),
         ("sweep: {simulation.method: [explicit]}\n", "a key that is no number"),

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from nsdrill.cli import main
+from nsdrill.cli.main import main
 
 SCRIPT = str(Path(sys.executable).with_name("nsdrill"))
 Call = Callable[..., "Answer"]

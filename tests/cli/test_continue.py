@@ -292,7 +292,7 @@ def test_curves_over_a_map_are_asked_for_by_name(made: Path, call: Call) -> None
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        (["continue=null"], "no along"),
+        (["continue=null"], "continue.along: found nothing"),
         (["continue.along=bit.lobes"], "allowed: depth, wob, rotary_speed"),
         (["continue.from=3 m"], "rad/s or rpm"),
         (["continue.to=1.5 rad/s"], "from and to that differ"),

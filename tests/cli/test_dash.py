@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from nsdrill.study import json_schema, template_text
+from nsdrill.study import json_schema, short_text
 
 from .helpers import SCRIPT, Answer, Call
 
@@ -24,7 +24,7 @@ def piped(text: str, *words: object, cwd: Path) -> Answer:
 
 
 def test_new_writes_to_standard_output(call: Call) -> None:
-    assert call("new", "-o", "-").out == call("new").out == template_text()
+    assert call("new", "-o", "-").out == call("new").out == short_text()
     assert not list(Path().iterdir())
 
 

@@ -76,7 +76,7 @@ OUTPUTS = [
     ("picture.svg", ["plot", "small.h5", "-o"]),
     ("picture.pdf", ["plot", "small.h5", "-o"]),
     ("film.gif", ["plot", "trace.h5", "--from", "19.6 s", "--animate", "-o"]),
-    ("study.yaml", ["new", "-o"]),
+    ("study.yaml", ["new", "--all", "-o"]),
     ("schema.json", ["schema", "-o"]),
     ("both.h5", ["combine", "small.h5", "other.h5", "-o"]),
 ]

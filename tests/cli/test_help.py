@@ -30,7 +30,7 @@ HEAVY = (
 def test_help_imports_nothing_heavy(words: list[str]) -> None:
     code = (
         "import sys; sys.argv = ['nsdrill', *sys.argv[1:]]\n"
-        "from nsdrill.cli import main\n"
+        "from nsdrill.cli.main import main\n"
         "try: main()\n"
         f"except SystemExit: print('heavy:', [m for m in {HEAVY!r} if m in sys.modules])"
     )
@@ -58,7 +58,7 @@ def test_what_is_not_needed_is_not_imported(shared: Path, tmp_path: Path, words:
         words = [*words, str(tmp_path / "out.h5")]
     code = (
         "import sys; sys.argv = ['nsdrill', *sys.argv[1:]]\n"
-        "from nsdrill.cli import main\n"
+        "from nsdrill.cli.main import main\n"
         "try: main()\n"
         "except SystemExit: print('heavy:', [m for m in ('numba', 'scipy', 'matplotlib') if m in "
         "sys.modules])"
@@ -67,6 +67,33 @@ def test_what_is_not_needed_is_not_imported(shared: Path, tmp_path: Path, words:
         [sys.executable, "-c", code, *words], capture_output=True, text=True, check=True, cwd=shared
     )
     assert done.stdout.rstrip().endswith("heavy: []")
+
+
+def test_the_help_of_all_imports_no_click() -> None:
+    code = (
+        "import sys; sys.argv = ['nsdrill', '--help']\n"
+        "from nsdrill.__main__ import main\n"
+        "try: main()\n"
+        "except SystemExit as end: print(end.code, 'click' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("Usage: nsdrill")
+    assert done.stdout.rstrip().endswith("\n0 False")
+
+
+def test_a_summary_imports_the_model_of_its_file_only(shared: Path) -> None:
+    code = (
+        "import sys; sys.argv = ['nsdrill', 'show', 'small.h5']\n"
+        "from nsdrill.cli.main import main\n"
+        "try: main()\n"
+        "except SystemExit: print({m.split('.')[2] for m in sys.modules "
+        "if m.startswith('nsdrill.models.')} & {'beam', 'segments', 'torsion'}, "
+        "'nsdrill.plot' in sys.modules)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=shared
+    )
+    assert done.stdout.rstrip().endswith("set() False")
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -101,7 +128,7 @@ def test_version(call: Call) -> None:
     ("words", "said"),
     [
         (["rnu"], "Did you mean run?"),
-        (["xyz"], "There is no command 'xyz'. Commands: run, simulate"),
+        (["xyz"], "There is no command 'xyz'. Commands: new, check"),
         (["run"], "Missing argument 'STUDY'"),
         (["run", "a.yaml"], "Missing option '-o'"),
         (["run", "a.yaml", "-o", "b.h5", "--resumee"], "Did you mean '--resume'"),
@@ -125,4 +152,4 @@ def test_wrong_command_lines(call: Call, words: list[str], said: str) -> None:
 def test_no_command_prints_the_help(call: Call) -> None:
     answer = call()
     assert answer.code == 2
-    assert "Commands:" in answer.err
+    assert "\nRun:\n" in answer.err

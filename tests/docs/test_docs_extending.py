@@ -125,7 +125,7 @@ def test_a_model_of_another_package_runs_through_the_commands(
         return made.stdout + made.stderr
 
     (tmp_path / "study.yaml").write_text(STUDY)
-    assert "spring.stiffness" in nsdrill("new", "--model", "spring")
+    assert "stiffness: " in nsdrill("new", "--model", "spring")
     nsdrill("run", "study.yaml", "-o", "out.h5")
     shown = nsdrill("show", "out.h5")
     assert "stick-slip" in shown
@@ -345,7 +345,8 @@ def test_a_command_of_ones_own(
     import json
 
     import nsdrill
-    from nsdrill.cli.main import COMMANDS, group
+    from nsdrill.cli.main import group
+    from nsdrill.cli.overview import COMMANDS, GROUPS
     from nsdrill.errors import InputError
     from nsdrill.store import read_results
 
@@ -354,7 +355,9 @@ def test_a_command_of_ones_own(
         module = types.ModuleType(name)
         vars(module).update(run(block))
         monkeypatch.setitem(sys.modules, name, module)
-    monkeypatch.setitem(COMMANDS, "effort", "Say how many steps the points of a results file took.")
+    line = "Say how many steps the points of a results file took."
+    for listed in (GROUPS["Look"], COMMANDS):
+        monkeypatch.setitem(listed, "effort", line)
     results, trace = shared / "small.h5", tmp_path / "trace.h5"
     group.main(["effort", str(results)], standalone_mode=False)
     found = read_results(results)

@@ -107,7 +107,7 @@ def test_the_first_five_minutes(root: Path, tmp_path: Path) -> None:
         for line in block.splitlines():
             if line.startswith("nsdrill "):
                 call = (
-                    f'{sys.executable} -c "from nsdrill.cli import main; main()" '
+                    f'{sys.executable} -c "from nsdrill.cli.main import main; main()" '
                     f"{line.removeprefix('nsdrill ')}"
                 )
                 subprocess.run(

@@ -63,7 +63,7 @@ def test_the_gallery_runs(name: str, root: Path, tmp_path: Path) -> None:
         elif "--animate" in words:
             words = [*words, "--speed", "5"]
         done = subprocess.run(
-            [sys.executable, "-c", "from nsdrill.cli import main; main()", *words],
+            [sys.executable, "-c", "from nsdrill.cli.main import main; main()", *words],
             cwd=tmp_path,
             capture_output=True,
             text=True,

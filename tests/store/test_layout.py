@@ -309,7 +309,7 @@ def test_a_file_that_xarray_wrote_is_read(path, tmp_path):
         ),
         (
             lambda file: file.attrs.__setitem__("format_version", 1),
-            "the coordinate procedure is no list of values",
+            "format_version is 1, and the file is laid out as one of format 2",
         ),
         (lambda file: file.attrs.__setitem__("model", 1), "model should be text"),
     ],

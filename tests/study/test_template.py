@@ -11,7 +11,7 @@ from nsdrill.models.meanings import MEANINGS as OF_MODELS
 from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.study import json_schema, parse_study, template_text
-from nsdrill.study.continuation import CURVE_KEYS, KEYS
+from nsdrill.study.continuation import continuation_form
 from nsdrill.study.keys import MEANINGS, SLICE, keys_of
 from nsdrill.study.read import parse
 from nsdrill.study.uncertain import HOW
@@ -51,14 +51,15 @@ def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:
     sections = set(keys_of().sections)
     unknowns = {"uncertain", *(f"uncertain.{name}" for name in HOW)}
     own = {key for key in MEANINGS if key.partition(".")[0] == "continue"}
+    form = continuation_form(keys_of())
     assert own == {
         "continue",
-        *(f"continue.{key}" for key in KEYS),
-        *(f"continue.curves.{key}" for key in CURVE_KEYS),
+        *(f"continue.{key}" for key in form.members),
+        *(f"continue.curves.{key}" for key in form.members["curves"].form.mapping.members),
     }
     assert (set(MEANINGS) | set(OF_MODELS)) - own == set(
         keys_of().leaves
-    ) | groups | sections | SWEEP_KEYS | unknowns | {"title", "sweep", SLICE}
+    ) | groups | sections | SWEEP_KEYS | unknowns | {"title", "units", "sweep", SLICE}
 
 
 def test_defaults_as_text_read_back_exactly() -> None:
@@ -77,6 +78,7 @@ def test_the_json_schema() -> None:
     assert "required" not in schema  # without a sweep a study is one operating point
     assert set(schema["properties"]) == {
         "title",
+        "units",
         "model",
         "sweep",
         "uncertain",

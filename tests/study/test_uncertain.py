@@ -199,8 +199,23 @@ def test_a_number_of_the_operation_in_both_spellings_is_refused() -> None:
     text = "uncertain:\n  wob: {uniform: [1 kN, 2 kN]}\n  operation.wob: {uniform: [1 kN, 2 kN]}"
     with pytest.raises(StudyError, match=r"s.yaml, line 3: .*wob: found the key a second time"):
         parse_study(text, "s.yaml")
-    with pytest.raises(StudyError, match=r"line 2: uncertain.wob.uniform\[0\]: found '1 mm'"):
-        parse_study("uncertain:\n  operation.wob: {uniform: [1 mm, 2 kN]}", "s.yaml")
+    for name in ("wob", "operation.wob"):  # both are taken, one is printed
+        with pytest.raises(
+            StudyError, match=r"line 2: uncertain.operation.wob.uniform\[0\]: found '1 mm'"
+        ):
+            parse_study(f"uncertain:\n  {name}: {{uniform: [1 mm, 2 kN]}}", "s.yaml")
+
+
+@pytest.mark.parametrize("name", ["wob", "operation.wob"])
+def test_a_number_of_the_operation_is_written_in_one_spelling(name: str) -> None:
+    study = parse_study(f"uncertain:\n  {name}: {{uniform: [1 kN, 2 kN]}}", "s.yaml")
+    text = study_text(study.resolved)
+    assert "\n  operation.wob: {uniform: [1 kN, 2 kN]}" in text
+    assert parse_study(text).sha256 == study.sha256
+    other = parse_study("uncertain:\n  wob: {uniform: [1 kN, 3 kN]}")
+    assert changes(study.resolved, other.resolved) == [
+        ("uncertain.operation.wob", "{uniform: [1 kN, 2 kN]}", "{uniform: [1 kN, 3 kN]}")
+    ]
 
 
 def test_overrides_reach_the_section() -> None:

@@ -25,7 +25,7 @@ from nsdrill.store import RunLog, part_path, read_results
 
 KILLS = int(os.environ.get("NSDRILL_KILLS", "6"))
 SEED = int(os.environ.get("NSDRILL_SEED", "1"))
-COMMAND = [sys.executable, "-c", "from nsdrill.cli import main; main()"]
+COMMAND = [sys.executable, "-c", "from nsdrill.cli.main import main; main()"]
 
 # Some seconds of work each: the kills are to come in the middle.
 GRID = """

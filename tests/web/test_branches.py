@@ -11,12 +11,12 @@ import h5py
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from nsdrill.plot.branches import COLOURS
 
 from nsdrill.analysis.bifurcations import CYCLE, PERIODIC
 from nsdrill.cli.main import group
 from nsdrill.errors import FileError, InputError
 from nsdrill.models.vocabulary import IN_TRACE
-from nsdrill.plot.branches import COLOURS
 from nsdrill.store import hdf5, read_results
 from nsdrill.store.layout import root_attributes
 from nsdrill.web.branches import is_branches, read_branches
@@ -108,7 +108,7 @@ def test_another_string_is_told_and_units_are_those_of_the_page(
         == "The branches are at Weight on bit 6.744 klbf."
     )
     other = write(tmp_path / "c.h5", shared)
-    with hdf5.writing(other, edit=True) as file:
+    with hdf5.writing(other, copy_of=other) as file:
         resolved = json.loads(file.attrs["study_resolved"])
         resolved["bit"]["lobes"] = 7
         file.attrs["study_resolved"] = json.dumps(resolved)
@@ -198,7 +198,7 @@ def test_the_report_has_them(branches: Path, shared: Path, tmp_path: Path) -> No
         "ends: a fold",
         "1 rad/s to 4 rad/s",
         "8 on 2 branches",
-        "nsdrill continue branches_study.yaml -o branches_again.h5",
+        "nsdrill branches branches_study.yaml -o branches_again.h5",
         f"nsdrill show {branches} --study &gt; branches_study.yaml",
     ):
         assert wanted in text, wanted

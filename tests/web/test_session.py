@@ -156,6 +156,10 @@ def test_other_files_are_refused(shared: Path, tmp_path: Path) -> None:
     (tmp_path / "text.h5").write_text("no HDF5")
     with pytest.raises(FileError):
         Session(tmp_path / "text.h5")
+    (tmp_path / "field.csv").write_text("a,b")
+    with pytest.raises(FileError, match="Measurements are for nsdrill fit") as caught:
+        Session(tmp_path / "field.csv")
+    assert "simulate" not in str(caught.value)  # a trace would be refused here
     with pytest.raises(FileError):
         Session(tmp_path / "nothing.h5")
     with pytest.raises(InputError, match="--set"):

@@ -6,10 +6,11 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from nsdrill.errors import InputError, StudyError
+from nsdrill.errors import InputError, Refusal, StudyError
 
 if TYPE_CHECKING:
     from nsdrill.study.keys import Leaf
@@ -97,9 +98,9 @@ def check_other_file(study: Any, path: str) -> None:
 
 
 def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
-    """The values of axes by key, in SI: those of ``at`` and those given as arguments
-    (``apart``). The axes are those of the ``study``, else of any model; ``at`` may also
-    have the number of a sample."""
+    """The values of axes by key, in SI: those of ``at``, a mapping or pairs, and those
+    given as arguments (``apart``). The axes are those of the ``study``, else of any model;
+    ``at`` may also have the number of a sample."""
     from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean, keys_of
     from nsdrill.variables import dimension_of, short_key
 
@@ -113,34 +114,42 @@ def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
     leaves = {**leaves, SAMPLE_LEAF.key: SAMPLE_LEAF}
     keys = {dimension_of(key): key for key in leaves}
     values = {
-        key: _quantity(key, value, leaves[key]) for key, value in apart.items() if value is not None
+        name: _value(value, leaves[name], name)
+        for name, value in apart.items()
+        if value is not None
     }
-    if not isinstance(at, Mapping) and at is not None:
-        raise InputError(
-            f"at: found {at!r}; allowed: a mapping, as {{'bit.rock_stiffness': '25 MN/m'}}."
-        )
-    for name, value in (at or {}).items():
+    if not isinstance(at, Mapping | list) and at is not None:
+        raise Refusal("at", repr(at), "a mapping, as {'bit.rock_stiffness': '25 MN/m'}")
+    for name, value in at.items() if isinstance(at, Mapping) else at or ():
         key = keys.get(str(name), short_key(str(name)))
         if key not in leaves:
             hint = did_you_mean(key, leaves)
-            raise InputError(
-                f"at: found the key {name!r}; allowed: the key of an "
-                f"axis.{f' {hint}' if hint else ''}"
-            )
+            raise Refusal("at", f"the key {name!r}", "the key of an axis", hint)
         if key in values:
-            raise InputError(f"at: found a second value of {key}; allowed: each key once.")
-        values[key] = _quantity(f"at[{name!r}]", value, leaves[key])
+            raise Refusal("at", f"a second value of {key}", "each key once")
+        values[key] = _value(value, leaves[key], "at", name)
     return values
 
 
-def _quantity(name: str, value: Any, leaf: Leaf) -> float:
-    """A quantity in SI; InputError outside the range of its key."""
-    from nsdrill.study.keys import shown
-    from nsdrill.units import QuantityError
+def _value(value: Any, leaf: Leaf, argument: str, key: str = "") -> float:
+    """A value of an axis in SI, which remembers the unit of a text; a Refusal outside
+    the range of its key."""
+    from nsdrill.models.leaves import as_value, words_of
+    from nsdrill.study.keys import did_you_mean, shown
+    from nsdrill.units import QuantityError, WithUnit, parse_with_unit
 
     try:
         if isinstance(value, str) and leaf.kind == "quantity":
-            return float(leaf.read(value))
+            leaf.read(value)  # within its range
+            return parse_with_unit(value, leaf.units)
+        if isinstance(value, str) and leaf.choices:
+            if value in words_of(leaf.key):
+                return as_value(leaf.key, value)
+            hint = did_you_mean(value, leaf.choices)
+            raise QuantityError(shown(value), ", ".join(leaf.choices), hint)
+        if isinstance(value, str):
+            with suppress(ValueError):
+                value = float(value)
         number = _float(value)
         if number is None or not leaf.low <= number <= leaf.high:
             is_other_type = number is None and not isinstance(
@@ -152,10 +161,13 @@ def _quantity(name: str, value: Any, leaf: Leaf) -> float:
                 else shown(value if number is None else number)
             )
             raise QuantityError(found, leaf.allowed())
+        if isinstance(value, WithUnit):
+            return value
+        return float(leaf.read(number)) if leaf.kind == "whole" else number
     except QuantityError as error:
-        si = f"; a number is in {leaf.units}" if leaf.units else ""
-        raise InputError(f"{name}: {str(error).rstrip('.')}{si}.") from None
-    return number
+        raise Refusal(
+            argument, error.found, error.allowed, error.suggestion, key=key, bare=leaf.units
+        ) from None
 
 
 def seconds_in(name: str, value: Any) -> float:

@@ -155,7 +155,7 @@ def coarse_length(study: Study, axis: str) -> int:
 
 
 def _warnings(study: Study, units: str) -> list[str]:
-    warnings: list[str | None] = []
+    warnings: list[str | None] = [*study.notes]
     if (checks := checks_of(study.model)) is not None:
 
         def amount_text(value: float, si: str, shown: str) -> str:

@@ -8,16 +8,30 @@ import os
 import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any
 
 from nsdrill.app.provenance import unlike, versions
 from nsdrill.app.run import processors
-from nsdrill.errors import InputError, NsdrillError
+from nsdrill.errors import InputError, NsdrillError, Refusal
 from nsdrill.models.registry import other_packages, sources_of
 
 CONNECT_SECONDS = 10
 _TERMINAL_SIGNALS = {signal.SIGINT, signal.SIGHUP}
+
+
+def executor_of(
+    engine: str, scheduler: str | None, workers: int | None
+) -> AbstractContextManager[tuple[Executor | None, int | None]]:
+    """A context with the executor of the ``engine`` "threads" or "dask", None for threads
+    of this process, and the number of workers."""
+    if engine not in ("threads", "dask"):
+        raise Refusal("engine", repr(engine), "'threads' or 'dask'")
+    if scheduler is not None and engine != "dask":
+        raise Refusal("scheduler", "with engine 'threads'", "with engine 'dask'")
+    return (
+        nullcontext((None, workers)) if engine == "threads" else dask_executor(scheduler, workers)
+    )
 
 
 @contextmanager
@@ -60,9 +74,7 @@ def dask_executor(
         client = Client(scheduler, timeout=CONNECT_SECONDS)
     except ValueError as error:
         found = f"{scheduler!r} ({error})"
-        raise InputError(
-            f"--scheduler: found {found}; allowed: an address as tcp://host:8786."
-        ) from error
+        raise Refusal("scheduler", found, "an address as tcp://host:8786") from error
     except OSError as error:
         raise NsdrillError(
             f"--scheduler: no Dask scheduler answers at {scheduler} within {CONNECT_SECONDS} s. "

@@ -20,11 +20,11 @@ from nsdrill.app.planned import plan_of
 from nsdrill.app.provenance import provenance, versions
 from nsdrill.data import Array, Results, resolved_study
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import is_compiled_in, place_of, states_of_all, word_at, words_of
+from nsdrill.models.leaves import place_of, states_of_all, word_at, words_of
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import kind_of, read_results
 from nsdrill.study.keys import Keys, keys_of
-from nsdrill.study.study import Study, axis_values, refined_axes, study_from_resolved
+from nsdrill.study.study import IN_WORDS_ONLY, Study, axis_values, refined_axes, study_from_resolved
 from nsdrill.study.write import changes, study_text, value_text
 from nsdrill.variables import MODEL, POINT, dimension_of, short_key
 
@@ -144,7 +144,7 @@ def _differing(named: Sequence[NamedResults]) -> tuple[str, Keys]:
         differences = [
             (key, a, b)
             for key, a, b in changes(base, resolved_study(results.attrs))
-            if key != "title"
+            if key not in IN_WORDS_ONLY
         ]
         if not differences:
             raise InputError(
@@ -190,11 +190,6 @@ def _differing(named: Sequence[NamedResults]) -> tuple[str, Keys]:
             f"combine: found {words}, which is refined: where it is divided depends on all of its "
             f"values. Allowed: a "
             "number beside those that are refined; run the whole range as one study."
-        )
-    if is_compiled_in(keys.model.name, axis) and sweep["procedure"] != "same":
-        raise InputError(
-            f"combine: found {words}, which no state is carried over; allowed: with "
-            f"sweep.procedure: same."
         )
     return axis, keys
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from nsdrill.app.arguments import name_in
-from nsdrill.data import OVERRIDES, Results, Trace, json_text
+from nsdrill.data import OVERRIDES, Results, Trace, json_text, units_of
 from nsdrill.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,6 +27,18 @@ def is_dataset(data: Any) -> bool:
     from xarray import Dataset
 
     return isinstance(data, Dataset)
+
+
+def units_for(units: Any, data: Any) -> str:
+    """``units``, "si" or "field"; where it is None those that the study in a Dataset or
+    file asks for. InputError for others."""
+    if units is None:
+        from nsdrill.app.reading import units_in
+
+        return units_of(data.attrs) if is_dataset(data) else units_in(name_in(data))
+    if units not in ("si", "field"):
+        raise InputError(f"units: found {units!r}; allowed: si or field.")
+    return str(units)
 
 
 def is_figure(data: Any) -> bool:

@@ -13,6 +13,7 @@ from nsdrill.app.reading import read_any
 from nsdrill.data import Results, Trace, resolved_study
 from nsdrill.errors import FileError
 from nsdrill.store.hdf5 import EDITED
+from nsdrill.study.study import IN_WORDS_ONLY
 from nsdrill.study.write import changes
 
 MAKER_ATTRIBUTES = (
@@ -49,7 +50,7 @@ def diff(
     memory or files, as plain data in SI units.
 
     ============ =======================================================================
-    same_study   Whether the studies are equal, apart from the title.
+    same_study   Whether the studies are equal, apart from the title and the units.
     same_numbers Whether all numbers are equal, to the bit.
     study        The keys that differ, with both values as in a study file (None:
                  missing); thresholds are those in force.
@@ -82,7 +83,7 @@ def diff(
         "kind": "diff",
         "files": names,
         "kinds": [_kind(data_a), _kind(data_b)],
-        "same_study": all(row["key"] == "title" for row in study),
+        "same_study": all(row["key"] in IN_WORDS_ONLY for row in study),
         "same_numbers": False,
         "study": study,
         "run": [],

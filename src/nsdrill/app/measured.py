@@ -44,6 +44,20 @@ FINE = 0.5  # s between samples, beyond which they may not resolve a motion
 TIME = "time"
 ERROR = "_error"
 MEAN, CHANGE = "_mean", "_change"
+# What rigs call a setting or a result: its name here, over operating points and over time.
+_RIG_NAMES = {
+    name: (point, signal)
+    for names, point, signal in (
+        ("rpm rpma rpm_avg rotary_rpm surface_rpm td_rpm", "rotary_speed", "rotary_speed"),
+        ("swob wob_avg woba weight_on_bit", "wob", "wob"),
+        ("md dmea dbtm bit_depth hole_depth measured_depth", "depth", "depth"),
+        ("torque trq tqa tor stor surface_tq", "surface_torque_mean", "surface_torque"),
+        ("rop ropa rop_avg", "rate_of_penetration", "rate_of_penetration"),
+        ("mse", "mechanical_specific_energy", "mechanical_specific_energy"),
+        ("ssi stick_slip", "stick_slip_index", "stick_slip_index"),
+    )
+    for name in names.split()
+}
 _HEAD = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))?\s*")
 # kft.lbf and kft-lbf, as rigs write kft*lbf
 _JOINED = re.compile(r"(?<=[A-Za-z])[.\-·](?=[A-Za-z])")
@@ -279,10 +293,12 @@ def _columns(
 
 def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> str:
     known = names.known(timed)
-    near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
-    near += [one for one in known if name and (name in one or one in name) and one not in near][
-        : 3 - len(near)
-    ]
+    usual = [one for one in _RIG_NAMES.get(name, ())[timed:][:1] if one in known]
+    near = usual or difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+    if not usual:
+        near += [one for one in known if name and (name in one or one in name) and one not in near][
+            : 3 - len(near)
+        ]
     hint = f" Did you mean {' or '.join(near)}?" if near else ""
     models = _models_with(name)
     if models and names.keys.model.name not in models:
@@ -294,7 +310,8 @@ def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> st
     return (
         f"{where}: found the column {head!r}, which is not known.{hint} Allowed: time, settings "
         f"(depth, wob, "
-        f"rotary_speed or a key of the study) and {what} ({examples}, ...). --rename '{head}=NAME' "
+        f"rotary_speed or a key of the study) and {what} ({examples}, ...). --rename "
+        f"'{head}={(*usual, 'NAME')[0]}' "
         f"says what it is, "
         f"--ignore '{head}' passes over it, --ignore '*' over all that are not known."
     )

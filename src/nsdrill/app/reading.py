@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from nsdrill.app.overrides import with_overrides
-from nsdrill.data import Results, Trace
-from nsdrill.errors import FileError
-from nsdrill.store import kind_of, part_path, read_partial, read_results, read_trace, variables_in
+from nsdrill.data import Results, Trace, units_of
+from nsdrill.errors import FileError, NsdrillError
+from nsdrill.store import (
+    kind_of,
+    part_path,
+    read_attributes,
+    read_partial,
+    read_results,
+    read_trace,
+    variables_in,
+)
 
 
 def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -> Results | Trace:
@@ -37,6 +46,16 @@ def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -
     return with_overrides(
         read_partial(path, names) if kind == "partial" else read_results(path, names)
     )
+
+
+def units_in(path: str | os.PathLike[str]) -> str:
+    """The system of units in which the study in the file ``path`` wants answers: "si"
+    also where there is no such file, which others say."""
+    with suppress(NsdrillError):
+        if kind_of(path) == "partial":
+            return units_of(read_partial(path, ()).attrs)
+        return units_of(read_attributes(path))
+    return "si"
 
 
 def is_branches(path: str | os.PathLike[str]) -> bool:

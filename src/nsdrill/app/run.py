@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill import interrupt
+from nsdrill.app.arguments import is_whole
 from nsdrill.app.attractors import write_attractors
 from nsdrill.app.check import coarse_length
 from nsdrill.app.planned import chosen_of, kept_of, plan_of
@@ -25,7 +26,7 @@ from nsdrill.app.size import check_large, check_memory, disk, memory
 from nsdrill.app.stages import RunStages, Watch, sweep
 from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.data import Results, differences, resolved_study
-from nsdrill.errors import FileError, InputError
+from nsdrill.errors import FileError, InputError, Refusal
 from nsdrill.files import amount
 from nsdrill.kernel.batch import choose_lanes
 from nsdrill.models.leaves import values_in_parts
@@ -43,7 +44,7 @@ from nsdrill.store import (
     rewrite_log,
     write_results,
 )
-from nsdrill.study.study import Study, digest
+from nsdrill.study.study import IN_WORDS_ONLY, Study, digest
 from nsdrill.study.write import changes_text
 from nsdrill.sweep.engine import Progress
 from nsdrill.sweep.plan import Plan
@@ -256,8 +257,8 @@ def processors() -> int:
 
 def checked_workers(workers: int | None) -> int:
     """The number of workers, by default that of the processors; InputError below 1."""
-    if workers is not None and workers < 1:
-        raise InputError(f"--workers: found {workers}; allowed: 1 or more.")
+    if workers is not None and (not is_whole(workers) or workers < 1):
+        raise Refusal("workers", repr(workers), "a whole number, 1 or more")
     return workers or processors()
 
 
@@ -363,9 +364,9 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
         hint = ""
         if retry_failed:
             hint = "With --retry-failed only simulation.max_steps may differ, and only be larger. "
-        elif [key for key, _, _ in differences(resolved, study.resolved) if key != "title"] == [
-            "simulation.max_steps"
-        ]:
+        elif [
+            key for key, _, _ in differences(resolved, study.resolved) if key not in IN_WORDS_ONLY
+        ] == ["simulation.max_steps"]:
             hint = "A larger limit can be given to the points that failed: --retry-failed. "
         raise FileError(
             f"{where}: made from another study ({listed or 'the digests differ'}). {hint}Resume it "

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from nsdrill.app.datasets import variables_of, with_missing_features
-from nsdrill.app.table import write_trace_csv
+from nsdrill.app.table import table, write_rows
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.store import ResultsSource, claim_file, to_csv, write_results, write_trace
@@ -30,7 +30,7 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
     claim_file(path, overwrite)
     if isinstance(data, Trace):
         if suffix == ".csv":
-            write_trace_csv(data, path, overwrite=overwrite)
+            write_rows(table(data), path, overwrite)
         else:
             write_trace(path, data, overwrite=overwrite)
         return

@@ -24,6 +24,7 @@ from nsdrill.variables import OK
 
 Watch = Callable[[Progress], None]
 Deliver = Callable[[Array, dict[str, Array]], None]
+StateAt = Callable[[int, int], Array | None]
 SYNC_SECONDS = 1.0
 _BLOCK = 1 << 18  # points examined at a time
 
@@ -74,19 +75,17 @@ class RunStages:
                 one, self.executor, self.workers, lanes, deliver, watch, remote=self.remote, **more
             )
 
-        for part, points in work.parts(pending):
-            if part.plan.chain_length > 1:
-                if starts is None:
-                    starts = Starts(
-                        np.arange(part.plan.chains), np.zeros(part.plan.chains, np.int64)
-                    )
-                for one, chain_starts, reach, handed in _carried(part, starts):
+        if work.plan.chain_length > 1:
+            assert starts is not None
+            for part, own in _parts_of(work, starts):
+                for one, chain_starts, reach, handed in _carried(part, own):
                     chains = engine(one, reach=reach)
-                    add(chains.run(chain_starts, points))
+                    add(chains.run(chain_starts))
                     handed += chains.handed
-            else:
-                for one, subset in part.by_method(points):
-                    add(engine(one).run(starts, subset))
+            return
+        for part, points in work.parts(pending):
+            for one, subset in part.by_method(points):
+                add(engine(one).run(None, subset))
 
     def write(self, points: Array, records: Array) -> None:
         """Write records to the log, and sync it every :data:`SYNC_SECONDS`."""
@@ -112,6 +111,26 @@ def compiling(progress: Progress, watch: Watch) -> Iterator[None]:
     watch(progress)
     yield
     progress.note = note
+
+
+def _parts_of(work: Work, starts: Starts) -> Iterator[tuple[Work, Starts]]:
+    """Chained ``work`` divided by what is compiled in, which no chain changes: the work
+    of each part and its chains, whose states are those of the part."""
+    first = starts.next_points(work.plan)
+    for part, points in work.parts(first):
+        own = starts.those(np.isin(first, points))
+        yield part, replace(own, state=_own_states(part, starts.state))
+
+
+def _own_states(work: Work, state: StateAt) -> StateAt:
+    """``state`` of a chain with the states of all points as that of the points of
+    ``work``."""
+
+    def own(chain: int, place: int) -> Array | None:
+        found = state(chain, place)
+        return None if found is None else work.to_own_states(found[None])[0]
+
+    return own
 
 
 def _carried(

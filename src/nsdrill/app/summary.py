@@ -31,19 +31,22 @@ from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE
 MEASURED = ("feature", "label", "section", "trust")
 
 
-def needed() -> tuple[str, ...]:
-    """The variables that :func:`summarize` uses, without peaks, returns and states."""
-    return tuple(name for name, variable in BY_NAME.items() if variable.dims == POINT)
+def needed(path: str | os.PathLike[str] | None = None) -> tuple[str, ...]:
+    """The variables that :func:`summarize` uses, without peaks, returns and states: of
+    the results file ``path``, if given, or of any model."""
+    known = BY_NAME.values() if path is None else variables_in(path)
+    return tuple(variable.name for variable in known if variable.dims == POINT)
 
 
 def summarize(data: Results | Trace) -> dict[str, Any]:
     """The summary that ``show`` prints, as plain data: kind of file, axes, counts of
     responses, ranges, failed points. For a sweep it uses the variables
     :func:`needed`."""
-    summary: dict[str, Any] = in_words(
-        _summarize_trace(data) if isinstance(data, Trace) else _summarize_results(data)
-    )
-    return summary
+    if isinstance(data, Trace):
+        return dict(in_words(_summarize_trace(data)))
+    summary = _summarize_results(data)
+    has_words = any(words_along(axis.name) for axis in data.more)
+    return dict(in_words(summary)) if has_words else summary
 
 
 def _summarize_results(results: Results) -> dict[str, Any]:
@@ -330,9 +333,15 @@ def _state_scales(study: Study, results: Results) -> np.ndarray:
     return np.broadcast_to(scales, (*results.shape, scales.shape[-1]))
 
 
-def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, tuple[int, int]]:
+def reclassify(
+    path: str | os.PathLike[str],
+    overrides: list[str],
+    output: str | os.PathLike[str] | None = None,
+    *,
+    overwrite: bool = True,
+) -> dict[str, tuple[int, int]]:
     """Label the results file ``path`` again with changed thresholds
-    (``classify.key=value``), without a run.
+    (``classify.key=value``), without a run; with ``output`` as a new file.
 
     Returns, for each label, the number of changed points and of all points.
     """
@@ -344,7 +353,7 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
         name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size))
         for name in labels
     }
-    rewrite_labels(path, labels, line, attrs)
+    rewrite_labels(path, labels, line, attrs, output, overwrite=overwrite)
     return changed
 
 

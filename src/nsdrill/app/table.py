@@ -6,8 +6,7 @@ import csv
 import os
 import re
 from collections.abc import Iterator
-from itertools import chain
-from typing import Any, TextIO
+from typing import Any
 
 from nsdrill.data import Results, Trace
 from nsdrill.files import replacing
@@ -19,55 +18,39 @@ from nsdrill.units import rounded_from_si
 _HEADING = re.compile(r"(?P<name>\w+?)(?P<number>_\d+)?(?: \[(?P<units>.+)\])?")
 
 
-def write_csv(
-    results: Results,
-    path: str | os.PathLike[str],
+def table(
+    data: Results | Trace,
+    units: str = "si",
     *,
     peaks: bool = False,
     section: bool = False,
     states: bool = False,
-    units: str = "si",
-    overwrite: bool = True,
-) -> None:
-    """As :func:`nsdrill.store.to_csv`; with ``units`` "field" in field units, which are
-    in the headings."""
-    with replacing(path, overwrite=overwrite) as whole, whole.text() as file:
-        print_csv(results, file, peaks=peaks, section=section, states=states, units=units)
+) -> Iterator[list[Any]]:
+    """The headings and the rows of results, as :func:`nsdrill.store.export.csv_rows`
+    makes them, or of a trace, a row for each sample; in field units, which are in the
+    headings, where ``units`` is "field"."""
+    rows = (
+        _trace_rows(data)
+        if isinstance(data, Trace)
+        else csv_rows(data, peaks=peaks, section=section, states=states)
+    )
+    return _in_field_units(rows) if units == "field" else rows
 
 
-def write_trace_csv(
-    trace: Trace, path: str | os.PathLike[str], *, units: str = "si", overwrite: bool = True
-) -> None:
-    """The table of a trace, a row for each sample; in field units where ``units`` is
-    "field"."""
-    with replacing(path, overwrite=overwrite) as whole, whole.text() as file:
-        print_trace_csv(trace, file, units=units)
-
-
-def print_trace_csv(trace: Trace, file: TextIO, *, units: str = "si") -> None:
-    """Write the table of :func:`write_trace_csv` to an open ``file``. Numbers have
-    enough digits to restore the same bits."""
+def _trace_rows(trace: Trace) -> Iterator[list[Any]]:
+    """Numbers have enough digits to restore the same bits."""
     variables = trace_variables(trace)
     columns = [trace.time, *(trace.variables[variable.name] for variable in variables)]
-    rows = map(list, zip(*(column.tolist() for column in columns), strict=True))
-    table = chain(
-        [["time [s]", *(f"{variable.name} [{variable.units}]" for variable in variables)]], rows
-    )
-    csv.writer(file).writerows(_in_field_units(table) if units == "field" else table)
+    yield ["time [s]", *(f"{variable.name} [{variable.units}]" for variable in variables)]
+    yield from map(list, zip(*(column.tolist() for column in columns), strict=True))
 
 
-def print_csv(
-    results: Results,
-    file: TextIO,
-    *,
-    peaks: bool = False,
-    section: bool = False,
-    states: bool = False,
-    units: str = "si",
+def write_rows(
+    rows: Iterator[list[Any]], path: str | os.PathLike[str], overwrite: bool = True
 ) -> None:
-    """Write the table of :func:`write_csv` to an open ``file``."""
-    table = csv_rows(results, peaks=peaks, section=section, states=states)
-    csv.writer(file).writerows(_in_field_units(table) if units == "field" else table)
+    """Write ``rows`` as CSV."""
+    with replacing(path, overwrite=overwrite) as whole, whole.text() as file:
+        csv.writer(file).writerows(rows)
 
 
 def _in_field_units(rows: Iterator[list[Any]]) -> Iterator[list[Any]]:

@@ -39,7 +39,7 @@ WIDTH = 100  # characters of a line of a warning
 @options.units
 @options.settings
 def command(
-    study: str, as_json: bool, everything: bool, units: str, overrides: tuple[str, ...]
+    study: str, as_json: bool, everything: bool, units: str | None, overrides: tuple[str, ...]
 ) -> int:
     """Validate STUDY and print its derived coefficients, what follows from them, and
     warnings. Runs nothing.
@@ -50,7 +50,8 @@ def command(
     """
     from nsdrill.cli.reading import load
 
-    loaded = load(study, overrides)
+    loaded = load(study, overrides, notes=False)
+    units = units or loaded.units
 
     from nsdrill.app.check import check
     from nsdrill.cli.words import count, in_units, knots_text, label_of, value_text

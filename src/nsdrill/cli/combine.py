@@ -14,7 +14,7 @@ from nsdrill.cli import options
     ),
 )
 @click.argument("results", nargs=-1, required=True, type=options.FileName())
-@options.output("Results file to write.")
+@options.output("Results file to write.", hdf5=True)
 @options.overwrite
 def command(results: tuple[str, ...], output: str, overwrite: bool) -> int:
     """Make one file of RESULTS whose studies differ in one number, which becomes an

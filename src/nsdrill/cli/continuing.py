@@ -1,27 +1,28 @@
-"""nsdrill continue."""
+"""nsdrill branches."""
 
 from __future__ import annotations
 
 import click
 
 from nsdrill.cli import options
-from nsdrill.cli.main import EXIT_CODES
+from nsdrill.cli.overview import EXIT_CODES
 
 
 @click.command(
-    "continue",
+    "branches",
     epilog=EXIT_CODES
     + "\n\n"
     + options.examples(
-        "continue study.yaml -o branches.h5",
-        "continue study.yaml -o branches.h5 --seeds out.h5",
-        "continue study.yaml -o branches.h5 --resume",
+        "branches study.yaml -o branches.h5",
+        "branches study.yaml -o branches.h5 --seeds out.h5",
+        "branches study.yaml -o branches.h5 --resume",
         "plot branches.h5 --over out.h5 -o branches.png",
     ),
 )
 @options.study_argument
 @options.output(
-    "File of branches to write (HDF5). Until it is there, what is finished is in FILE.part."
+    "File of branches to write (HDF5). Until it is there, what is finished is in FILE.part.",
+    hdf5=True,
 )
 @click.option(
     "--seeds",
@@ -29,16 +30,11 @@ from nsdrill.cli.main import EXIT_CODES
     metavar="OUT.h5",
     help="Follow the settled points of this results file, in place of what continue.seeds says.",
 )
-@click.option(
-    "--workers",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="How many to run side by side. Default: all processors.",
-)
+@options.workers
 @options.settings
 @click.option("--resume", is_flag=True, help="Go on with an interrupted continuation.")
 @options.overwrite
-@click.option("--quiet", is_flag=True, help="No progress and no summary; warnings and errors only.")
+@options.quiet
 def command(
     study: str,
     output: str,

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -33,7 +33,7 @@ SI_ONLY = " netCDF stays in SI units, which its attributes name."
     help="CSV: a column for every recorded return to the Poincare section.",
 )
 @click.option("--states", is_flag=True, help="CSV: a column for every initial and final state.")
-@options.units
+@options.units_of_table
 @options.overwrite
 def command(
     results: str, output: str, peaks: bool, section: bool, states: bool, units: str, overwrite: bool
@@ -57,101 +57,35 @@ def command(
             f"{csv_options[0]}: found with netCDF, which holds everything; allowed: with .csv."
         )
     from nsdrill.app.reading import is_branches
-    from nsdrill.app.table import print_csv, write_csv
-    from nsdrill.store import kind_of, read_results
+    from nsdrill.app.table import table, write_rows
+    from nsdrill.store import claim_file, kind_of, read_results, read_trace, to_netcdf
 
-    if is_branches(results):
-        if csv_options:
-            raise InputError(
-                f"{csv_options[0]}: found with branches, whose table has everything; "
-                f"allowed: with results."
-            )
-        return _export_branches(results, output, suffix, units, overwrite)
-    if os.path.lexists(results) and kind_of(results) == "trace":
-        if csv_options:
-            raise InputError(
-                f"{csv_options[0]}: found with a trace, whose table has everything; "
-                f"allowed: with results."
-            )
-        return _export_trace(results, output, suffix, units, overwrite)
-    if output == "-":
-        print_csv(
-            read_results(results),
-            sys.stdout,
-            peaks=peaks,
-            section=section,
-            states=states,
-            units=units,
+    found = "branches" if is_branches(results) else ""
+    if not found and os.path.lexists(results) and kind_of(results) == "trace":
+        found = "a trace"
+    if csv_options and found:
+        raise InputError(
+            f"{csv_options[0]}: found with {found}, whose table has everything; allowed: with "
+            f"results."
         )
-        return 0
-    return _write_file(
-        results,
-        output,
-        suffix,
-        units,
-        overwrite,
-        lambda: write_csv(
-            read_results(results),
-            output,
-            peaks=peaks,
-            section=section,
-            states=states,
-            units=units,
-            overwrite=overwrite,
-        ),
-    )
-
-
-def _write_file(
-    file: str, output: str, suffix: str, units: str, overwrite: bool, table: Callable[[], None]
-) -> int:
-    """Write ``file`` as netCDF, or call ``table``, depending on ``suffix``."""
-    from nsdrill.store import claim_file, to_netcdf
-
-    options.check_not_input(file, output)
-    claim_file(output, overwrite)
+    if output != "-":
+        options.check_not_input(results, output)
+        claim_file(output, overwrite)
     if suffix == ".nc":
-        to_netcdf(file, output, overwrite=overwrite)
+        to_netcdf(results, output, overwrite=overwrite)
+    elif found == "branches":
+        from nsdrill.cli.branches import table as text_of
+        from nsdrill.store import open_branches
+
+        options.write(output, text_of(open_branches(results), units), overwrite)
     else:
-        table()
-    click.echo(
-        f"{output}: written.{SI_ONLY if suffix == '.nc' and units == 'field' else ''}", err=True
-    )
+        data = read_trace(results) if found else read_results(results)
+        rows = table(data, units, peaks=peaks, section=section, states=states)
+        if output == "-":
+            csv.writer(sys.stdout).writerows(rows)
+        else:
+            write_rows(rows, output, overwrite)
+    if output != "-":
+        note = SI_ONLY if suffix == ".nc" and units == "field" else ""
+        click.echo(f"{output}: written.{note}", err=True)
     return 0
-
-
-def _export_trace(file: str, output: str, suffix: str, units: str, overwrite: bool) -> int:
-    """Export a trace."""
-    from nsdrill.app.table import print_trace_csv, write_trace_csv
-    from nsdrill.store import read_trace
-
-    if output == "-":
-        print_trace_csv(read_trace(file), sys.stdout, units=units)
-        return 0
-    return _write_file(
-        file,
-        output,
-        suffix,
-        units,
-        overwrite,
-        lambda: write_trace_csv(read_trace(file), output, units=units, overwrite=overwrite),
-    )
-
-
-def _export_branches(file: str, output: str, suffix: str, units: str, overwrite: bool) -> int:
-    """Export a file of branches."""
-    from nsdrill.cli.branches import table
-    from nsdrill.store import open_branches, write_text
-
-    data = open_branches(file)
-    if output == "-":
-        click.echo(table(data, units), nl=False)
-        return 0
-    return _write_file(
-        file,
-        output,
-        suffix,
-        units,
-        overwrite,
-        lambda: write_text(output, table(data, units), overwrite=overwrite),
-    )

@@ -38,7 +38,7 @@ MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
 @click.option(
     "--picture",
     type=options.FileName(),
-    metavar="FIG",
+    metavar="FILE",
     help="Picture to write: .png, .pdf or .svg.",
 )
 @click.option("--json", "as_json", is_flag=True, help="The same for programs.")
@@ -92,12 +92,7 @@ MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
     metavar="N",
     help="Samples in the study that is written.",
 )
-@click.option(
-    "--workers",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="How many to run side by side. Default: all processors.",
-)
+@options.workers
 @options.settings
 @options.units
 @click.option(
@@ -108,7 +103,9 @@ MIN_EFFECTIVE = 50  # samples; the intervals of fewer are rough
 )
 @options.large
 @options.overwrite
-@click.option("--quiet", is_flag=True, help="No progress; the summary, warnings and errors only.")
+@click.option(
+    "-q", "--quiet", is_flag=True, help="No progress; the summary, warnings and errors only."
+)
 def command(
     study: str,
     data: str,
@@ -126,7 +123,7 @@ def command(
     samples: int,
     workers: int | None,
     overrides: tuple[str, ...],
-    units: str,
+    units: str | None,
     resume: bool,
     large: bool,
     overwrite: bool,
@@ -146,6 +143,7 @@ def command(
     from nsdrill.cli.reading import load
 
     loaded = load(study, overrides)
+    units = units or loaded.units
     if resume and output is None:
         raise InputError(
             "--resume: found without -o; allowed: with the -o of the fit that was interrupted."

@@ -1,4 +1,4 @@
-"""The group of commands, the messages of errors, and the exit codes."""
+"""The group of commands, and the messages of errors."""
 
 from __future__ import annotations
 
@@ -10,41 +10,13 @@ from typing import Any, NoReturn
 import click
 
 from nsdrill import __version__, interrupt
+from nsdrill.cli.overview import COMMANDS, QUANTITIES, overview
 from nsdrill.cli.streams import CommandExit, standard_streams
-from nsdrill.errors import NsdrillError
+from nsdrill.errors import NsdrillError, Refusal
 
-# name -> one line for the help, which thus imports no command.
-COMMANDS = {
-    "run": "Run a study: sweep, classify, and write the results file.",
-    "simulate": "Simulate one operating point and write its trajectory.",
-    "replay": "Run one point of a results file again, with its trajectory.",
-    "continue": "Follow motions along a number of the study, stable or not: branches and "
-    "bifurcations.",
-    "plot": "Draw a file of results, a trace or branches.",
-    "view": "Explore results or a study in the browser.",
-    "report": "Write results as one page of HTML to send.",
-    "window": "Say where one may run whatever the history.",
-    "fit": "Adjust unknown numbers of a study to measurements.",
-    "sensitivity": "Say which uncertain number matters most, and which to measure first.",
-    "show": "Say what is in a file of results, a trace or branches, in words and numbers.",
-    "diff": "Say what differs between two results or trace files.",
-    "combine": "Make one file of results that differ in one number.",
-    "check": "Validate a study and print its derived coefficients.",
-    "new": "Write a commented study to start from.",
-    "schema": "Print the JSON Schema of the study file.",
-    "export": "Write results as CSV or netCDF.",
-    "classify": "Give a results file new labels with other thresholds; nothing is run again.",
-}
-
-MODULES = {"continue": "continuing"}  # a keyword cannot name a module
-
-EXIT_CODES = """\b
-Exit codes:
-  0    done
-  1    the run failed, and not through its input: a full disk, too little memory
-  2    the command line, the study or an input file is wrong; nothing was written
-  3    finished, but some points failed; they are marked in the file
-  130  interrupted; nsdrill run, continue and fit go on with --resume"""
+SETTINGS = {"help_option_names": ["-h", "--help"], "max_content_width": 110}
+FORMER = {"continue": "branches"}  # names that scripts may have; no help lists them
+MODULES = {"branches": "continuing"}  # cli/branches.py is what show prints of them
 
 
 class LazyGroup(click.Group):
@@ -54,11 +26,13 @@ class LazyGroup(click.Group):
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in COMMANDS:
+        name = FORMER.get(cmd_name, cmd_name)
+        if name not in COMMANDS:
             return None
-        command: click.Command = import_module(
-            f"nsdrill.cli.{MODULES.get(cmd_name, cmd_name)}"
-        ).command
+        command: click.Command = import_module(f"nsdrill.cli.{MODULES.get(name, name)}").command
+        takes_quantities = any("Q" in (one.metavar or "").split() for one in command.params)
+        if takes_quantities and QUANTITIES not in (command.epilog or ""):
+            command.epilog = f"{command.epilog}\n\n{QUANTITIES}"
         return command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
@@ -72,9 +46,8 @@ class LazyGroup(click.Group):
             text = f"There is no command {args[0]!r}.{hint} Commands: {', '.join(COMMANDS)}."
             raise click.UsageError(text, ctx) from None
 
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+    def format_help(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        formatter.write(overview(formatter.width))
 
     def invoke(self, ctx: click.Context) -> Any:
         try:
@@ -85,24 +58,12 @@ class LazyGroup(click.Group):
             raise RuntimeError(f"EOFError: {error}") from error
 
 
-@click.group(
-    cls=LazyGroup,
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
-    epilog=EXIT_CODES
-    + "\n\nMessages go to standard error, data to standard output. `nsdrill COMMAND --help` says "
-    "more.",
+@click.group(cls=LazyGroup, context_settings=SETTINGS)
+@click.version_option(
+    __version__, "-V", "--version", prog_name="nsdrill", message="%(prog)s %(version)s"
 )
-@click.version_option(__version__, prog_name="nsdrill", message="%(prog)s %(version)s")
 def group() -> None:
-    """A bifurcation explorer for drill-string vibration: bit-bounce, stick-slip and
-    whirl over depth, weight on bit and rotary speed, with history.
-
-    \b
-    Start with:
-      nsdrill new -o study.yaml
-      nsdrill run study.yaml -o out.h5
-      nsdrill plot out.h5 -o out.png
-    """
+    """The commands; :func:`overview` is their help."""
 
 
 def main() -> NoReturn:
@@ -130,6 +91,8 @@ def _run_command() -> NoReturn:
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)
+    except Refusal as error:
+        _leave(f"Error: {error.as_option()}", error.exit_code)
     except NsdrillError as error:
         _leave(f"Error: {error}", error.exit_code)
     except MemoryError:

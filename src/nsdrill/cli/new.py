@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from nsdrill.cli import options
 from nsdrill.errors import InputError
 
 
+def examples() -> dict[str, Path]:
+    """The files of the examples by name."""
+    from nsdrill.study.write import examples
+
+    return examples()
+
+
 @click.command(
     "new",
     epilog=options.examples(
         "new -o study.yaml",
+        "new --units field -o study.yaml",
+        "new --all | less",
+        "new --list",
         "new --example torsional_speed -o study.yaml",
-        "new | less",
         "new | nsdrill check -",
     ),
 )
@@ -24,29 +35,46 @@ from nsdrill.errors import InputError
 @click.option(
     "--example",
     metavar="NAME",
-    help="A study that comes with nsdrill, as it is; a wrong name lists all.",
+    type=options.Word(examples),
+    help="A study that comes with nsdrill, as it is; --list has their names.",
 )
+@click.option("--list", "listed", is_flag=True, help="Print the examples with their titles.")
+@click.option(
+    "--all", "every", is_flag=True, help="Every key of a study with its meaning and default."
+)
+@options.units
 @options.overwrite
-def command(output: str | None, model: str | None, example: str | None, overwrite: bool) -> int:
-    """Write a commented study to start from, with every key, its unit and its default."""
-    from nsdrill.study import template_text
+def command(
+    output: str | None,
+    model: str | None,
+    example: str | None,
+    listed: bool,
+    every: bool,
+    units: str | None,
+    overwrite: bool,
+) -> int:
+    """Write a short study to start from: the numbers that differ from well to well, and
+    a sweep of the rotary speed up and down."""
+    from nsdrill.study import short_text, template_text
 
-    if example is not None:
-        if model is not None:
-            raise InputError("--example: found with --model; allowed: one of the two.")
-        text = _example(example)
-    else:
-        text = template_text(options.model_name(model))
-    if output is None or output == "-":
-        click.echo(text, nl=False)
+    if listed:
+        click.echo(_listing())
         return 0
-    from nsdrill.store import claim_file, write_text
-
-    claim_file(output, overwrite)
-    write_text(output, text, overwrite=overwrite)
-    click.echo(
-        f"{output}: written. Next: nsdrill check {output}; nsdrill run {output} -o out.h5", err=True
-    )
+    if example is not None:
+        if model is not None or every:
+            other = "--all" if every else "--model"
+            raise InputError(f"--example: found with {other}; allowed: one of the two.")
+        text = _example(example)
+    elif every:
+        text = template_text(options.model_name(model), units or "si")
+    else:
+        text = short_text(options.model_name(model), units or "si")
+    options.write(output, text, overwrite)
+    if output not in (None, "-"):
+        click.echo(
+            f"{output}: written. Next: nsdrill check {output}; nsdrill run {output} -o out.h5",
+            err=True,
+        )
     return 0
 
 
@@ -55,14 +83,18 @@ def _example(name: str) -> str:
     name."""
     import difflib
 
-    from nsdrill.study.write import examples, title_of
-
     paths = examples()
     stem = name.replace("-", "_")
     match = next((example for example in paths if example.replace("-", "_") == stem), None)
     if match is not None:
         return paths[match].read_text(encoding="utf-8")
-    listing = "\n".join(f"  {example:<26} {title_of(path)}" for example, path in paths.items())
     near = difflib.get_close_matches(name, paths, n=1)
     hint = f" Did you mean {near[0]}?" if near else ""
-    raise InputError(f"--example: found {name};{hint} allowed:\n{listing}")
+    raise InputError(f"--example: found {name};{hint} allowed:\n{_listing()}")
+
+
+def _listing() -> str:
+    """The names and titles of the examples."""
+    from nsdrill.study.write import title_of
+
+    return "\n".join(f"  {name:<26} {title_of(path)}" for name, path in examples().items())

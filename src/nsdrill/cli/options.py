@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 import os
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.shell_completion import CompletionItem
 
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, Refusal
+
+if TYPE_CHECKING:
+    from nsdrill.study.keys import Leaf
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
@@ -17,12 +21,12 @@ Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 class FileName(click.ParamType):
     """The name of a file. The store checks whether the file exists and of what kind it
     is: its messages say more than those of click. With ``stream`` the name may be
-    ``-``, standard input or output."""
+    ``-``, standard input or output; ``hdf5`` is for a file to write in that format."""
 
     name = "path"
 
-    def __init__(self, stream: bool = False) -> None:
-        self.stream = stream
+    def __init__(self, stream: bool = False, hdf5: bool = False) -> None:
+        self.stream, self.hdf5 = stream, hdf5
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         if not value or "\0" in value:
@@ -35,12 +39,70 @@ class FileName(click.ParamType):
                 "simulate), standard output for a study (new) and for CSV (export). A file of "
                 "that name is ./-."
             )
+        if self.hdf5 and not value.lower().endswith((".h5", ".hdf5")):
+            click.echo(
+                f"Note: {value} will be an HDF5 file whatever its name; with the ending .h5 other "
+                f"programs know it. nsdrill export writes CSV and netCDF.",
+                err=True,
+            )
         return str(value)
 
     def shell_complete(
         self, ctx: click.Context, param: click.Parameter, incomplete: str
     ) -> list[CompletionItem]:
         return [CompletionItem(incomplete, type="file")]
+
+
+class Word(click.ParamType):
+    """A word, which a shell completes from those that ``known`` gives. The command
+    checks it, with the list in its message."""
+
+    name = "word"
+
+    def __init__(self, known: Callable[[], Iterable[str]]) -> None:
+        self.known = known
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        words = dict.fromkeys(self.known())
+        return [CompletionItem(word) for word in words if word.startswith(incomplete)]
+
+
+def _models() -> Iterable[str]:
+    from nsdrill.models.registry import NAMES
+
+    return NAMES
+
+
+def kinds() -> Iterable[str]:
+    """The kinds of picture."""
+    from nsdrill.plot import all_kinds
+
+    return ("list", *all_kinds())
+
+
+def changes() -> Iterable[str]:
+    """The keys of studies with the sign that follows them, and of a choice each word."""
+    from nsdrill.models.registry import of_all
+    from nsdrill.study.keys import keys_of
+
+    for _, keys in of_all(keys_of):
+        yield from _assignments(keys.leaves)
+
+
+def _points() -> Iterable[str]:
+    """The keys of axes, as :func:`changes`."""
+    from nsdrill.study.keys import SAMPLE, axes_of_all
+
+    yield from _assignments(axes_of_all())
+    yield f"{SAMPLE}="
+
+
+def _assignments(leaves: Mapping[str, Leaf]) -> Iterator[str]:
+    for key, leaf in leaves.items():
+        yield f"{key}="
+        yield from (f"{key}={word}" for word in leaf.choices)
 
 
 class Quantity(click.ParamType):
@@ -121,19 +183,40 @@ class UnitSystem(click.Choice):
 
 
 UNITS_VARIABLE = "NSDRILL_UNITS"
-units = click.option(
-    "--units",
-    type=UnitSystem(),
-    envvar=UNITS_VARIABLE,
-    default="si",
-    show_default=True,
-    help="m, kN, rad/s, or ft, klbf, rpm and other field units. NSDRILL_UNITS sets the default.",
-)
+
+
+def _units(otherwise: str, **more: Any) -> Decorator:
+    text = f"m, kN, rad/s, or ft, klbf, rpm and other field units. Default: {otherwise}."
+    return click.option("--units", type=UnitSystem(), envvar=UNITS_VARIABLE, help=text, **more)
+
+
+units_of_table = _units("NSDRILL_UNITS, else si", default="si")
+
+
+def units(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The option --units. Where it is not given, the study in the file that ``command``
+    takes decides; of a command that takes a study itself, ``units`` is then None."""
+
+    @functools.wraps(command)
+    def in_units(**values: Any) -> Any:
+        names = [values[name] for name in ("results", "file", "a") if name in values]
+        if values["units"] is None and names:
+            from nsdrill.app.reading import units_in
+
+            first = names[0][0] if isinstance(names[0], tuple) else names[0]
+            is_study = first.lower().endswith((".yaml", ".yml"))
+            values["units"] = None if is_study else units_in(first)
+        return command(**values)
+
+    return _units("NSDRILL_UNITS, else the key units of the study, else si")(in_units)
+
+
 study_argument = click.argument("study", type=FileName(stream=True))
 settings = click.option(
     "--set",
     "overrides",
     multiple=True,
+    type=Word(changes),
     metavar="KEY=VALUE",
     help="Change a key of the study, e.g. --set 'operation.wob=30 kN'. May be given more than "
     "once.",
@@ -142,12 +225,23 @@ thresholds = click.option(
     "--set",
     "overrides",
     multiple=True,
+    type=Word(lambda: (key for key in changes() if key.startswith("classify."))),
     metavar="KEY=VALUE",
     help="Change a threshold, e.g. --set classify.stick_slip.stick_slip_index=60. May be given "
     "more than once.",
 )
 large = click.option(
     "--large", is_flag=True, help="Make more than a million runs; without it their cost is told."
+)
+workers = click.option(
+    "-j",
+    "--workers",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="How many to run side by side. Default: all processors.",
+)
+quiet = click.option(
+    "-q", "--quiet", is_flag=True, help="No progress and no summary; warnings and errors only."
 )
 overwrite = click.option("--overwrite", is_flag=True, help="Replace the output if it exists.")
 
@@ -161,6 +255,7 @@ at = click.option(
     "--at",
     "at",
     multiple=True,
+    type=Word(_points),
     metavar="KEY=VALUE",
     help="The value of any axis by its key, e.g. --at 'bit.rock_stiffness=25 MN/m', or --at "
     "sample=17 where numbers "
@@ -168,55 +263,36 @@ at = click.option(
 )
 
 
-def point_values(at: tuple[str, ...], **operation: float | None) -> dict[str, float]:
+def point_values(at: tuple[str, ...], **operation: Any) -> dict[str, float]:
     """The values of ``--at``, and those of the options for the ``operation`` that are
     not None, in SI by their keys."""
-    from nsdrill.models.leaves import as_value, words_of
-    from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean
-    from nsdrill.units import QuantityError, parse_with_unit
-    from nsdrill.variables import short_key
+    from nsdrill.app.arguments import values_in
 
-    leaves = {**axes_of_all(), SAMPLE_LEAF.key: SAMPLE_LEAF}
-    values: dict[str, float] = {
-        name: value for name, value in operation.items() if value is not None
-    }
-    for text in at:
-        key, equals, value = (part.strip() for part in text.partition("="))
-        if not equals or not value:
-            raise InputError(
-                f"--at: found {text!r}; allowed: KEY=VALUE, as --at 'bit.rock_stiffness=25 MN/m'."
-            )
-        key = short_key(key)
-        if key not in leaves:
-            hint = did_you_mean(key, leaves)
-            raise InputError(
-                f"--at: found the key {key}; allowed: the key of an "
-                f"axis.{f' {hint}' if hint else ''}"
-            )
-        if key in values:
-            raise InputError(f"--at {key}: found a second value of {key}; allowed: each key once.")
-        try:
-            if leaves[key].kind in ("choice", "switch"):
-                if value not in (words := words_of(key)):
-                    raise QuantityError(f"{value!r}", ", ".join(words), did_you_mean(value, words))
-                values[key] = as_value(key, value)
-            elif leaves[key].kind == "quantity":
-                leaves[key].read(value)  # within its range
-                values[key] = parse_with_unit(value, leaves[key].units)
-            else:
-                values[key] = float(leaves[key].read(float(value)))
-        except (QuantityError, ValueError) as error:
-            reason = (
-                error
-                if isinstance(error, QuantityError)
-                else f"found {value!r}; allowed: {leaves[key].allowed()}."
-            )
-            raise InputError(f"--at {key}: {reason}") from error
-    return values
+    pairs = [tuple(part.strip() for part in text.partition("=")[::2]) for text in at]
+    for text, pair in zip(at, pairs, strict=True):
+        if not all(pair):
+            raise Refusal("at", repr(text), "KEY=VALUE, as --at 'bit.rock_stiffness=25 MN/m'")
+    return values_in(pairs, None, **operation)
+
+
+def point(depth: str, wob: str, rotary_speed: str) -> Decorator:
+    """The options that choose an operating point, with their helps."""
+    helps = {"--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed}
+
+    def decorate(command: Callable[..., Any]) -> Callable[..., Any]:
+        command = at(command)
+        for name, text in reversed(helps.items()):
+            command = click.option(name, metavar="Q", help=text)(command)
+        return command
+
+    return decorate
 
 
 model = click.option(
-    "--model", metavar="NAME", help="The model of the string; by default the one of all motions."
+    "--model",
+    metavar="NAME",
+    type=Word(_models),
+    help="The model of the string; by default the one of all motions.",
 )
 
 
@@ -263,11 +339,28 @@ def file_argument(name: str) -> Decorator:
     return click.argument(name, type=FileName())
 
 
-def output(text: str, required: bool = True, stream: bool = False) -> Decorator:
-    """The output file; with ``stream`` it may be ``-``."""
-    return click.option(
-        "-o", "--output", type=FileName(stream), metavar="FILE", required=required, help=text
-    )
+def output(text: str, required: bool = True, stream: bool = False, hdf5: bool = False) -> Decorator:
+    """The output file, as :class:`FileName`."""
+    kind = FileName(stream, hdf5)
+    return click.option("-o", "--output", type=kind, metavar="FILE", required=required, help=text)
+
+
+def picture(text: str) -> Decorator:
+    """A picture beside the answer: --picture, or -o as in earlier versions."""
+    names = ("--picture", "-o", "--output", "output")
+    return click.option(*names, type=FileName(), metavar="FILE", help=text)
+
+
+def write(output: str | None, text: str, overwrite: bool) -> None:
+    """Write ``text`` to the file ``output``, or to standard output without one."""
+    if output in (None, "-"):
+        click.echo(text, nl=False)
+        return
+    from nsdrill.store import claim_file, write_text
+
+    assert output is not None
+    claim_file(output, overwrite)
+    write_text(output, text, overwrite=overwrite)
 
 
 def picture(text: str) -> Decorator:

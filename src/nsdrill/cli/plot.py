@@ -37,7 +37,10 @@ if TYPE_CHECKING:
 @options.file_argument("file")
 @options.output("Picture to write: .png, .pdf or .svg.", required=False)
 @click.option(
-    "--kind", metavar="KIND", help="What to draw; --list says what fits FILE. Default: its first."
+    "--kind",
+    type=options.Word(options.kinds),
+    metavar="KIND",
+    help="What to draw; --list says what fits FILE. Default: its first.",
 )
 @click.option(
     "--panel",
@@ -80,6 +83,7 @@ if TYPE_CHECKING:
     "--set",
     "overrides",
     multiple=True,
+    type=options.Word(options.changes),
     metavar="KEY=VALUE",
     help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more "
     "than once.",
@@ -126,7 +130,7 @@ def command(
     kind: str | None,
     panel: str | None,
     listing: bool,
-    units: str,
+    units: str | None,
     depth: float | None,
     wob: float | None,
     rotary_speed: float | None,
@@ -191,6 +195,7 @@ def command(
             }
         )
         return _draw_chart(file, output, kind, units, along, overrides, listing, overwrite, look)
+    assert units is not None
     for option, study_value in (("--along", along), ("--set", overrides)):
         if study_value:
             raise InputError(
@@ -355,7 +360,7 @@ def _draw_chart(
     file: str,
     output: str | None,
     kind: str | None,
-    units: str,
+    units: str | None,
     along: str | None,
     overrides: tuple[str, ...],
     listing: bool,
@@ -375,8 +380,9 @@ def _draw_chart(
     options.claim_picture(file, output, overwrite)
     from nsdrill.app.charts import draw_chart
 
+    study = load(file, overrides)
     save(
-        draw_chart(load(file, overrides), kind, along, units=units, look=look),
+        draw_chart(study, kind, along, units=units or study.units, look=look),
         output,
         overwrite=overwrite,
     )

@@ -6,6 +6,8 @@ import sys
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
+import click
+
 if TYPE_CHECKING:
     from nsdrill.data import Results, Trace
     from nsdrill.study import Study
@@ -20,16 +22,21 @@ def read(path: str, names: Iterable[str] | None = None) -> Results | Trace:
     return read_any(path, names)
 
 
-def load(study: str, overrides: Sequence[str]) -> Study:
-    """The study in the file ``study``, or on standard input where that is ``-``."""
+def load(study: str, overrides: Sequence[str], notes: bool = True) -> Study:
+    """The study in the file ``study``, or on standard input where that is ``-``; its
+    ``notes`` are printed."""
     from nsdrill.study import load_study, parse_study
-
-    if study != "-":
-        return load_study(study, overrides)
     from nsdrill.study.read import LARGEST_FILE, text_of
 
-    name = "standard input"
-    return parse_study(text_of(sys.stdin.buffer.read(LARGEST_FILE + 1), name), name, overrides)
+    if study == "-":
+        name = "standard input"
+        text = text_of(sys.stdin.buffer.read(LARGEST_FILE + 1), name)
+        loaded = parse_study(text, name, overrides)
+    else:
+        loaded = load_study(study, overrides)
+    for note in loaded.notes if notes else ():
+        click.echo(f"Note: {note}", err=True)
+    return loaded
 
 
 def outline(path: str) -> Results | Trace:

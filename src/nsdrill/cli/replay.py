@@ -13,17 +13,18 @@ from nsdrill.cli.simulate import finish
 @click.command(
     "replay",
     epilog=options.examples(
-        "replay out.h5 --depth 3000m -o trace.h5",
-        "replay out.h5 --rotary-speed 60rpm --procedure down -o trace.h5 --sample 1ms",
+        "replay out.h5 --rotary-speed 60rpm --procedure down -o trace.h5",
+        "replay map.h5 --rotary-speed 60rpm --wob '15 klbf' -o trace.h5 --sample 1ms",
         "replay ensemble.h5 --rotary-speed 3rad/s --start 17 -o trace.h5",
     ),
 )
 @options.file_argument("results")
-@options.output("Trace file to write (HDF5).")
-@options.quantity("--depth", "m", "Depth of the point; the nearest one of the sweep is taken.")
-@options.quantity("--wob", "N", "Weight on bit of the point.")
-@options.quantity("--rotary-speed", "rad/s", "Rotary speed of the point.")
-@options.at
+@options.output("Trace file to write (HDF5).", hdf5=True)
+@options.point(
+    "Depth of the point; the nearest one of the sweep is taken.",
+    "Weight on bit of the point.",
+    "Rotary speed of the point.",
+)
 @click.option(
     "--procedure",
     type=click.Choice(["same", "up", "down"]),
@@ -36,9 +37,9 @@ from nsdrill.cli.simulate import finish
 def command(
     results: str,
     output: str,
-    depth: float | None,
-    wob: float | None,
-    rotary_speed: float | None,
+    depth: str | None,
+    wob: str | None,
+    rotary_speed: str | None,
     at: tuple[str, ...],
     procedure: str | None,
     start: int | None,

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
 from typing import Any
 
 import click
 
 from nsdrill.cli import options
-from nsdrill.cli.main import EXIT_CODES
+from nsdrill.cli.overview import EXIT_CODES
 
 
 @click.command(
@@ -23,13 +22,10 @@ from nsdrill.cli.main import EXIT_CODES
     ),
 )
 @options.study_argument
-@options.output("Results file to write (HDF5). While the run goes on, its points are in FILE.part.")
-@click.option(
-    "--workers",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="How many to run side by side. Default: all processors.",
+@options.output(
+    "Results file to write (HDF5). While the run goes on, its points are in FILE.part.", hdf5=True
 )
+@options.workers
 @click.option(
     "--engine",
     type=click.Choice(["threads", "dask"]),
@@ -59,7 +55,7 @@ from nsdrill.cli.main import EXIT_CODES
 @options.units
 @options.large
 @options.overwrite
-@click.option("--quiet", is_flag=True, help="No progress and no summary; warnings and errors only.")
+@options.quiet
 def command(
     study: str,
     output: str,
@@ -69,7 +65,7 @@ def command(
     overrides: tuple[str, ...],
     resume: bool,
     retry_failed: bool,
-    units: str,
+    units: str | None,
     large: bool,
     overwrite: bool,
     quiet: bool,
@@ -81,23 +77,18 @@ def command(
     same file as an undisturbed run.
     """
     from nsdrill.cli.reading import load
-    from nsdrill.errors import InputError
 
-    if scheduler is not None and engine != "dask":
-        raise InputError("--scheduler: found with --engine threads; allowed: with --engine dask.")
     loaded = load(study, overrides)
     options.check_not_input(study, output)
 
-    from nsdrill.app.cluster import dask_executor
+    from nsdrill.app.cluster import executor_of
     from nsdrill.app.run import check_sweep, run_study
     from nsdrill.progress import reporting
     from nsdrill.store import check_target
 
     check_sweep(loaded)
     check_target(output)  # before a cluster is started for nothing
-    executing = (
-        dask_executor(scheduler, workers) if engine == "dask" else nullcontext((None, workers))
-    )
+    executing = executor_of(engine, scheduler, workers)
     with executing as (executor, count), reporting(not quiet) as watch:
         outcome = run_study(
             loaded,
@@ -111,7 +102,7 @@ def command(
             large=large,
         )
     if not quiet:
-        _print_outcome(outcome, units)
+        _print_outcome(outcome, units or loaded.units)
     return 3 if outcome.failed else 0
 
 

@@ -19,16 +19,11 @@ def command(output: str | None, model: str | None, overwrite: bool) -> int:
     from nsdrill.study import json_schema
 
     text = json_text(json_schema(options.model_name(model)), indent=2)
-    if output is None or output == "-":
-        click.echo(text)
-        return 0
-    from nsdrill.store import claim_file, write_text
-
-    claim_file(output, overwrite)
-    write_text(output, f"{text}\n", overwrite=overwrite)
-    click.echo(
-        f"{output}: written. A study names it in its first line: # yaml-language-server: "
-        f"$schema={output}",
-        err=True,
-    )
+    options.write(output, f"{text}\n", overwrite)
+    if output not in (None, "-"):
+        click.echo(
+            f"{output}: written. A study names it in its first line: # yaml-language-server: "
+            f"$schema={output}",
+            err=True,
+        )
     return 0

@@ -17,25 +17,26 @@ MIN_INDEX = 0.05  # first-order index: an unknown below it has no effect of its 
     "sensitivity",
     epilog=options.examples(
         "sensitivity uncertain.h5",
-        "sensitivity uncertain.h5 --wob 40kN --rotary-speed 100rpm -o tornado.png",
+        "sensitivity uncertain.h5 --wob 40kN --rotary-speed 100rpm --picture tornado.png",
         "sensitivity uncertain.h5 --json | jq .measure_first",
     ),
 )
 @options.file_argument("results")
-@options.quantity("--depth", "m", "Of a sweep, the points at this depth only.")
-@options.quantity("--wob", "N", "The points at this weight on bit.")
-@options.quantity("--rotary-speed", "rad/s", "The points at this rotary speed.")
-@options.at
+@options.point(
+    "Of a sweep, the points at this depth only.",
+    "The points at this weight on bit.",
+    "The points at this rotary speed.",
+)
 @options.units
 @click.option("--json", "as_json", is_flag=True, help="The same for programs.")
-@options.output("Tornado picture to write as well: .png, .pdf or .svg.", required=False)
+@options.picture("Tornado picture to write as well: .png, .pdf or .svg.")
 @options.severity
 @options.overwrite
 def command(
     results: str,
-    depth: float | None,
-    wob: float | None,
-    rotary_speed: float | None,
+    depth: str | None,
+    wob: str | None,
+    rotary_speed: str | None,
     at: tuple[str, ...],
     units: str,
     as_json: bool,

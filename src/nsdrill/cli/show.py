@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from typing import Any
 
@@ -82,8 +83,10 @@ def _summary(file: str) -> dict[str, Any]:
 
         return summarize_branches(open_branches(file))
     from nsdrill.app.summary import needed, summarize
+    from nsdrill.store import kind_of
 
-    return summarize(read(file, needed()))
+    is_sweep = os.path.lexists(file) and kind_of(file) == "results"
+    return summarize(read(file, needed(file if is_sweep else None)))
 
 
 def lines(

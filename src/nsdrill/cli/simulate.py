@@ -25,11 +25,12 @@ if TYPE_CHECKING:
     ),
 )
 @options.study_argument
-@options.output("Trace file to write (HDF5).")
-@options.quantity("--depth", "m", "Depth. Default: operation.depth of the study, value or ramp.")
-@options.quantity("--wob", "N", "Weight on bit. Default: operation.wob.")
-@options.quantity("--rotary-speed", "rad/s", "Rotary speed. Default: operation.rotary_speed.")
-@options.at
+@options.output("Trace file to write (HDF5).", hdf5=True)
+@options.point(
+    "Depth. Default: operation.depth of the study, value or ramp.",
+    "Weight on bit. Default: operation.wob.",
+    "Rotary speed. Default: operation.rotary_speed.",
+)
 @options.start
 @options.quantity(
     "--duration",
@@ -55,9 +56,9 @@ if TYPE_CHECKING:
 def command(
     study: str,
     output: str,
-    depth: float | None,
-    wob: float | None,
-    rotary_speed: float | None,
+    depth: str | None,
+    wob: str | None,
+    rotary_speed: str | None,
     at: tuple[str, ...],
     start: int | None,
     duration: float | None,
@@ -65,7 +66,7 @@ def command(
     orbit: str | None,
     point: int | None,
     overrides: tuple[str, ...],
-    units: str,
+    units: str | None,
     overwrite: bool,
 ) -> int:
     """Simulate one operating point of STUDY, or along its ramps, and write the
@@ -95,6 +96,7 @@ def command(
         if text.partition("=")[0].strip() in requested and "." in text.partition("=")[0]
     ]
     loaded = load(study, [*overrides, *study_values])
+    units = units or loaded.units
     options.check_not_input(study, output)
 
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, simulate

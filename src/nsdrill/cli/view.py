@@ -24,6 +24,7 @@ from nsdrill.cli import options
     "--set",
     "overrides",
     multiple=True,
+    type=options.Word(options.changes),
     metavar="KEY=VALUE",
     help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more "
     "than once.",
@@ -36,7 +37,12 @@ from nsdrill.cli import options
 )
 @options.units
 def command(
-    file: str, port: int, no_browser: bool, overrides: tuple[str, ...], over: str | None, units: str
+    file: str,
+    port: int,
+    no_browser: bool,
+    overrides: tuple[str, ...],
+    over: str | None,
+    units: str | None,
 ) -> int:
     """Explore FILE in the browser: results, the .part file of a run that goes on,
     branches, or a study.

@@ -21,7 +21,7 @@ import numpy as np
 from nsdrill.models.operation import describe
 from nsdrill.models.registry import described, of_all
 from nsdrill.models.starts import Starts
-from nsdrill.variables import dimension_of
+from nsdrill.variables import COORDINATES, dimension_of
 
 OPERATION = ("depth", "wob", "rotary_speed")  # axes with short keys
 SWITCH = ("false", "true")  # the words of a switch
@@ -102,6 +102,8 @@ def words_of(key: str) -> tuple[str, ...]:
 @lru_cache
 def words_along(name: str) -> tuple[str, ...]:
     """As :func:`words_of`, by the name of the dimension."""
+    if name in COORDINATES:  # known without importing a model
+        return ()
     keys = (
         key for _, choices in of_all(choices_of) for key in choices if dimension_of(key) == name
     )

@@ -89,9 +89,9 @@ def writing(
     remedy: Callable[[], str] = lambda: MAKE_ROOM,
     *,
     overwrite: bool = True,
-    edit: bool = False,
+    copy_of: str | os.PathLike[str] | None = None,
 ) -> Iterator[Any]:
-    """A new HDF5 file, or with ``edit`` a copy of the file ``path``, which is sealed and
+    """A new HDF5 file, or a ``copy_of`` another, or of ``path`` itself, which is sealed and
     takes the name ``path`` at the end, by the rules of
     :func:`nsdrill.files.replacing`.
 
@@ -101,17 +101,17 @@ def writing(
     """
     import h5py
 
-    options = {} if edit else {"track_order": True}
+    options = {} if copy_of else {"track_order": True}
     with replacing(path, remedy, overwrite=overwrite) as raw:
         temporary = Path(raw.name)
-        if edit:
-            with open(path, "rb") as old:
+        if copy_of:
+            with open(copy_of, "rb") as old:
                 shutil.copyfileobj(old, raw)
-            shutil.copymode(path, temporary)
+            shutil.copymode(copy_of, temporary)
             unseal(temporary)
         raw.deferring = True
         with h5py.File(
-            raw, "r+" if edit else "w", libver=("v110", "v110"), rdcc_nbytes=0, **options
+            raw, "r+" if copy_of else "w", libver=("v110", "v110"), rdcc_nbytes=0, **options
         ) as file:
             yield file
         raw.raise_error()
@@ -223,17 +223,34 @@ def is_sealed(path: str | os.PathLike[str]) -> bool:
         return _read_seal(file)[0] is not None
 
 
+_checked: set[tuple[int, ...]] = set()
+
+
+def _state(path: str | os.PathLike[str]) -> tuple[int, ...] | None:
+    """What changes with the bytes of the file ``path``; None where there is none."""
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError):
+        return None
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+
+
 @contextmanager
 def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
     """The HDF5 file ``path``, checked and open for reading; every error becomes a
-    FileError."""
+    FileError. A file that stays as it is is checked once."""
     import h5py
 
-    check_readable(path)
+    state = _state(path)
+    if state not in _checked:
+        check_readable(path)
     try:
         with h5py.File(path, "r") as file:
-            check_version(path, file)
-            check_plain(path, file)
+            if state not in _checked:
+                check_version(path, file)
+                check_plain(path, file)
+            if state is not None:
+                _checked.add(state)
             yield file
     except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
         raise damaged(path, reason(error)) from error
@@ -246,8 +263,7 @@ def check_version(path: str | os.PathLike[str], file: Any) -> None:
     )
     if not isinstance(kind, str) or not isinstance(version, int):
         raise FileError(
-            f"{path}: an HDF5 file, but none of nsdrill. Give the output of 'nsdrill "
-            f"run' or 'simulate'."
+            f"{path}: an HDF5 file, but none of nsdrill. Give a file that nsdrill run wrote."
         )
     if not 1 <= version <= FORMAT_VERSION:
         raise FileError(
@@ -307,9 +323,7 @@ def check_readable(path: str | os.PathLike[str]) -> None:
     to 2 GB/s)."""
     try:
         if not stat.S_ISREG(os.stat(path).st_mode):
-            raise FileError(
-                f"{path}: this is no file. Give the output of 'nsdrill run' or 'nsdrill simulate'."
-            )
+            raise FileError(f"{path}: this is no file. Give a file that nsdrill run wrote.")
         with open(path, "rb") as file:
             first = file.read(16)
             length, digest = _read_seal(file)
@@ -341,8 +355,10 @@ def check_readable(path: str | os.PathLike[str]) -> None:
                 f"{path}: this is not an HDF5 file but a study, it seems. Run it first: nsdrill "
                 f"run {path} -o out.h5"
             )
+        measured = " Measurements are for nsdrill fit and for plot --data."
         raise FileError(
-            f"{path}: this file is {state}. Give the output of 'nsdrill run' or 'nsdrill simulate'."
+            f"{path}: this file is {state}. Give a file that nsdrill run wrote."
+            f"{measured if str(path).lower().endswith('.csv') else ''}"
         )
     _probe(path)
 

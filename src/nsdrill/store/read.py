@@ -172,9 +172,12 @@ def rewrite_labels(
     labels: Mapping[str, Array],
     history: str,
     attrs: Mapping[str, Any] | None = None,
+    output: PathLike | None = None,
+    *,
+    overwrite: bool = True,
 ) -> None:
     """Replace the ``labels``, arrays on the grid, of the results file ``path``, and add
-    the line ``history`` to its history.
+    the line ``history`` to its history; with ``output`` in a copy of that name.
 
     ``attrs`` replaces root attributes. A copy is edited and renamed at the end, so a
     kill damages nothing. ValueError for unknown labels or other shapes.
@@ -194,7 +197,7 @@ def rewrite_labels(
     for name, values in labels.items():
         if np.shape(values) != points.shape:
             raise ValueError(f"{name} has shape {np.shape(values)}, the grid {points.shape}")
-    with hdf5.writing(path, edit=True) as file:
+    with hdf5.writing(output or path, overwrite=overwrite, copy_of=path) as file:
         for name, values in labels.items():
             file[name][...] = points.layout.to_file(np.asarray(values, file[name].dtype))
         # HDF5 does not reuse the space of replaced text, so unchanged attributes
@@ -261,6 +264,16 @@ class _Points:
                 f"here, which nsdrill "
                 "run makes."
             )
+        is_version_1 = plain_attribute(file.attrs, "format_version") == 1
+        # in version 1 every coordinate is a dimension, and no attribute names them
+        looks_like_1 = "dimensions" not in file.attrs and all(
+            getattr(file.get(name), "ndim", 0) for name in POINT
+        )
+        if is_version_1 != looks_like_1:
+            raise FileError(
+                f"{path}: the attribute format_version is {1 if is_version_1 else 2}, and the file "
+                f"is laid out as one of format {2 if is_version_1 else 1}. {hdf5.EDITED}"
+            )
         axes = hdf5.read_axes(path, file)
         unknowns = tuple(Unknown(**vars(axis)) for axis in hdf5.read_axes(path, file, "unknowns"))
         grid = (
@@ -270,8 +283,6 @@ class _Points:
         )
         own = (*(name for name in ("peak", "crossing") if name in file), "state")
         arrays = {name: hdf5.read_coordinate(path, file, name) for name in (*grid, *own)}
-        is_version_1 = plain_attribute(file.attrs, "format_version") == 1
-        # in version 1 every coordinate is a dimension
         lists = (*grid, *own) if is_version_1 else own
         for name in lists:
             if not arrays[name].ndim:

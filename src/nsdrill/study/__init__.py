@@ -1,6 +1,6 @@
 """The study: what a user asks for, read from YAML, validated, in SI.
 
-Imported lazily, so that ``import nsdrill.study.study`` brings neither pydantic nor
+Imported lazily, so that ``import nsdrill.study.study`` does not bring
 ruamel.yaml with it.
 """
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from nsdrill.study.load import change_thresholds, load_study, parse_study
     from nsdrill.study.schema import json_schema
     from nsdrill.study.study import Study, study_from_resolved
-    from nsdrill.study.write import template_text
+    from nsdrill.study.write import short_text, template_text
 
 __all__ = [
     "Study",
@@ -22,6 +22,7 @@ __all__ = [
     "json_schema",
     "load_study",
     "parse_study",
+    "short_text",
     "study_from_resolved",
     "template_text",
 ]
@@ -34,6 +35,7 @@ __getattr__ = late(
         "json_schema": "nsdrill.study.schema",
         "load_study": "nsdrill.study.load",
         "parse_study": "nsdrill.study.load",
+        "short_text": "nsdrill.study.write",
         "study_from_resolved": "nsdrill.study.study",
         "template_text": "nsdrill.study.write",
     },

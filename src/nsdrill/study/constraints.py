@@ -336,33 +336,13 @@ class Checker:
                     "no several starts beside it",
                     ("sweep", axis),
                 )
-        for axis in (axis for axis in swept if is_compiled_in(self.model.name, axis)):
-            if words_of(axis):
-                if sweep["procedure"] != "same" and self.sound("sweep.procedure"):
-                    found = (
-                        f"an axis over the words of {axis}, with sweep.procedure: "
-                        f"{sweep['procedure']}, which carries"
-                    )
-                    yield self.fault(
-                        f"sweep.{axis}",
-                        f"{found} the state on",
-                        "with sweep.procedure: same",
-                        ("sweep", axis),
-                    )
-                continue
+        compiled = [axis for axis in swept if is_compiled_in(self.model.name, axis)]
+        for axis in (axis for axis in compiled if not words_of(axis)):
             values = axis_values(sweep[axis], sweep["refine"] if axis in refined_axes(sweep) else 0)
             if odd := [value for value in values.tolist() if value != int(value)]:
                 found = f"the value {odd[0]:g}"
                 yield self.fault(
                     f"sweep.{axis}", found, "whole numbers, as [1, 3, 5]", ("sweep", axis)
-                )
-            elif sweep["procedure"] != "same" and self.sound("sweep.procedure"):
-                found = (
-                    f"an axis over {axis}, which is compiled in, with sweep.procedure: "
-                    f"{sweep['procedure']}"
-                )
-                yield self.fault(
-                    f"sweep.{axis}", found, "with sweep.procedure: same", ("sweep", axis)
                 )
         refined, starts = refined_axes(sweep), self._starts_of_a_point()
         total = (
@@ -395,7 +375,16 @@ class Checker:
                 )
             yield self.fault("sweep.refine", f"{sweep['refine']}, with no axis to refine", allowed)
         along = sweep["along"]
-        if along is not None and along not in swept:
+        if along in compiled:
+            others = " or ".join(axis for axis in swept if axis not in compiled)
+            yield self.fault(
+                "sweep.along",
+                f"{along}, whose values differ in their equations, so that no state is carried "
+                f"from one to another",
+                f"an axis over a number: {others or ', '.join(AXES)} or another by its key",
+                ("sweep", "along") if self.given("sweep.along") else ("sweep", along),
+            )
+        elif along is not None and along not in swept:
             yield self.fault(
                 "sweep.along", f"{along}, which is not swept", f"a swept axis: {' or '.join(swept)}"
             )

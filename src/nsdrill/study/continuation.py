@@ -3,21 +3,31 @@ where, from which seeds."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.models.leaves import is_compiled_in, words_of
-from nsdrill.study.keys import Keys, Leaf, did_you_mean, shown
+from nsdrill.study.forms import (
+    FAULTY,
+    Either,
+    Form,
+    Listed,
+    One,
+    Read,
+    Reading,
+    Schema,
+    Section,
+    member,
+)
+from nsdrill.study.keys import MEANINGS, QUANTITY, Keys, Leaf, did_you_mean, shown
 from nsdrill.study.read import Document, KeyPath
 from nsdrill.units import QuantityError
 from nsdrill.variables import short_key
 
 SECTION = "continue"
-KEYS = ("along", "from", "to", "seeds", "motions", "lobes", "switch", "points", "curves")
-CURVE_KEYS = ("over", "from", "to", "of", "points")
 MOTIONS = ("periodic", "rolling", "stick_slip")
 BORDERS = ("lift_off", "wall", "fold", "doubling", "torus", "hopf")
 LOBES = (1, 2, 3, 4, 6)
@@ -92,212 +102,174 @@ def continuation_of(resolved: Mapping[str, Any]) -> Continuation | None:
 def take_continuation(document: Document, keys: Keys) -> tuple[dict[str, Any] | None, list[Fault]]:
     """The section ``continue`` of the document as plain data in SI, defaults filled in,
     and its faults."""
-    if not isinstance(document.data, dict) or SECTION not in document.data:
+    if SECTION not in document.data:
         return None, []
-    return _Reader(document, keys).read()
-
-
-class _Reader:
-    def __init__(self, document: Document, keys: Keys) -> None:
-        self.document, self.keys = document, keys
-        self.faults: list[Fault] = []
-
-    def fault(
-        self,
-        path: KeyPath,
-        found: str,
-        allowed: str,
-        hint: str | None = None,
-        *,
-        of_key: bool = False,
-    ) -> None:
-        self.faults.append(self.document.fault(path, found, allowed, hint, of_key=of_key))
-
-    def mapping(self, path: KeyPath, data: Any, known: tuple[str, ...]) -> dict[str, Any] | None:
-        """``data`` if it is a mapping, without keys that are not ``known``."""
-        if not isinstance(data, dict):
-            self.fault(path, shown(data), f"a mapping with the keys {', '.join(known)}")
-            return None
-        for name in data:
-            if name not in known:
-                hint = did_you_mean(str(name), known)
-                self.fault(
-                    (*path, str(name)), "an unknown key", ", ".join(known), hint, of_key=True
-                )
-        return {name: value for name, value in data.items() if name in known}
-
-    def value(self, path: KeyPath, leaf: Leaf, raw: Any) -> Any:
-        try:
-            return leaf.read(raw)
-        except QuantityError as error:
-            self.fault(path, error.found, error.allowed, error.suggestion)
-            return None
-
-    def axis(self, path: KeyPath, raw: Any) -> Leaf | None:
-        """The number of the study with the key ``raw``."""
-        axes = {
-            name: leaf for name, leaf in self.keys.axes.items() if not name.startswith("initial.")
+    raw, at = document.data[SECTION], Reading(document, keys)
+    path: KeyPath = (SECTION,)
+    curves = raw.get("curves") if isinstance(raw, dict) else None
+    form = continuation_form(keys, _given(keys, raw, "along"), _given(keys, curves, "over"))
+    found = form.read(at, path, raw)
+    if at.faults:
+        return None, at.faults
+    along, (low, high) = found["along"], _ends(at, path, found)
+    made = {
+        "along": along,
+        "from": low,
+        "to": high,
+        "seeds": _seeds(at, found.get("seeds"), along, low, high),
+        "motions": [word for word in MOTIONS if word in found.get("motions", MOTIONS)],
+        "lobes": sorted(set(found.get("lobes", LOBES))),
+        "switch": found.get("switch", True),
+        "points": found.get("points", POINTS.default),
+        "curves": None,
+    }
+    if inner := found.get("curves"):
+        if inner["over"] == along:
+            said = f"{along}, which is continued already"
+            at.refuse((*path, "curves", "over"), said, "another number than along")
+        first, last = _ends(at, (*path, "curves"), inner)
+        made["curves"] = {
+            "over": inner["over"],
+            "from": first,
+            "to": last,
+            "of": [word for word in BORDERS if word in inner.get("of", BORDERS)],
+            "points": inner.get("points", CURVE_POINTS.default),
         }
-        name = short_key(raw) if isinstance(raw, str) else raw
-        if not isinstance(name, str) or name not in axes:
-            hint = did_you_mean(raw, axes) if isinstance(raw, str) else None
-            example = self.keys.model.example_axis[0]
-            self.fault(
-                path,
-                shown(raw),
-                f"depth, wob, rotary_speed or another number by its key, as {example}",
-                hint,
-            )
-            return None
-        if is_compiled_in(self.keys.model.name, name):
-            what = "a choice" if words_of(name) else "a whole number that is compiled in"
-            hint = f"Make a file for each of its values, with --set {name}=..."
-            self.fault(path, f"{name}, {what}", "a number that varies continuously", hint)
-            return None
-        return axes[name]
+    return (None if at.faults else made), at.faults
 
-    def ends(
-        self, path: KeyPath, data: Mapping[str, Any], leaf: Leaf
-    ) -> tuple[float, float] | None:
-        """The ends of the range, ascending."""
-        found = []
-        for name in ("from", "to"):
-            if name not in data:
-                self.fault(path, f"no {name}", "both from and to")
-            else:
-                found.append(self.value((*path, name), leaf, data[name]))
-        if len(found) < 2 or None in found:
-            return None
-        low, high = sorted(found)
-        if high - low <= 1e-6 * max(abs(low), abs(high)):
-            self.fault((*path, "to"), "the same value as in from", "from and to that differ")
-            return None
-        return low, high
 
-    def words(self, path: KeyPath, raw: Any, allowed: tuple[str, ...]) -> list[str]:
-        """A list of some of the words ``allowed``."""
-        listed = raw if isinstance(raw, list) else [raw]
-        if not listed:
-            self.fault(path, "an empty list", f"one or more of {', '.join(allowed)}")
-        for place, word in enumerate(listed):
-            if word not in allowed or not isinstance(word, str):
-                hint = did_you_mean(word, allowed) if isinstance(word, str) else None
-                at = (*path, place) if isinstance(raw, list) else path
-                self.fault(at, shown(word), f"one or more of {', '.join(allowed)}", hint)
-        return [word for word in allowed if word in listed]
+def continuation_form(keys: Keys, along: Leaf | None = None, over: Leaf | None = None) -> Section:
+    """The form of the section; the ends of its ranges are values of the numbers
+    ``along`` and ``over``, where these are known."""
+    axis = Read(partial(_axis, keys), {"enum": list(_axes(keys))})
+    inner = {
+        "over": axis,
+        "from": _number(over),
+        "to": _number(over),
+        "of": _several(_words("of", BORDERS)),
+        "points": One(CURVE_POINTS),
+    }
+    members = {
+        "along": axis,
+        "from": _number(along),
+        "to": _number(along),
+        "seeds": _Seeds(along),
+        "motions": _several(_words("motions", MOTIONS)),
+        "lobes": _several(One(Leaf("continue.lobes", "whole", 1, low=1, high=MAX_LOBES))),
+        "switch": One(Leaf("continue.switch", "switch", True)),
+        "points": One(POINTS),
+        "curves": Either(Read(_nothing, {"type": "null"}), mapping=_section("curves", inner)),
+    }
+    return _section("continue", members)
 
-    def lobes(self, path: KeyPath, raw: Any) -> list[int]:
-        listed = raw if isinstance(raw, list) else [raw]
-        leaf = Leaf("continue.lobes", "whole", 1, low=1, high=MAX_LOBES)
-        if not listed:
-            self.fault(path, "an empty list", "the periods to try, in lobes, as [1, 2, 3]")
-        read = [
-            self.value((*path, place) if isinstance(raw, list) else path, leaf, one)
-            for place, one in enumerate(listed)
-        ]
-        return sorted({one for one in read if one is not None})
 
-    def seeds(
-        self, path: KeyPath, raw: Any, along: str, leaf: Leaf, ends: tuple[float, float]
-    ) -> Any:
-        if isinstance(raw, str):
-            if not raw.strip() or "\0" in raw or len(raw) > LONGEST_NAME:
-                self.fault(path, shown(raw), "the name of a results file")
+def _section(name: str, members: Mapping[str, Form]) -> Section:
+    """A mapping whose first key names a number, and the next two its range."""
+    prefix = name if name == SECTION else f"{SECTION}.{name}"
+    told = {key: member(form, MEANINGS[f"{prefix}.{key}"]) for key, form in members.items()}
+    number, *ends = required = tuple(members)[:3]
+    missing = f"{number}, a number by its key, and the ends of its range, {' and '.join(ends)}"
+    return Section(name.capitalize(), told, True, required, missing)
+
+
+def _several(one: Form) -> Either:
+    """A list of one or more values, or one of them."""
+    return _OrOne(one, Listed(one, "one or more values", (1, 10**4), "{} of them"))
+
+
+class _OrOne(Either):
+    """A list of values of one form, or one of them, which is read as a list of it."""
+
+    def read(self, at: Reading, path: KeyPath, raw: Any) -> Any:
+        found = super().read(at, path, raw)
+        return found if isinstance(raw, list) or found is FAULTY else [found]
+
+
+@dataclass(frozen=True)
+class _Seeds:
+    """The name of a results file, or values of the number ``along``."""
+
+    along: Leaf | None
+
+    def read(self, at: Reading, path: KeyPath, raw: Any) -> Any:
+        key = "KEY" if self.along is None else short_key(self.along.key)
+        if isinstance(raw, dict) and list(raw) == [key]:
+            return _several(_number(self.along)).read(at, (*path, key), raw[key])
+        is_name = isinstance(raw, str) and raw.strip() and "\0" not in raw
+        unknown = self.along is None and isinstance(raw, dict)
+        if raw is None or unknown or (is_name and len(raw) <= LONGEST_NAME):
             return raw
-        if raw is None:
-            low, high = ends
-            return {along: [low + (high - low) * (k + 0.5) / SEEDS for k in range(SEEDS)]}
         allowed = (
-            f"the name of a results file, or values at which a motion settles, as {{{along}: "
-            f"[VALUE, VALUE]}}"
+            f"the name of a results file, or values at which a motion settles: {{{key}: [..]}}"
         )
-        if not isinstance(raw, dict) or len(raw) != 1:
-            self.fault(path, shown(raw), allowed)
-            return {}
-        ((key, values),) = raw.items()
-        if key != along:
-            self.fault(
-                (*path, str(key)),
-                "another number than that which is continued",
-                allowed,
-                of_key=True,
-            )
-            return {}
-        listed = values if isinstance(values, list) else [values]
-        made = []
-        for place, one in enumerate(listed):
-            at = (*path, key, place) if isinstance(values, list) else (*path, key)
-            value = self.value(at, leaf, one)
-            if value is not None and not ends[0] <= value <= ends[1]:
-                self.fault(at, f"{shown(one)}, outside the range", "values between from and to")
-            made.append(value)
-        if not made:
-            self.fault((*path, key), "an empty list", "at least one value")
-        return {along: [value for value in made if value is not None and math.isfinite(value)]}
+        other = isinstance(raw, dict) and len(raw) == 1
+        found = "another number than that which is continued" if other else shown(raw)
+        return at.refuse(path, found, allowed)
 
-    def read(self) -> tuple[dict[str, Any] | None, list[Fault]]:
-        path: KeyPath = (SECTION,)
-        raw = self.document.data[SECTION]
-        data = self.mapping(path, {} if raw is None else raw, KEYS)
-        if data is None:
-            return None, self.faults
-        if "along" not in data:
-            self.fault(
-                path,
-                "no along",
-                "along: the number that is continued, as rotary_speed; from and to",
-            )
-            return None, self.faults
-        leaf = self.axis((*path, "along"), data["along"])
-        if leaf is None:
-            return None, self.faults
-        along = short_key(leaf.key)
-        ends = self.ends(path, data, leaf)
-        if ends is None:
-            return None, self.faults
-        switch = data.get("switch", True)
-        if not isinstance(switch, bool):
-            self.fault((*path, "switch"), shown(switch), "true or false")
-        made = {
-            "along": along,
-            "from": ends[0],
-            "to": ends[1],
-            "seeds": self.seeds((*path, "seeds"), data.get("seeds"), along, leaf, ends),
-            "motions": self.words((*path, "motions"), data.get("motions", list(MOTIONS)), MOTIONS),
-            "lobes": self.lobes((*path, "lobes"), data.get("lobes", list(LOBES))),
-            "switch": switch,
-            "points": self.value((*path, "points"), POINTS, data.get("points", POINTS.default)),
-            "curves": self.curves((*path, "curves"), data.get("curves"), along),
-        }
-        return (None if self.faults else made), self.faults
+    def schema(self, parts: dict[str, Schema]) -> Schema:
+        return {"type": ["string", "null", "object"], "maxProperties": 1}
 
-    def curves(self, path: KeyPath, raw: Any, along: str) -> dict[str, Any] | None:
-        if raw is None:
-            return None
-        data = self.mapping(path, raw, CURVE_KEYS)
-        if data is None:
-            return None
-        if "over" not in data:
-            self.fault(path, "no over", "over: the second number, as wob; from and to")
-            return None
-        leaf = self.axis((*path, "over"), data["over"])
-        if leaf is None:
-            return None
-        over = short_key(leaf.key)
-        if over == along:
-            self.fault(
-                (*path, "over"), f"{over}, which is continued already", "another number than along"
-            )
-            return None
-        ends = self.ends(path, data, leaf)
-        if ends is None:
-            return None
-        return {
-            "over": over,
-            "from": ends[0],
-            "to": ends[1],
-            "of": self.words((*path, "of"), data.get("of", list(BORDERS)), BORDERS),
-            "points": self.value(
-                (*path, "points"), CURVE_POINTS, data.get("points", CURVE_POINTS.default)
-            ),
-        }
+
+def _seeds(at: Reading, found: Any, along: str, low: float, high: float) -> Any:
+    """The seeds: the name of a file, or values between the ends, by default some that
+    divide the range."""
+    if isinstance(found, str):
+        return found
+    if found is None:
+        return {along: [low + (high - low) * (k + 0.5) / SEEDS for k in range(SEEDS)]}
+    if outside := [value for value in found if not low <= value <= high]:
+        said = f"{at.keys.axes[along].text(outside[0])}, outside the range"
+        at.refuse((SECTION, "seeds", along), said, "values between from and to")
+    return {along: found}
+
+
+def _ends(at: Reading, path: KeyPath, found: Mapping[str, float]) -> tuple[float, float]:
+    """The ends of a range, ascending."""
+    low, high = sorted((found["from"], found["to"]))
+    if high - low <= 1e-6 * max(abs(low), abs(high)):
+        at.refuse((*path, "to"), "the same value as in from", "from and to that differ")
+    return low, high
+
+
+def _axes(keys: Keys) -> dict[str, Leaf]:
+    """The numbers along which motions may be continued."""
+    return {
+        name: leaf
+        for name, leaf in keys.axes.items()
+        if not name.startswith("initial.") and not is_compiled_in(keys.model.name, name)
+    }
+
+
+def _given(keys: Keys, raw: Any, name: str) -> Leaf | None:
+    """The number that the mapping ``raw`` names; None where it names none."""
+    key = raw.get(name) if isinstance(raw, dict) else None
+    return _axes(keys).get(short_key(key)) if isinstance(key, str) else None
+
+
+def _axis(keys: Keys, raw: Any) -> str:
+    """The number with the key ``raw``; QuantityError where there is none."""
+    name, axes = short_key(raw) if isinstance(raw, str) else "", _axes(keys)
+    if name in axes:
+        return name
+    if name in keys.axes and is_compiled_in(keys.model.name, name):
+        what = "a choice" if words_of(name) else "a whole number that is compiled in"
+        hint = f"Make a file for each of its values, with --set {name}=..."
+        raise QuantityError(f"{name}, {what}", "a number that varies continuously", hint)
+    example = keys.model.example_axis[0]
+    allowed = f"depth, wob, rotary_speed or another number by its key, as {example}"
+    raise QuantityError(shown(raw), allowed, did_you_mean(raw, axes) if name else None)
+
+
+def _number(leaf: Leaf | None) -> Form:
+    """A value of the number ``leaf``; of one that is not known any value."""
+    number = {"anyOf": [{"type": "string", "pattern": QUANTITY}, {"type": "number"}]}
+    return Read(lambda raw: raw, number) if leaf is None else One(leaf)
+
+
+def _words(name: str, words: Sequence[str]) -> One:
+    return One(Leaf(f"continue.{name}", "choice", words[0], choices=tuple(words)))
+
+
+def _nothing(raw: Any) -> None:
+    if raw is not None:
+        raise QuantityError(shown(raw), "a mapping, or null")

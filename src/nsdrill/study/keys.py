@@ -1,7 +1,7 @@
 """Every key of the study file: its default, units, range and source, taken from the
 dataclasses that the run uses, and what it means.
 
-Also how one value is read. Nothing here knows YAML, pydantic or line numbers.
+Also how one value is read. Nothing here knows YAML or line numbers.
 """
 
 from __future__ import annotations
@@ -32,9 +32,15 @@ BARE = ("", "percent")  # units of which a bare number is
 AROUND = ("sweep", "uncertain", "continue")  # sections whose keys are those of others
 SLICE = "initial.slice"  # its values are ranges of states, as the axes of the sweep are: no leaf
 
+QUANTITY = (
+    r"^\s*[-+]?((\d+[ -])?\d+/\d+|(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?)"
+    r"\s*[A-Za-zµμ°1½¼¾⅛⅜⅝⅞\"'″′”’].*$"
+)
+
 # What each key means that no model has a say in, in one line.
 MEANINGS: dict[str, str] = {
     "title": "Title of the study, put on figures and in the results file",
+    "units": "In which units commands answer unless --units says otherwise",
     "model": "The model of the string",
     "sweep": "What is varied",
     "sweep.depth": "Depths",
@@ -45,7 +51,7 @@ MEANINGS: dict[str, str] = {
     "sweep.along": "The axis along which the state is carried; needed where several are swept",
     "sweep.refine": "How often the spacing of axes {from, to, points} is halved where the "
     "responses differ",
-    "continue": "What is followed by continuation, stable or not: for nsdrill continue",
+    "continue": "What is followed by continuation, stable or not: for nsdrill branches",
     "continue.along": "The number that is continued: rotary_speed or any other by its key",
     "continue.from": "One end of its range",
     "continue.to": "The other end",
@@ -242,6 +248,28 @@ class Leaf:
             what = f"a number in {self.units}"
         return f"{what}{', or null' if self.nullable else ''}, {self.range()}"
 
+    def schema(self) -> dict[str, Any]:
+        """The JSON Schema of one value."""
+        if self.kind == "choice":
+            schema: dict[str, Any] = {"enum": list(self.choices)}
+        elif self.kind == "switch":
+            schema = {"type": "boolean"}
+        elif self.kind == "list":
+            items = {"type": "array", "items": self.each.schema()}
+            schema = {**items, "minItems": 1, "maxItems": self.most}
+        elif self.words:
+            plain = replace(self, words=(), default=None).schema()
+            return {"anyOf": [{"enum": list(self.words)}, plain]}
+        elif self.kind == "quantity":
+            usual = USUAL.get(self.units, USUAL["N/m"])
+            example = self.text(self.default if self.default is not None else 1.0)
+            examples = list(dict.fromkeys([example, f"1 {usual[0]}"]))
+            schema = {"type": "string", "pattern": QUANTITY, "examples": examples}
+        else:
+            kind = "integer" if self.kind == "whole" else "number"
+            schema = {"type": kind, "minimum": self.low, "maximum": self.high}
+        return {"anyOf": [schema, {"type": "null"}]} if self.nullable else schema
+
     def read(self, raw: Any) -> Any:
         """The value of YAML scalar ``raw``; :class:`QuantityError` says what is wrong
         with it."""
@@ -315,6 +343,7 @@ class Leaf:
 TIME = Leaf("time", "quantity", 0.0, "s", low=0.0, high=LONGEST)  # of the knots of a ramp
 RAMP = "{ramp: [[0 s, VALUE], [600 s, VALUE]]}"
 MODEL_LEAF = Leaf("model", "choice", MODEL, choices=NAMES, meaning=MEANINGS["model"])
+UNITS_LEAF = Leaf("units", "choice", "si", choices=("si", "field"), meaning=MEANINGS["units"])
 
 
 def leaves(
@@ -425,7 +454,7 @@ def keys_of(model: str = MODEL) -> Keys:
         "classify": Thresholds,
         "record": Record,
     }
-    head = {key: MEANINGS[key] for key in ("title", "model")}  # in the order of the file
+    head = {key: MEANINGS[key] for key in ("title", "units", "model")}  # in the order of the file
     told = {**head, **OF_MODELS, **MEANINGS, **found.meanings}
     every = {"model": MODEL_LEAF}
     every |= {
@@ -455,7 +484,7 @@ def keys_of(model: str = MODEL) -> Keys:
         for parts in [key.split(".")]
         for end in range(1, len(parts))
     }
-    there = {"title", *every, *groups, SLICE}
+    there = {"title", "units", *every, *groups, SLICE}
     meanings = {
         key: words for key, words in told.items() if key in there or key.partition(".")[0] in AROUND
     }

@@ -5,9 +5,8 @@ constrains several, fill in the defaults, build.
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from collections.abc import Sequence
+from dataclasses import asdict, replace
 from functools import partial, reduce
 from itertools import pairwise
 from operator import getitem
@@ -17,19 +16,18 @@ from typing import Any
 from nsdrill.errors import Fault, StudyError
 from nsdrill.models.leaves import is_compiled_in, place_of, words_of
 from nsdrill.observe.thresholds import Thresholds
-from nsdrill.sampling import BOUNDS, KINDS, NUMBERS_OF
 from nsdrill.study.constraints import Checker
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.continuation import take_continuation
-from nsdrill.study.keys import MODEL_LEAF, RAMP, SLICE, Keys, did_you_mean, keys_of, shown
+from nsdrill.study.forms import Reading, keys_below
+from nsdrill.study.keys import MODEL_LEAF, Keys, keys_of, shown
 from nsdrill.study.read import Document, KeyPath, apply_overrides, dotted, parse, read_text
+from nsdrill.study.schema import study_form
 from nsdrill.study.study import Study, build, study_from_resolved
-from nsdrill.study.uncertain import HOW, draws, take_uncertain
-from nsdrill.units import QuantityError
+from nsdrill.study.uncertain import draws, take_uncertain
 from nsdrill.variables import AXES
 
 LEAST_LEG = 1e-3  # s between knots: a shorter leg is a jump to a drill string
-_RANGE = ("from", "to", "points")
 Knots = list[list[float]]
 _MAX_FAULTS = 100  # told of one file; nobody reads more
 
@@ -55,7 +53,16 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
     if not isinstance(document.data, dict):
         found = f"{shown(document.data)} as the whole document"
         raise StudyError(
-            name, [Fault("", found, f"a mapping with the keys {_listed('', keys_of())}", 1, 1)]
+            name,
+            [
+                Fault(
+                    "",
+                    found,
+                    f"a mapping with the keys {', '.join(keys_below('', keys_of()))}",
+                    1,
+                    1,
+                )
+            ],
         )
     apply_overrides(document, overrides)
     keys = _keys(document)
@@ -68,7 +75,8 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
     faults += document.faults
     if faults:
         raise StudyError(name, _in_file_order(faults))
-    return study_from_resolved(resolved, text, name, overrides)
+    study = study_from_resolved(resolved, text, name, overrides)
+    return replace(study, notes=tuple(document.notes))
 
 
 def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thresholds:
@@ -117,195 +125,9 @@ def _keys(document: Document) -> Keys:
 def _validate(document: Document, keys: Keys) -> tuple[dict[str, Any], list[Fault], set[str]]:
     """The values given, in SI; the faults; and the keys at fault, which are left out of
     the values."""
-    from pydantic import ValidationError
-
-    data = document.data
-    try:
-        return _validated(data, keys), [], set()
-    except ValidationError as error:
-        details = error.errors(include_url=False)
-    faults = [_fault(document, _path(detail["loc"]), detail, keys) for detail in details]
-    faulty = {fault.key for fault in faults}
-    # more than once where taking one value out shows another in a new light, a law and
-    # its stiffness
-    while True:
-        paths = [_whole(_path(detail["loc"])) for detail in details]
-        faulty |= {dotted(path) for path in paths}
-        data = _without(data, paths)
-        try:
-            given = _validated(data, keys)
-        except ValidationError as error:
-            details = error.errors(include_url=False)
-        else:
-            return given, faults[:_MAX_FAULTS], faulty
-
-
-def _validated(data: Any, keys: Keys) -> dict[str, Any]:
-    """The values given, as pydantic reads them. A choice that decides the units of
-    another key is told to the axes of the sweep as well."""
-    from nsdrill.study.schema import study_model
-
-    chosen = {}
-    for choice, units in keys.model.units_by.values():
-        value = data
-        for part in choice.split("."):
-            value = value.get(part) if isinstance(value, dict) else None
-        value = keys.leaves[choice].default if value is None else value
-        chosen[choice] = value if isinstance(value, str) and value in units else None
-    asked = frozenset(_keys_within(data))
-    made = study_model(keys.model.name, asked).model_validate(data, context=chosen)
-    return made.model_dump(exclude_unset=True, by_alias=True)
-
-
-def _keys_within(data: Any, prefix: str = "") -> Iterator[str]:
-    """The dotted keys of nested mappings, sections among them."""
-    for name, value in data.items() if isinstance(data, dict) else ():
-        yield f"{prefix}{name}"
-        yield from _keys_within(value, f"{prefix}{name}.")
-
-
-def _path(loc: tuple[str | int, ...]) -> KeyPath:
-    """pydantic's place without the name of the form that an axis or an operating value
-    takes."""
-    if len(loc) > 2 and (loc[0] == "sweep" or (loc[0] == "operation" and loc[1] in AXES)):
-        return (*loc[:2], *loc[3:])
-    return loc
-
-
-def _whole(path: KeyPath) -> KeyPath:
-    """The path of the range, ramp or list that ``path`` lies in, as one without one of
-    its values is none or another; else itself."""
-    if path[0] in ("sweep", "operation"):
-        return path[:2]
-    if path[0] == "uncertain":
-        return path[: 3 if path[1:2] == ("table",) else 2]
-    if path[:2] == ("initial", "slice"):
-        return path[:3]
-    numbers = [place for place, part in enumerate(path) if isinstance(part, int)]
-    return path[: numbers[0]] if numbers else path
-
-
-def _without(data: Any, paths: list[KeyPath]) -> Any:
-    """A copy of nested mappings without the values at ``paths``."""
-    if not isinstance(data, dict) or () in paths:
-        return {}
-    cut = {path[0] for path in paths if len(path) == 1}
-    return {
-        name: _without(value, deeper)
-        if (deeper := [p[1:] for p in paths if len(p) > 1 and p[0] == name])
-        else value
-        for name, value in data.items()
-        if name not in cut
-    }
-
-
-def _fault(document: Document, path: KeyPath, detail: Any, keys: Keys) -> Fault:
-    """One of pydantic's errors as a fault with its place."""
-    key, kind = dotted(path), detail["type"]
-    suggestion, of_key = None, kind == "extra_forbidden"
-    cause = detail.get("ctx", {}).get("error")
-    if isinstance(cause, QuantityError):
-        found, allowed, suggestion = cause.found, cause.allowed, cause.suggestion
-        if path in [("operation", axis) for axis in AXES] and isinstance(detail["input"], list):
-            allowed += f"; a ramp, for nsdrill simulate, is {RAMP}"
-    elif kind == "extra_forbidden":
-        found, allowed, suggestion = (
-            "an unknown key",
-            _listed(dotted(path[:-1]), keys),
-            _nearest(path, keys),
-        )
-        if path[0] == "sweep" and len(path) == 2:
-            found, allowed, suggestion = _no_axis(str(path[1]), keys)
-        elif path[0] == "uncertain" and len(path) == 2 + (path[1] == "table"):
-            found, allowed, suggestion = _no_axis(str(path[-1]), keys, HOW)
-    elif kind == "missing":
-        found = "nothing"
-        allowed = "all of from, to and points"
-        if path[0] == "uncertain":
-            allowed = f"all of {' and '.join(NUMBERS_OF[str(path[-2])])}"
-        if path[0] == "operation":
-            allowed = RAMP
-    elif kind in ("model_type", "model_attributes_type", "dict_type"):
-        found, allowed = shown(detail["input"]), f"a mapping with the keys {_listed(key, keys)}"
-    else:
-        found, allowed = shown(detail["input"]), detail["msg"]
-    return document.fault(path, found, allowed, suggestion, of_key=of_key)
-
-
-def _children(prefix: str, keys: Keys) -> list[str]:
-    if prefix.startswith(("sweep.", f"{SLICE}.")):
-        return [*_RANGE, *(["spacing"] if prefix.startswith("sweep.") else [])]
-    if prefix.startswith("operation."):
-        return ["ramp"]
-    if prefix.startswith("uncertain.") and prefix != "uncertain.table":
-        return (
-            [*NUMBERS_OF[kind], *BOUNDS]
-            if (kind := prefix.rpartition(".")[2]) in NUMBERS_OF
-            else list(KINDS)
-        )
-    if prefix == SLICE:
-        return list(keys.slices)
-    prefix = re.sub(r"\[\d+\]", "", prefix)  # of a record of a list
-    start = f"{prefix}." if prefix else ""
-    return [
-        key[len(start) :]
-        for key in keys.meanings
-        if key.startswith(start) and "." not in key[len(start) :]
-    ]
-
-
-def _listed(prefix: str, keys: Keys) -> str:
-    return ", ".join(_children(prefix, keys))
-
-
-def _nearest(path: KeyPath, keys: Keys) -> str | None:
-    """The key that may have been meant: a sibling with nearly this name, else one of
-    this name elsewhere."""
-    parent, name = dotted(path[:-1]), str(path[-1])
-    start = f"{parent}." if parent else ""
-    near = did_you_mean(name, _children(parent, keys))
-    if near:
-        return near.replace("Did you mean ", f"Did you mean {start}")
-    elsewhere = [key for key in keys.meanings if key.rpartition(".")[2] == name]
-    return f"Did you mean {' or '.join(elsewhere[:3])}?" if elsewhere else None
-
-
-def _no_axis(
-    name: str, keys: Keys, others: Sequence[str] = ("procedure", "along", "refine")
-) -> tuple[str, str, str | None]:
-    """What is wrong with a key that is no axis of the sweep, or no unknown: what was
-    found, what is allowed beside the ``others``, what may be meant."""
-    leaf = keys.leaves.get(name)
-    allowed = (
-        f"{', '.join(AXES)} or another number of {', '.join(keys.physical)} by its key, as "
-        f"{keys.model.example_axis[0]}; {', '.join(others)}"
-    )
-    if others == HOW and is_compiled_in(keys.model.name, name):
-        found = "which is a choice" if words_of(name) else "which is compiled in"
-        return f"{name}, {found}", allowed, f"Sweep it: sweep.{name} with procedure: same."
-    if numbers := [key for key, (choice, _) in keys.model.units_by.items() if choice == name]:
-        return (
-            f"a choice on which the units of {' and '.join(numbers)} depend",
-            allowed,
-            "Run a study for each word.",
-        )
-    if leaf is None:
-        return "an unknown key", allowed, did_you_mean(name, others) or _near_axis(name, keys)
-    what = (
-        "a number that is not of the string or its operation"
-        if leaf.kind in ("quantity", "number", "whole")
-        else ("a key that is no number")
-    )
-    return what, allowed, _near_axis(name, keys)
-
-
-def _near_axis(name: str, keys: Keys) -> str | None:
-    """The axis that may have been meant: one of nearly this key, or whose key ends like
-    it."""
-    axes = keys.axes
-    last = name.rpartition(".")[2]
-    ends = [key for key in axes if key.rpartition(".")[2] == last and key != name]
-    return did_you_mean(name, axes) or (f"Did you mean {' or '.join(ends[:3])}?" if ends else None)
+    at = Reading(document, keys)
+    given = study_form(keys.model.name).read(at, (), document.data)
+    return given, at.faults[:_MAX_FAULTS], at.faulty
 
 
 def _resolve(
@@ -314,6 +136,8 @@ def _resolve(
     """The complete study as plain data, defaults filled in, axes ascending."""
     ramps, faults = _ramps(document, given.get("operation", {}))
     resolved: dict[str, Any] = {"title": given.get("title", ""), "model": keys.model.name}
+    if "units" in given:
+        resolved["units"] = given["units"]
     for section, cls in keys.sections.items():
         resolved[section] = _merged(_plain(asdict(cls())), given.get(section, {}))
     for leaf in keys.leaves.values():
@@ -340,8 +164,9 @@ def _resolve(
     procedure, along = sweep.get("procedure", "same"), sweep.get("along")
     if procedure == "same":
         along = None  # nothing is carried
-    elif along is None and len(axes) == 1 and not faults:
-        along = next(iter(axes))
+    elif along is None and not faults:
+        numbers = [key for key in axes if not is_compiled_in(keys.model.name, key)]
+        along = next(iter(numbers if len(numbers) == 1 else axes if len(axes) == 1 else []), None)
     resolved["sweep"] = {
         **axes,
         "procedure": procedure,
@@ -434,6 +259,12 @@ def _ascending(document: Document, path: KeyPath, value: Any) -> Any:
 def _ascending_range(document: Document, path: KeyPath, value: dict[str, Any]) -> Any:
     """An axis {from, to, points} in ascending order, or its :class:`Fault`."""
     low, high = sorted((value["from"], value["to"]))
+    if value["from"] > value["to"]:
+        raw = reduce(getitem, path, document.data)
+        document.notes.append(
+            f"{dotted(path)} goes from {raw['from']} down to {raw['to']}; its values are taken in "
+            f"ascending order. To carry the state downwards, write procedure: down."
+        )
     spacing = (high - low) / (value["points"] - 1)
     if spacing <= 4 * math.ulp(max(abs(low), abs(high))):
         return document.fault(path, "values that are the same", "from and to that differ")

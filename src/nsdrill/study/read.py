@@ -25,7 +25,7 @@ from typing import Any
 from nsdrill.errors import Fault, FileError, StudyError, printable
 from nsdrill.study.keys import AROUND, axes_of_all, shown
 from nsdrill.units import quoted
-from nsdrill.variables import AXES, short_key
+from nsdrill.variables import AXES, long_key, short_key
 
 LARGEST_FILE = 1_000_000  # bytes
 _DEEPEST = 20  # levels; a study has five
@@ -46,12 +46,13 @@ class Place:
 @dataclass
 class Document:
     """Plain data (dict, list, str, int, float, bool, None) with the places of values
-    and of keys by path."""
+    and of keys by path; ``notes`` say what is right and yet may not be meant."""
 
     data: Any
     values: dict[KeyPath, Place] = field(default_factory=dict)
     keys: dict[KeyPath, Place] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
     def place(self, path: KeyPath, of_key: bool = False) -> Place:
         """The place of a value (or of its key); of the nearest thing around it where it
@@ -94,7 +95,9 @@ class Document:
 
 
 def dotted(path: KeyPath) -> str:
-    """``sweep.depth[3]``."""
+    """``sweep.depth[3]``; an unknown has its whole key, ``uncertain.operation.wob``."""
+    if path[:1] == ("uncertain",):
+        path = tuple(long_key(part) if isinstance(part, str) else part for part in path)
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{printable(part)}" for part in path)
     return text.removeprefix(".")[:120]
 

@@ -2,7 +2,7 @@
 data, from which a :class:`Study` is built, always in this one way.
 
 The resolved study is kept in results files; a replay builds the very same study from
-it, bit for bit. No units, no pydantic, no YAML.
+it, bit for bit. No units, no YAML.
 """
 
 from __future__ import annotations
@@ -61,6 +61,8 @@ class Study:
         single simulation takes the values of their own sections.
     continuation
         The section ``continue``, None where there is none.
+    notes : tuple of str
+        What is right in the text and yet may not be meant.
 
     Examples
     --------
@@ -93,6 +95,12 @@ class Study:
     continuation: Continuation | None = None
     drawn: dict[str, np.ndarray] = field(default_factory=dict)
     unknowns: tuple[Unknown, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def units(self) -> str:
+        """The system of units in which commands answer, "si" or "field"."""
+        return str(self.resolved.get("units", "si"))
 
     @property
     def samples(self) -> int:
@@ -112,6 +120,7 @@ class Study:
         return tuple(name for name in self.ramps if name not in self.swept)
 
 
+IN_WORDS_ONLY = ("title", "units")  # keys that change no number
 LATER = ("drive", "modes", "stabilizer")  # sections that the first studies did not have
 # What the sections of earlier versions did not have, and its value where nothing has
 # changed.
@@ -329,10 +338,11 @@ def axis_values(axis: Any, refine: int = 0, most: int = 10**8, choice: str = "")
 
 
 def digest(resolved: dict[str, Any]) -> str:
-    """SHA-256 of what influences the numbers of a sweep: all but the title, the
-    continuation, and the operating values and ramps that swept axes replace. (Studies
+    """SHA-256 of what influences the numbers of a sweep: all but the title, the units,
+    the continuation, and the operating values and ramps that swept axes replace. (Studies
     that sweep words are younger than all keys.)"""
-    parts = {name: value for name, value in resolved.items() if name not in ("title", SECTION)}
+    apart = (*IN_WORDS_ONLY, SECTION)
+    parts = {name: value for name, value in resolved.items() if name not in apart}
     if parts.get("model", MODEL_LEAF.default) == MODEL_LEAF.default and not any(
         map(words_of, parts["sweep"])
     ):

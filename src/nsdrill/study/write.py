@@ -7,15 +7,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from nsdrill.data import differences
+from nsdrill.quantity import LONG, quantity
 from nsdrill.sampling import KINDS, NUMBERS_OF
 from nsdrill.study.continuation import SECTION as CONTINUE
-from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, Keys, Leaf, keys_of
+from nsdrill.study.keys import MEANINGS, MODEL_LEAF, SLICE, TIME, UNITS_LEAF, Keys, Leaf, keys_of
+from nsdrill.study.study import IN_WORDS_ONLY
 from nsdrill.study.uncertain import FACTOR, HOW
-from nsdrill.variables import MODEL
+from nsdrill.units import from_si
+from nsdrill.variables import MODEL, long_key, short_key
 
 MAX_TOLD = 6  # keys in a message
 
@@ -26,6 +30,8 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
     comments = "".join(f"# {_one_line(words)}\n" for words in head)
     parts = [comments + line("", "title", _title(resolved), MEANINGS["title"])]
     keys = _keys(resolved)
+    if "units" in resolved:
+        parts.append(line("", "units", resolved["units"], MEANINGS["units"]))
     parts.append(line("", "model", keys.model.name, MEANINGS["model"]))
     for name in keys.sections:
         if name == "simulation":
@@ -103,10 +109,10 @@ def changes(a: dict[str, Any], b: dict[str, Any]) -> list[tuple[str, str | None,
 
 
 def changes_text(a: dict[str, Any], b: dict[str, Any], keys: Sequence[str] | None = None) -> str:
-    """The ``keys`` in which two resolved studies differ, all but the title if None, as
+    """The ``keys`` in which two resolved studies differ, all but the title and the units if None, as
     a part of a message: ``bit.friction.static: 0.5 there, 0.6 here; ...``."""
     if keys is None:
-        keys = [key for key, _, _ in changes(a, b) if key != "title"]
+        keys = [key for key, _, _ in changes(a, b) if key not in IN_WORDS_ONLY]
     told = [
         f"{key}: {value_text(a, key) or 'nothing'} there, {value_text(b, key) or 'nothing'} here"
         for key in keys
@@ -173,14 +179,14 @@ def _uncertain(keys: Keys, resolved: dict[str, Any]) -> str:
         ),
     ]
     lines = [
-        line("  ", key, _of_unknowns(keys, resolved, key) or "", told[key])
+        line("  ", long_key(key), _of_unknowns(keys, resolved, key) or "", told[key])
         for key in written
         if key != "table"
     ]
     if found["table"]:
         lines.append(line("  ", "table", "", told["table"]))
         lines += [
-            f"    {key}: {_values(keys, resolved, key, values)}"
+            f"    {long_key(key)}: {_values(keys, resolved, key, values)}"
             for key, values in found["table"].items()
         ]
     else:
@@ -192,6 +198,7 @@ def _of_unknowns(keys: Keys, resolved: dict[str, Any], name: str) -> str | None:
     """What the section of the unknowns says of ``name``, in flow style; None where it
     has no such key."""
     table, _, column = name.partition(".")
+    name, column = short_key(name), short_key(column)
     found = resolved.get("uncertain", {})
     if table == "table" and column:
         return (
@@ -232,7 +239,9 @@ def _key_of(entry: str) -> str:
             .removesuffix(".spacing")
         )
     if parts[0] == "uncertain":
-        return _unknown_of(entry)
+        section, _, key = _unknown_of(entry).partition(".")
+        table, dot, column = key.rpartition("table.")
+        return f"{section}.{table}{dot}{long_key(column)}"
     return ".".join(parts[:3] if entry.startswith(f"{SLICE}.") else parts)
 
 
@@ -320,11 +329,92 @@ sweep:                                      # {sweep}; without it one operating 
 """
 
 
-def template_text(model: str = MODEL) -> str:
-    """The text of a complete, commented study of the model of this name that loads as
-    it stands."""
+# what differs from well to well, in the order of the file
+_SHORT_KEYS = (
+    "drillstring.collar.outer_diameter",
+    "drillstring.collar.inner_diameter",
+    "drillstring.collar.length",
+    "drillstring.collar.span",
+    "drillstring.collar_length",
+    "drillstring.pipe.outer_diameter",
+    "drillstring.pipe.inner_diameter",
+    "drillstring.outer_diameter",
+    "drillstring.inner_diameter",
+    "mud.density",
+    "well.diameter",
+    "bit.lobes",
+    "bit.rock_stiffness",
+    "bit.friction.static",
+    "bit.friction.dynamic",
+    "operation.depth",
+    "operation.wob",
+)
+_SCHEMA_LINE = (
+    "# yaml-language-server: $schema=study.schema.json"
+    "  (for editors; nsdrill schema -o study.schema.json)\n"
+)
+_SHORT_HEAD = """\
+# Each quantity has its unit: 9 in, 8 1/2 in, 15 klbf, 60 rpm. nsdrill new --all shows every key.
+title: Rotary speed up and down
+units: {units}
+"""
+_SHORT_SWEEP = """\
+sweep:
+  rotary_speed: {{from: {low}, to: {high}, points: 61}}
+  procedure: up-down                        # carry the state up and back down: history matters
+simulation: {{transient: 100 s, observe: 100 s}}
+"""
+_SHORT_ENDS = {"si": ("2 rad/s", "14 rad/s"), "field": ("20 rpm", "140 rpm")}
+
+
+def short_text(model: str = MODEL, units: str = "si") -> str:
+    """The text of a short study of the model of this name to start from, in the
+    ``units`` "si" or "field": what differs from well to well, and a sweep of the rotary
+    speed up and down."""
     keys = keys_of(model)
-    parts = [_HEAD, line("", "title", "Depth sweep, same initial state", MEANINGS["title"])]
+    parts = [_SCHEMA_LINE, _SHORT_HEAD.format(units=units)]
+    if model != MODEL:
+        parts.append(line("", "model", model, MEANINGS["model"]) + "\n")
+    own = [leaf for section in keys.model.sections for leaf in keys.of(section)]
+    known = {leaf.key for leaf in own} & {*_SHORT_KEYS}
+    # of a model of another package all
+    names = _SHORT_KEYS if known else [*(leaf.key for leaf in own), *_SHORT_KEYS]
+    chosen = [keys.leaves[key] for key in names if key in keys.leaves]
+    section = ""
+    for group, found in groupby(chosen, lambda leaf: leaf.key.rpartition(".")[0]):
+        if group.partition(".")[0] != section:
+            section = group.partition(".")[0]
+            parts.append(line("", section, "", keys.meanings[section]) + "\n")
+        values = [(leaf, leaf.key.rpartition(".")[2], _value_in(leaf, units)) for leaf in found]
+        if group == section:
+            parts += [line(_INDENT, name, text, leaf.meaning) + "\n" for leaf, name, text in values]
+        else:
+            text = f"{{{', '.join(f'{name}: {text}' for _, name, text in values)}}}"
+            name = group.rpartition(".")[2]
+            parts.append(line(_INDENT, name, text, keys.meanings[group]) + "\n")
+    low, high = _SHORT_ENDS[units]
+    parts.append(_SHORT_SWEEP.format(low=low, high=high))
+    return "".join(parts)
+
+
+def _value_in(leaf: Leaf, units: str) -> str:
+    """The default of ``leaf``, in the ``units`` "field" a value of four digits."""
+    if leaf.kind != "quantity" or units != "field":
+        return leaf.default_text
+    unit = quantity(leaf.key).unit(units)
+    unit = "ft" if unit == "in" and leaf.default >= LONG else unit
+    return f"{float(f'{from_si(leaf.default, unit):.4g}'):g} {unit}"
+
+
+def template_text(model: str = MODEL, units: str = "si") -> str:
+    """The text of a complete, commented study of the model of this name that loads as
+    it stands; ``units`` is its key of this name."""
+    keys = keys_of(model)
+    parts = [
+        _SCHEMA_LINE + _HEAD,
+        line("", "title", "Depth sweep, same initial state", MEANINGS["title"]),
+    ]
+    parts.append(line("", "units", units, _comment(UNITS_LEAF)))
     parts.append(line("", "model", model, _comment(MODEL_LEAF)))
     for name in keys.sections:
         if name == "simulation":

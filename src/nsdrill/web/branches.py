@@ -1,4 +1,4 @@
-"""Branches of motions from a file of ``nsdrill continue``, as curves for a page."""
+"""Branches of motions from a file of ``nsdrill branches``, as curves for a page."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class Branches:
         """The study that the branches were continued from."""
         if "study_resolved" not in self.attrs:
             raise FileError(
-                f"{self.path}: found no study in the file; allowed: a file of nsdrill continue."
+                f"{self.path}: found no study in the file; allowed: a file of nsdrill branches."
             )
         return study_from_resolved(
             json.loads(self.attrs["study_resolved"]), str(self.attrs.get("study", "")), self.path

@@ -311,7 +311,7 @@ def _add_branches(page: _Page, session: Session, branches: Branches, stem: str) 
     return [
         f"nsdrill show {file} --study > {study}",
         "# where the branches were seeded from results, with --seeds FILE",
-        f"nsdrill continue {study} -o {again}",
+        f"nsdrill branches {study} -o {again}",
         "# the motion of a point, whose number may be any of the table",
         f"nsdrill simulate {study} --orbit {file} --point 0 -o {orbit}",
     ]

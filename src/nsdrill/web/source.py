@@ -43,11 +43,11 @@ class Source:
     def __init__(
         self,
         path: str | os.PathLike[str],
-        units: str = "si",
+        units: str | None = None,
         overrides: list[str] | None = None,
         over: str | os.PathLike[str] | None = None,
     ) -> None:
-        self.path, self.units = os.fspath(path), units
+        self.path = os.fspath(path)
         self.branches: Branches | None = None if over is None else read_branches(over)
         self._compute_lock = threading.Lock()
         self.results: Results | None = None
@@ -62,6 +62,7 @@ class Source:
                     f"ends in .yaml or .yml."
                 )
             self._open()
+        self.units = units or self.study.units
         if over is not None and self.results is None:
             raise InputError(f"--over: found with {self.path}; allowed: with results of a sweep.")
         if self.branches is not None and self.branches.study.model != self.study.model:

@@ -89,7 +89,7 @@ def draw(data: Any, units: str = "si", over: Results | None = None) -> Figure:
     if not panels:
         raise InputError(
             "the branches: found no feature that a panel shows; allowed: a file of "
-            "nsdrill continue."
+            "nsdrill branches."
         )
     x = quantity(along, units)
     fixed = {
