@@ -572,7 +572,7 @@ def filled(text: str) -> str:
 
 def main(arguments: list[str]) -> int:
     stale = []
-    for page in sorted(HERE.glob("*.md")):
+    for page in sorted(HERE.rglob("*.md")):
         text = page.read_text(encoding="utf-8")
         new = filled(text)
         if new != text:

@@ -150,4 +150,4 @@ def test_the_site_is_built_without_a_warning(root: Path, tmp_path: Path) -> None
     assert done.returncode == 0, done.stderr
     assert "WARNING" not in done.stderr
     for page in ("gallery", "python", "notebooks/drives"):
-        assert (tmp_path / "site" / page / "index.html").stat().st_size > 10_000, page
+        assert (tmp_path / "site" / f"{page}.html").stat().st_size > 10_000, page
