@@ -10,7 +10,7 @@ from __future__ import annotations
 import html
 import io
 import re
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 from matplotlib import rc_context
@@ -26,14 +26,16 @@ FETCHED = re.compile(
 )
 
 
-@lru_cache(maxsize=None)
+@cache
 def drawn(tex: str) -> str:
     """The formula ``tex`` as SVG, with its own text for screen readers."""
     text = " ".join(tex.split())
     plain = text
     for name, other in OTHERWISE.items():
         plain = plain.replace(name, other)
-    with rc_context({"mathtext.fontset": "stix", "svg.fonttype": "path", "svg.hashsalt": "nsdrill"}):
+    with rc_context(
+        {"mathtext.fontset": "stix", "svg.fonttype": "path", "svg.hashsalt": "nsdrill"}
+    ):
         figure = Figure()
         figure.text(0, 0, f"${plain}$", fontsize=12)
         image = io.StringIO()

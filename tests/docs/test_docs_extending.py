@@ -23,7 +23,9 @@ def blocks(docs: Path, tmp_path: Path) -> list[Path]:
     """The Python blocks of the page, each in a file of its own, as the compiler reads the
     source of a function again."""
     found = re.findall(
-        r"^```python\n(.*?)^```", (docs / "dev" / "extending.md").read_text(encoding="utf-8"), re.M | re.S
+        r"^```python\n(.*?)^```",
+        (docs / "dev" / "extending.md").read_text(encoding="utf-8"),
+        re.M | re.S,
     )
     paths = []
     for number, text in enumerate(found):
