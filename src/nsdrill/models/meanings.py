@@ -20,8 +20,7 @@ MEANINGS: dict[str, str] = {
     "drillstring.eccentricity": "Distance of the collar's mass centre from its axis",
     "drillstring.eccentric_mass": "Eccentric mass: total, with the added mass of the mud, or "
     "steel alone",
-    "drillstring.lateral_softening": "Load that softens the collar in bending: force and torque "
-    "of each moment, the weight on bit, or none",
+    "drillstring.lateral_softening": "Load that softens the collar: of each moment, weight on bit, none",
     "drillstring.axial_damping": "Axial damping",
     "drillstring.torsional_damping": "Torsional damping",
     "drillstring.eccentric_weight": "In an inclined hole the weight of the eccentric steel turns "
@@ -104,8 +103,7 @@ MEANINGS: dict[str, str] = {
     "limits",
     "drive.state_weight": "Weight of the squared states; kind lqr",
     "drive.torque_weight": "Weight of the squared torque; kind lqr",
-    "operation": "The operating point; a sweep replaces its values, and each may be a ramp, "
-    "{ramp: [[0 s, VALUE], [60 s, VALUE]]}",
+    "operation": "The operating point; a value may be a ramp, {ramp: [[0 s, VALUE], [60 s, VALUE]]}",
     "operation.depth": "Measured depth",
     "operation.wob": "Weight on bit",
     "operation.rotary_speed": "Rotary speed of the top drive",

@@ -43,8 +43,8 @@ MEANINGS: dict[str, str] = {
     "sweep.procedure": "Start of each point: the same state, or the final state of its "
     "neighbour, carried up, down or both ways",
     "sweep.along": "Axis along which the state is carried; needed with several axes",
-    "sweep.refine": "How many times the spacing of the axes {from, to, points} is halved where "
-    "the responses differ",
+    "sweep.refine": "Number of times that the spacing of axes {from, to, points} is halved where "
+    "responses differ",
     "continue": "Motions followed along a number, stable or not",
     "continue.along": "Number that is varied: rotary_speed or any other by its key",
     "continue.from": "One end of its range",
@@ -77,7 +77,7 @@ MEANINGS: dict[str, str] = {
     "simulation.max_steps": "Number of steps after which a run ends with status 3",
     "simulation.verify": "Check every point with a smaller tolerance and a longer run; takes "
     "about 4 times as long",
-    "simulation.pair": "Formulas of the explicit method; dormand_prince is the RK45 of SciPy",
+    "simulation.pair": "Formulas of the explicit method; dormand_prince is SciPy's RK45",
     "simulation.method": "Integration of friction; implicit for steep friction",
     "classify": "Thresholds of the labels",
     "classify.bit_bounce": "Bit-bounce; the bounds of its severity must ascend",
