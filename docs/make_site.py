@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 BLOCK = re.compile(r"^```math\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 # What matplotlib's TeX calls otherwise.
-OTHERWISE = {r"\tfrac": r"\frac", r"\lvert": "|", r"\rvert": "|", r"\!": "", r"\;": r"\ "}
+OTHERWISE = {r"\frac": r"\dfrac", r"\lvert": "|", r"\rvert": "|", r"\!": "", r"\;": r"\ "}
 FETCHED = re.compile(
     r"<script\b[^>]*\bsrc=\"(?:https?:)?//[^>]*>\s*</script>"
     r"|<link\b[^>]*\bhref=\"(?:https?:)?//[^>]*\brel=\"(?:stylesheet|preconnect)\"[^>]*>"
