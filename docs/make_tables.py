@@ -24,15 +24,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described
 from nsdrill.plot.kinds.value import ALIASES
 from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
-from nsdrill.study.continuation import (
-    BORDERS,
-    CURVE_KEYS,
-    CURVE_POINTS,
-    KEYS,
-    LOBES,
-    MOTIONS,
-    SEEDS,
-)
+from nsdrill.study.continuation import BORDERS, CURVE_POINTS, LOBES, MOTIONS, SEEDS
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
 from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, SLICE, Leaf, keys_of
 from nsdrill.study.schema import PROCEDURE, REFINE, along
@@ -169,7 +161,7 @@ def continuation_keys() -> str:
         "seeds": f"{SEEDS} values of the range",
     }
     needed = ("along", "from", "to", "curves.over", "curves.from", "curves.to")
-    names = [*KEYS, *(f"curves.{name}" for name in CURVE_KEYS)]
+    names = [key.removeprefix("continue.") for key in MEANINGS if key.startswith("continue.")]
     rows = (
         [
             code(f"continue.{name}"),
