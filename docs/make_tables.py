@@ -64,28 +64,14 @@ def forms(leaf: Leaf, more: Iterable[str] = ()) -> str:
     return ", ".join(map(code, [word for word in words if word != leaf.default] or leaf.words))
 
 
-# What the page says in a sentence.
-PRINTED = (("B", "high", "segments"), ("standard", "high", "segments"))
-
-
 def parameters() -> str:
-    """Where the numbers of the main model and of the string of segments are from."""
-    text = ""
-    for name, words in ((MODEL, "the main model"), ("segments", "`segments`")):
-        keys = keys_of(name)
-        found: dict[tuple[str, str], list[str]] = {}
-        for leaf in keys.leaves.values():
-            section = leaf.key.partition(".")[0]
-            if (leaf.source, leaf.confidence, name) in PRINTED:
-                continue
-            if leaf.source and section not in ("classify", "record", "simulation"):
-                found.setdefault((leaf.source, leaf.confidence), []).append(leaf.key)
-        rows = (
-            [source, confidence, ", ".join(map(code, keys_here))]
-            for (source, confidence), keys_here in found.items()
-        )
-        text += table(["source", "confidence", f"keys of {words}"], rows) + "\n"
-    return text[:-1]
+    """Where the numbers of the main model are from."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for leaf in keys_of().leaves.values():
+        if leaf.source and leaf.key.partition(".")[0] not in ("classify", "record", "simulation"):
+            found.setdefault((leaf.source, leaf.confidence), []).append(leaf.key)
+    rows = ([*of, ", ".join(map(code, keys))] for of, keys in found.items())
+    return table(["source", "confidence", "keys"], rows)
 
 
 def all_keys() -> dict[str, dict[str, Leaf]]:
