@@ -395,7 +395,9 @@ def option_name(option: object) -> str:
     if not option.is_flag:
         choices = getattr(option.type, "choices", None)
         metavar = " " + (
-            "|".join(choices) if choices else option.metavar or option.type.name.split()[0].upper()
+            " or ".join(choices)
+            if choices
+            else option.metavar or option.type.name.split()[0].upper()
         )
     return ", ".join(
         code(name + (metavar if name.startswith("--") else "")) for name in option.opts
