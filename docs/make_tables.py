@@ -357,8 +357,7 @@ def shared() -> dict[tuple[str, str], list[str]]:
 
 
 def common_options() -> str:
-    rows = ([option, text, ", ".join(names)] for (option, text), names in shared().items())
-    return table(["option", "meaning", "commands"], rows)
+    return table(["option", "meaning"], shared())
 
 
 def command_line() -> str:
@@ -381,9 +380,10 @@ def command_line() -> str:
             own = [option for option in options_of(name) if option not in common]
             if own:
                 text += table(["option", "meaning"], own) + "\n"
-            known = [option for option, _ in options_of(name) if (option, _) in common]
-            if known:
-                text += f"And: {', '.join(known)}.\n"
+            known = [option for option, words in options_of(name) if (option, words) in common]
+            names = [name for option in known for name in re.findall(r"`(--?[\w-]+)", option)]
+            if names:
+                text += f"And: {', '.join(map(code, names))}.\n"
     return text
 
 
