@@ -211,7 +211,7 @@ def maps(folder: Path) -> None:
     """A refined map, one that is checked, and the safe window."""
     grid = ("simulation.transient=100 s", "simulation.observe=50 s")
     coarse = ("sweep.wob.points=16", "sweep.rotary_speed.points=16")
-    titled = ("--title", "Map of weight on bit and top speed, 5000 m")
+    titled = ("--title", "Map of weight on bit and rotary speed, 5000 m")
     refined = results_of(
         folder, "map_wob_speed", "maps_refined", *grid, *coarse, *SAME, "sweep.refine=2"
     )
