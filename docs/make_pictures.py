@@ -288,6 +288,14 @@ def learn(folder: Path) -> None:
         if not results.exists():
             nsdrill("run", str(source), "-o", str(results))
         draw(results, f"engineer_{name}", "--kind", kind, "--units", "field")
+    page = (HERE / "fit.md").read_text(encoding="utf-8")
+    (data,) = re.findall(r"^```text\n(wob \[klbf\].*?)^```", page, re.MULTILINE | re.DOTALL)
+    (folder / "rig.csv").write_text(data, encoding="utf-8")
+    with tempfile.TemporaryDirectory() as temporary:
+        drawn = str(Path(temporary) / "drawn.png")
+        data = str(folder / "rig.csv")
+        nsdrill("fit", str(unknown), "--data", data, "--picture", drawn, "--units", "field")
+        shrink(Path(drawn), HERE / "pictures" / "fit.png")
     speeds = "{ramp: [[0 s, 3 rad/s], [600 s, 8 rad/s], [1200 s, 3 rad/s]]}"
     moved = trace_of(folder, "fig4_speed_22kN", "ramp", "--set", f"operation.rotary_speed={speeds}")
     sweep = results_of(folder, "fig4_speed_22kN")
