@@ -12,6 +12,7 @@ from __future__ import annotations
 import inspect
 import re
 import sys
+import textwrap
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -432,23 +433,11 @@ def summary(thing: object) -> str:
 
 
 def signature(name: str) -> str:
-    """How a function is called; on several lines where it is long."""
+    """How a function is called; the kinds of its arguments are in its docstring."""
     found = inspect.signature(getattr(api, name))
-    text = f"nsdrill.{name}{found}".replace("'", "")
-    for parameter in found.parameters.values():  # a text as a default is in quotes
-        if isinstance(parameter.default, str):
-            text = text.replace(f" = {parameter.default}", f' = "{parameter.default}"')
-    if len(text) <= 100:
-        return text
-    head, _, tail = text.partition("(")
-    words, _, result = tail.rpartition(") -> ")
-    parts: list[str] = []
-    for part in words.split(", "):  # a comma within brackets does not end a parameter
-        if parts and parts[-1].count("[") > parts[-1].count("]"):
-            parts[-1] += f", {part}"
-        else:
-            parts.append(part)
-    return f"{head}(\n" + "".join(f"    {part},\n" for part in parts) + f") -> {result}"
+    bare = [one.replace(annotation=inspect.Parameter.empty) for one in found.parameters.values()]
+    text = f"nsdrill.{name}{inspect.Signature(bare)}".replace("'", '"')
+    return "\n".join(textwrap.wrap(text, 100, subsequent_indent="    "))
 
 
 def python_classes() -> str:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
+from ruamel.yaml import YAML
 
 # The words of all pages for users, with the generated tables, as ``wc`` counts them.
 LONGEST = 50_000
@@ -38,7 +38,7 @@ def doors(root: Path) -> dict[str, list[str]]:
         return [page for part in parts for page in pages(part)]
 
     text = (root / "mkdocs.yml").read_text(encoding="utf-8")
-    nav = yaml.safe_load(text)["nav"]
+    nav = YAML(typ="safe").load(text)["nav"]
     return {name: pages(entry) for door in nav for name, entry in door.items()}
 
 
