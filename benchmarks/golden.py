@@ -12,7 +12,7 @@ differ, and by how much, is seen beside the files of another run: ``--keep A``, 
 
 They are the same with any number of workers, jobs and lanes (``NSDRILL_LANES``), and
 should be on any processor with the same versions of Python and llvmlite and the
-same C library (docs/same_bits.md); numpy may matter in numbers made after a run.
+same C library (docs/numerics.md, "The same bits"); numpy may matter in numbers made after a run.
 """
 
 from __future__ import annotations

@@ -272,6 +272,36 @@ def branches(folder: Path) -> None:
     draw(found, "branches", "--over", str(sweep))
 
 
+def learn(folder: Path) -> None:
+    """The window of an assembly, what it costs to be safe, and a real ramp."""
+    study = folder / "rotary.yaml"
+    nsdrill("new", "--example", "rotary_assembly", "-o", str(study), "--overwrite")
+    text = study.read_text(encoding="utf-8")
+    unknown = folder / "uncertain.yaml"
+    head, name, tail = text.partition("uncertain:\n")
+    unknown.write_text(
+        head.removesuffix("# ") + name + re.sub(r"^#  ", " ", tail, flags=re.MULTILINE),
+        encoding="utf-8",
+    )
+    for source, name, kind in ((study, "window", "window"), (unknown, "tradeoff", "trade-off")):
+        results = folder / f"engineer_{name}.h5"
+        if not results.exists():
+            nsdrill("run", str(source), "-o", str(results))
+        draw(results, f"engineer_{name}", "--kind", kind, "--units", "field")
+    page = (HERE / "fit.md").read_text(encoding="utf-8")
+    (data,) = re.findall(r"^```text\n(wob \[klbf\].*?)^```", page, re.MULTILINE | re.DOTALL)
+    (folder / "rig.csv").write_text(data, encoding="utf-8")
+    with tempfile.TemporaryDirectory() as temporary:
+        drawn = str(Path(temporary) / "drawn.png")
+        data = str(folder / "rig.csv")
+        nsdrill("fit", str(unknown), "--data", data, "--picture", drawn, "--units", "field")
+        shrink(Path(drawn), HERE / "pictures" / "fit.png")
+    speeds = "{ramp: [[0 s, 3 rad/s], [600 s, 8 rad/s], [1200 s, 3 rad/s]]}"
+    moved = trace_of(folder, "fig4_speed_22kN", "ramp", "--set", f"operation.rotary_speed={speeds}")
+    sweep = results_of(folder, "fig4_speed_22kN")
+    draw(moved, "ramp", "--kind", "ramp", "--over", str(sweep), "--title", "A real ramp")
+
+
 GROUPS: dict[str, Callable[[Path], None]] = {
     one.__name__: one
     for one in (
@@ -285,6 +315,7 @@ GROUPS: dict[str, Callable[[Path], None]] = {
         uncertain,
         traces,
         branches,
+        learn,
     )
 }
 

@@ -12,18 +12,18 @@ from __future__ import annotations
 import inspect
 import re
 import sys
+import textwrap
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import nsdrill
 from nsdrill import api
 from nsdrill.cli.main import COMMANDS, group
-from nsdrill.models.christoforou_yigit.checks import MEANINGS as COEFFICIENTS
-from nsdrill.models.christoforou_yigit.coefficients import UNITS
 from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described
+<<<<<<< HEAD
 from nsdrill.models.segments.checks import COEFFICIENTS as OF_SEGMENTS
 from nsdrill.plot.kinds.sweep import ALIASES
 from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
@@ -31,51 +31,20 @@ from nsdrill.study.continuation import BORDERS, CURVE_POINTS, LOBES, MOTIONS, SE
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
 from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, RAMP, SLICE, UNITS_LEAF, Leaf, keys_of
 from nsdrill.study.schema import LONGEST_TITLE, POINTS, PROCEDURE, REFINE, along
+=======
+from nsdrill.plot.kinds.value import ALIASES
+from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
+from nsdrill.study.continuation import BORDERS, CURVE_POINTS, LOBES, MOTIONS, SEEDS
+from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
+from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, SLICE, Leaf, keys_of
+from nsdrill.study.schema import PROCEDURE, REFINE, along
+>>>>>>> book
 from nsdrill.study.uncertain import DESIGN, EXAMPLES, SAMPLES, SEED
 from nsdrill.units import USUAL
-from nsdrill.variables import COORDINATES, MODEL, Variable
+from nsdrill.variables import MODEL, Variable
 
 HERE = Path(__file__).parent
 BLOCK = re.compile(r"(<!-- table: ([\w ]+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
-
-SYMBOLS = {
-    "drillstring.collar.outer_diameter": "D_co",
-    "drillstring.collar.inner_diameter": "D_ci",
-    "drillstring.collar.length": "L_c",
-    "drillstring.collar.span": "l",
-    "drillstring.material.density": "rho",
-    "drillstring.material.young_modulus": "E",
-    "drillstring.material.shear_modulus": "G",
-    "drillstring.eccentricity": "e0",
-    "drillstring.axial_damping": "c_a",
-    "drillstring.torsional_damping": "c_t",
-    "mud.density": "rho_f",
-    "mud.added_mass": "C_A",
-    "mud.drag": "C_D",
-    "well.diameter": "D_well",
-    "well.stiffness": "k_w",
-    "well.friction.static": "mu_s",
-    "well.friction.dynamic": "mu_d",
-    "well.friction.smoothing": "eps",
-    "well.friction.decay": "tau",
-    "bit.lobes": "n_b",
-    "bit.surface_amplitude": "s0",
-    "bit.rock_stiffness": "k_c",
-    "bit.cutting.zeta": "zeta",
-    "bit.cutting.c1": "c1",
-    "bit.cutting.c2": "c2",
-    "bit.friction.static": "mu_s",
-    "bit.friction.dynamic": "mu_d",
-    "bit.friction.smoothing": "eps",
-    "bit.friction.decay": "tau",
-    "bit.friction.dynamic_from": "V0",
-    "bit.friction.b0": "b0",
-    "bit.friction.b1": "b1",
-    "bit.friction.b2": "b2",
-    "bit.friction.b3": "b3",
-    "operation.wob": "W",
-    "operation.rotary_speed": "Omega",
-}
 
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
@@ -93,78 +62,44 @@ def code(text: str) -> str:
     return f"`{text}`" if text else ""
 
 
-def allowed(leaf: Leaf) -> str:
-    """The range or the choices of a key."""
-    if leaf.choices and len(leaf.choices) >= MANY:
-        return "the key of a swept axis, or `null`"
-    if leaf.choices:
-        return ", ".join(map(code, leaf.choices)) + (", or `null`" if leaf.nullable else "")
-    if leaf.kind == "switch":
-        return "`true`, `false`"
+def forms(leaf: Leaf, more: Iterable[str] = ()) -> str:
+    """What a key may be where that is more than a number in its range."""
+    words = [*leaf.choices, *more]
+    if len(words) >= MANY:
+        return "the key of a swept axis"
     if leaf.kind == "table":
-        return (
-            f"1 to {leaf.most} records of "
-            f"{', '.join(code(part.key.rpartition('.')[2]) for part in leaf.parts)}"
-        )
+        parts = ", ".join(code(part.key.rpartition(".")[2]) for part in leaf.parts)
+        return f"1 to {leaf.most} records of {parts}"
     if leaf.kind == "list":
-        return (
-            f"1 to {leaf.most} values, {leaf.bound(leaf.low)} to {leaf.bound(leaf.high)} each"
-            + (", or `null`" if leaf.nullable else "")
-        )
-    if leaf.words:
-        return (
-            f"{', '.join(map(code, leaf.words))}, or {leaf.bound(leaf.low)} to "
-            f"{leaf.bound(leaf.high)}"
-        )
-    ends = (
-        [leaf.bound(leaf.low)]
-        if leaf.low == leaf.high
-        else [leaf.bound(leaf.low), leaf.bound(leaf.high)]
-    )
-    return " to ".join(ends) + (", or `null`" if leaf.nullable else "")
-
-
-def unit(leaf: Leaf) -> str:
-    if leaf.kind == "whole":
-        return "whole number"
-    return leaf.units or ("" if leaf.kind in ("choice", "switch", "table") else "bare number")
+        return f"1 to {leaf.most} values"
+    return ", ".join(map(code, [word for word in words if word != leaf.default] or leaf.words))
 
 
 def parameters() -> str:
-    sections = ("drillstring", "mud", "well", "bit", "operation")
-    found = [leaf for section in sections for leaf in keys_of().of(section)]
-    rows = (
-        [
-            code(leaf.key),
-            code(SYMBOLS.get(leaf.key, "")),
-            leaf.default_text,
-            leaf.source,
-            leaf.confidence,
-        ]
-        for leaf in found
-    )
-    return table(["key", "symbol", "default", "source", "confidence"], rows)
+    """Where the numbers of the main model are from."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for leaf in keys_of().leaves.values():
+        if leaf.source and leaf.key.partition(".")[0] not in ("classify", "record", "simulation"):
+            found.setdefault((leaf.source, leaf.confidence), []).append(leaf.key)
+    rows = ([*of, ", ".join(map(code, keys))] for of, keys in found.items())
+    return table(["source", "confidence", "keys"], rows)
 
 
-def segments_keys() -> str:
-    """The keys of the string of segments, with their sources."""
-    keys = keys_of("segments")
-    rows = (
-        [
-            code(leaf.key),
-            leaf.default_text,
-            allowed(leaf),
-            leaf.meaning,
-            leaf.source,
-            leaf.confidence,
-        ]
-        for section in (*keys.model.sections, "initial")
-        for leaf in keys.of(section)
-    )
-    return table(["key", "default", "allowed", "meaning", "source", "confidence"], rows)
+def all_keys() -> dict[str, dict[str, Leaf]]:
+    """Every leaf, by its key and by the models that have it, in file order."""
+    found: dict[str, dict[str, Leaf]] = {}
+    for name in (MODEL, *(name for name in NAMES if name != MODEL)):
+        for key, leaf in keys_of(name).leaves.items():
+            found.setdefault(key, {})[name] = leaf
+    return found
+
+
+# Groups of keys whose meaning is more than their name.
+SAID = ("bit.cutting", "bit.friction", "well.friction", "stabilizer.friction")
 
 
 def study_keys() -> str:
+<<<<<<< HEAD
     """All sections in file order; the sweep, which is no dataclass, by hand from its
     own leaves."""
     text = (
@@ -182,37 +117,54 @@ def study_keys() -> str:
         f"| `model` | | {code(MODEL_LEAF.default_text)} | {allowed(MODEL_LEAF)} | | "
         f"{MEANINGS['model']} |\n"
     )
+=======
+    """All sections in file order, of all models; the sweep, which is no dataclass, by
+    hand from its own leaves."""
+    meanings: dict[str, str] = {}
+    for name in reversed((MODEL, *(name for name in NAMES if name != MODEL))):
+        meanings |= keys_of(name).meanings
+    every = all_keys()
+    sections = list(dict.fromkeys(key.partition(".")[0] for key in every if key != "model"))
+    last = ("operation", "initial", "simulation", "classify", "record")
+    sections = [name for name in sections if name not in last] + list(last)
+    rows = [
+        [code("title"), "empty", MEANINGS["title"]],
+        [code("model"), f"{MODEL_LEAF.default_text}; {forms(MODEL_LEAF)}", MEANINGS["model"]],
+    ]
+>>>>>>> book
     told: set[str] = set()
-    for section in keys_of().sections:
+    for section in sections:
         if section == "simulation":
-            text += sweep_keys()
-        for leaf in keys_of().of(section):
-            groups = leaf.key.split(".")[:-1]
+            rows += sweep_keys()
+        for key, leaves in every.items():
+            if not key.startswith(f"{section}."):
+                continue
+            groups = key.split(".")[:-1]
             for i in range(1, len(groups) + 1):
                 name = ".".join(groups[:i])
-                if name not in told:
+                if name not in told and (i == 1 or name in SAID):
                     told.add(name)
-                    text += f"| **`{name}`** | | | | | *{keys_of().meanings[name]}* |\n"
-            default = leaf.default_text
-            ramp = (
-                f", or [a ramp](ramps.md) of such values, `{RAMP}`"
-                if section == "operation"
-                else ""
-            )
-            cells = [
-                code(leaf.key),
-                unit(leaf),
-                default,
-                allowed(leaf) + ramp,
-                leaf.usual,
-                leaf.meaning,
-            ]
-            text += "| " + " | ".join(cells) + " |\n"
+                    rows.append([f"**{code(name)}**", "", f"*{meanings[name]}*"])
+            rows.append(key_row(leaves))
         if section == "initial":  # the slice is no leaf
             states = ", ".join(map(code, keys_of().slices))
-            form = f"two of {states}, each `{{from, to, points}}`, in its unit"
-            text += f"| `{SLICE}` | | none | {form} | | {keys_of().meanings[SLICE]} |\n"
-    return text
+            rows.append([code(SLICE), f"none; two of {states}", keys_of().meanings[SLICE]])
+    return table(["key", "default; others", "meaning"], rows)
+
+
+def key_row(leaves: dict[str, Leaf]) -> list[str]:
+    """A key with what its models have of their own: which have it, other defaults,
+    other choices."""
+    name, leaf = next(iter(leaves.items()))
+    default, meaning = leaf.default_text, leaf.meaning
+    for other, its in leaves.items():
+        if its.default_text != leaf.default_text:
+            default += f"; `{other}`: {its.default_text}"
+    more = [word for its in leaves.values() for word in its.choices if word not in leaf.choices]
+    others = "" if leaf.kind == "switch" else forms(leaf, dict.fromkeys(more))
+    if name != MODEL:
+        meaning += f" ({', '.join(map(code, leaves))})"
+    return [code(leaf.key), "; ".join(filter(None, (default, others))), meaning]
 
 
 def continuation_keys() -> str:
@@ -238,64 +190,32 @@ def continuation_keys() -> str:
     return table(("key", "default", "meaning"), rows)
 
 
-def sweep_keys() -> str:
-    text = f"| **`sweep`** | | | | | *{MEANINGS['sweep']}* |\n"
-    every = keys_of().leaves
-    for axis in ("depth", "wob", "rotary_speed"):
-        of = every[f"operation.{axis}"]
-        span = f"`{{from, to, points}}` (points {allowed(POINTS)}; `spacing: log` for equal ratios)"
-        form = f"{span}, a list, or one value; each {allowed(of)}"
-        text += (
-            f"| `sweep.{axis}` | {of.units} | from `operation` | {form} | | "
-            f"{MEANINGS[f'sweep.{axis}']} |\n"
-        )
-    form = "as those above, in the unit and the range of the key"
-    sections = "`, `".join(keys_of().physical)
-    text += (
-        f"| `sweep.KEY` | | from the key | {form} | | Any other number of `{sections}` by its "
-        f"dotted key |\n"
-    )
+def sweep_keys() -> list[list[str]]:
+    rows = [["**`sweep`**", "", f"*{MEANINGS['sweep']}*"]]
+    span = "`{from, to, points}` (and `spacing: log`), a list, or a value"
+    names = ", ".join(code(f"sweep.{axis}") for axis in ("depth", "wob", "rotary_speed"))
+    rows.append([names, f"as in `operation`; {span}", "Depths, weights on bit, rotary speeds"])
+    sections = ", ".join(map(code, keys_of().physical))
+    rows.append(["`sweep.KEY`", "its own; the same forms", f"Any number or word of {sections}"])
     for leaf in (PROCEDURE, along(keys_of()), REFINE):
-        default = "null" if leaf.default is None else leaf.default
-        text += (
-            f"| `{leaf.key}` | {unit(leaf)} | {default} | {allowed(leaf)} | | {leaf.meaning} |\n"
-        )
-    return text + uncertain_keys()
-
-
-def uncertain_keys() -> str:
-    text = f"| **`uncertain`** | | | | | *{MEANINGS['uncertain']}* |\n"
-    forms = "; ".join(f"`{{{kind}: {form}}}`" for kind, form in EXAMPLES.items())
-    words = "Distribution of a number that an axis may vary, by its key"
-    text += f"| `uncertain.KEY` | | none | one of {forms} | | {words} |\n"
+        default = "null" if leaf.default is None else str(leaf.default)
+        rows.append([code(leaf.key), "; ".join(filter(None, (default, forms(leaf)))), leaf.meaning])
+    rows.append(["**`uncertain`**", "", f"*{MEANINGS['uncertain']}*"])
+    kinds = "; ".join(f"`{{{kind}: {form}}}`" for kind, form in EXAMPLES.items())
+    rows.append(["`uncertain.KEY`", f"none; {kinds}", "Distribution of a number"])
     for leaf in (SAMPLES, SEED, DESIGN):
-        text += f"| `{leaf.key}` | | {leaf.default_text} | {allowed(leaf)} | | {leaf.meaning} |\n"
+        others = "; ".join(filter(None, (leaf.default_text, forms(leaf))))
+        rows.append([code(leaf.key), others, leaf.meaning])
     for name, form in (
-        ("correlations", "`[[KEY, KEY, rank correlation], ...]`"),
+        ("correlations", "`[[KEY, KEY, correlation], ...]`"),
         ("table", "`{KEY: [value, ...], ...}`"),
     ):
-        text += f"| `uncertain.{name}` | | none | {form} | | {MEANINGS[f'uncertain.{name}']} |\n"
-    return text
-
-
-def thresholds() -> str:
-    rows = (
-        [
-            code(leaf.key),
-            leaf.default_text + (" %" if leaf.units == "percent" else ""),
-            leaf.meaning,
-            leaf.source,
-        ]
-        for leaf in keys_of().of("classify")
-    )
-    return table(["key", "default", "meaning", "source"], rows)
+        rows.append([f"`uncertain.{name}`", f"none; {form}", MEANINGS[f"uncertain.{name}"]])
+    return rows
 
 
 def units() -> str:
-    return table(
-        ["quantity in", "units to write (any unit of that dimension is read)"],
-        ([code(si), ", ".join(map(code, names))] for si, names in USUAL.items()),
-    )
+    return "; ".join(", ".join(map(code, names)) for names in USUAL.values()) + ".\n"
 
 
 def flags(variable: Variable) -> str:
@@ -329,60 +249,76 @@ ONLY = {
 }
 
 
-def results_variables() -> str:
-    def rows() -> Iterable[list[str]]:
-        for v in described(MODEL).variables:
-            extra = ", ".join(code(name) for name in v.dims[4:])
-            yield [
-                code(v.name),
-                v.dtype,
-                v.units or "`state_units`",
-                ROOMS[v.room],
-                extra,
-                v.long_name + flags(v),
-                code(ONLY[v.only]) if v.only else "",
-            ]
+EXTREME = re.compile(r"^(least|greatest|mean|lowest|highest) ")
+CHECK = re.compile(r" (?:with a smaller tolerance|when continued for longer)")
+PLANE = re.compile(r", (?:x|y)(?=,|$)(?:, across it|, the low side at -y)?")
+NUMBER = re.compile(r"(?<=mode )\d+|(?<=frequency )\d\b|(?<=of )\d(?= half)")
 
-    return table(
-        ["variable", "type", "units", "kind", "further dimension", "meaning", "only with"], rows()
-    )
+
+def in_families(rows: Iterable[list[str]]) -> list[list[str]]:
+    """Rows of a name, further cells and a meaning; those of a family in one: least,
+    greatest and mean; the two checks; x and y; numbered ones."""
+    found: dict[tuple[str, ...], list[tuple[str, str]]] = {}
+    for name, *cells, meaning in rows:
+        alike = PLANE.sub("", NUMBER.sub("N", EXTREME.sub("", CHECK.sub("", meaning))))
+        if "that becomes" in meaning or "of the sinusoid" in meaning:  # of what is before
+            alike = name
+        found.setdefault((alike.replace("waves", "wave"), *cells), []).append((name, meaning))
+    return [
+        [named([name for name, _ in members]), *cells, told([words for _, words in members])]
+        for (_, *cells), members in found.items()
+    ]
+
+
+def named(names: list[str]) -> str:
+    return ", ".join(names if len(names) < 4 else [names[0], "...", names[-1]])
+
+
+def told(meanings: list[str]) -> str:
+    """What the meanings of a family have in common, and in what they differ."""
+    first, *others = meanings
+    if not others:
+        return first
+    if CHECK.search(first):
+        return CHECK.sub("", first) + ", of the two checks"
+    leads = list(dict.fromkeys(match[1] for one in meanings if (match := EXTREME.match(one))))
+    if len(leads) > 1:
+        return f"{', '.join(leads)} {EXTREME.sub('', first)}"
+    return PLANE.sub(", x and y", NUMBER.sub("N", first))
+
+
+def results_variables() -> str:
+    """The variables of a sweep, by rooms."""
+    text: list[list[str]] = []
+    rooms: dict[str, list[list[str]]] = {}
+    for v in described(MODEL).variables:
+        extra = "".join(f", on {code(name)}" for name in v.dims[4:])
+        only = f" ({code(ONLY[v.only])})" if v.only else ""
+        row = [code(v.name), v.units or "`state_units`", extra, only, v.long_name + flags(v)]
+        rooms.setdefault(v.room, []).append(row)
+    for room, rows in rooms.items():
+        text.append([f"**{ROOMS[room]}**", "", ""])
+        for names, units, extra, only, meaning in in_families(rows):
+            text.append([names, units, meaning + extra + only])
+    return table(["variable", "units", "meaning"], text)
 
 
 def trace_variables() -> str:
-    return table(
-        ["variable", "type", "units", "meaning"],
-        ([code(v.name), v.dtype, v.units, v.long_name] for v in described(MODEL).trace),
-    )
+    rows = ([code(v.name), v.units, v.long_name] for v in described(MODEL).trace)
+    return table(["variable", "units", "meaning"], in_families(rows))
 
 
 def other_variables() -> str:
     """What only other models than the usual one have in results and traces."""
     usual = {v.name for v in (*described(MODEL).variables, *described(MODEL).trace)}
-    others = [name for name in NAMES if name != MODEL]
-    rows = (
-        [code(v.name), code(name), ROOMS.get(v.room, "trace"), v.units, v.long_name]
-        for name in others
+    rows = [
+        [code(v.name), code(name), v.units, v.long_name]
+        for name in NAMES
+        if name != MODEL
         for v in dict.fromkeys((*described(name).variables, *described(name).trace))
         if v.name not in usual
-    )
-    return table(["variable", "model", "kind", "units", "meaning"], rows)
-
-
-def coordinates() -> str:
-    return table(
-        ["dimension", "units", "meaning"],
-        ([code(name), units, words] for name, (units, words) in COORDINATES.items()),
-    )
-
-
-def coefficients() -> str:
-    rows = [[code(n), UNITS[n], words] for n, words in COEFFICIENTS.items()]
-    rows += [
-        [code(n), units, f"{words} (`segments`)"]
-        for n, (units, words) in OF_SEGMENTS.items()
-        if n not in COEFFICIENTS
     ]
-    return table(["name", "units", "meaning"], rows)
+    return table(["variable", "model", "units", "meaning"], in_families(rows))
 
 
 # Studies that together have every quantity of ``check``.
@@ -403,13 +339,13 @@ def check_quantities() -> str:
         for name, found in nsdrill.check(study).as_json()["figures"].items():
             if name not in rows:
                 rows[name] = [code(name), found["units"], found["meaning"], where]
-    return table(["name", "units", "meaning", "with"], [row for row in rows.values() if row])
-
-
-def further() -> str:
-    found = further_quantities(Parameters(), Operation())
+    listed = [
+        [name, units, where, words] for name, units, words, where in filter(None, rows.values())
+    ]
+    families = in_families(listed)
     return table(
-        ["name", "units", "meaning"], ([code(n), f.units, f.meaning] for n, f in found.items())
+        ["name", "units", "meaning"],
+        ([n, u, words + (f" ({where})" if where else "")] for n, u, where, words in families),
     )
 
 
@@ -440,11 +376,35 @@ def kinds() -> str:
     return table(["kind", "of", "what it shows"], [*listed, *parts, values])
 
 
-def command_line() -> str:
-    """Every command with its arguments and options, as the command line itself has
-    them."""
+def options_of(name: str) -> list[tuple[str, str]]:
+    """The options of a command, each as its name and its text."""
     import click
 
+    command = group.get_command(click.Context(group), name)
+    assert command is not None
+    return [(option_name(o), option_text(o)) for o in command.params if isinstance(o, click.Option)]
+
+
+def shared() -> dict[tuple[str, str], list[str]]:
+    """The options that three commands or more have with the same words, and these
+    commands."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for name in COMMANDS:
+        for option in options_of(name):
+            found.setdefault(option, []).append(name)
+    return {option: names for option, names in found.items() if len(names) > 2}
+
+
+def common_options() -> str:
+    return table(["option", "meaning"], shared())
+
+
+def command_line() -> str:
+    """Every command with its arguments and options, as the command line itself has
+    them, less its examples."""
+    import click
+
+    common = shared()
     text = ""
     with click.Context(group, info_name="nsdrill") as parent:
         for name in COMMANDS:
@@ -453,20 +413,16 @@ def command_line() -> str:
             context = click.Context(command, info_name=f"nsdrill {name}")
             usage = " ".join(command.collect_usage_pieces(context)[1:])
             meaning = inspect.cleandoc((command.help or "").replace("\b\n", ""))
-            text += (
-                f"\n### nsdrill {name}\n\n{meaning}\n\n```\nnsdrill {name} [OPTIONS] {usage}".rstrip()
-                + "\n```\n\n"
-            )
-            options = [p for p in command.params if isinstance(p, click.Option)]
-            if options:
-                text += table(
-                    ["option", "meaning"], ([option_name(o), option_text(o)] for o in options)
-                )
-            else:
-                text += "No options.\n"
-            _, found, examples = (command.epilog or "").partition("Examples:\n")
-            if found:
-                text += f"\n```sh\n{inspect.cleandoc(examples)}\n```\n"
+            meaning = meaning.partition("\n\n")[0]
+            text += f"\n### nsdrill {name}\n\n`nsdrill {name} [OPTIONS] {usage}".rstrip() + "`\n\n"
+            text += f"{meaning}\n\n"
+            own = [option for option in options_of(name) if option not in common]
+            if own:
+                text += table(["option", "meaning"], own) + "\n"
+            known = [option for option, words in options_of(name) if (option, words) in common]
+            names = [name for option in known for name in re.findall(r"`(--?[\w-]+)", option)]
+            if names:
+                text += f"And: {', '.join(map(code, names))}.\n"
     return text
 
 
@@ -478,7 +434,9 @@ def option_name(option: object) -> str:
     if not option.is_flag:
         choices = getattr(option.type, "choices", None)
         metavar = " " + (
-            "|".join(choices) if choices else option.metavar or option.type.name.split()[0].upper()
+            " or ".join(choices)
+            if choices
+            else option.metavar or option.type.name.split()[0].upper()
         )
     return ", ".join(
         code(name + (metavar if name.startswith("--") else "")) for name in option.opts
@@ -498,32 +456,26 @@ def option_text(option: object) -> str:
 
 
 def python_functions() -> str:
-    """Every function of the package, as its signature and its docstring have it."""
+    """Every function of the package, as its signature and the beginning of its
+    docstring have it."""
     return "".join(
-        f"\n### {name}\n\n```python\n{signature(name)}\n```\n\n{docstring(getattr(api, name))}\n"
+        f"\n### {name}\n\n```python\n{signature(name)}\n```\n\n{summary(getattr(api, name))}\n"
         for name in nsdrill.__all__
         if name.islower()
     )
 
 
+def summary(thing: object) -> str:
+    """The first paragraph of a docstring, as Markdown."""
+    return docstring(thing).partition("\n\n")[0]
+
+
 def signature(name: str) -> str:
-    """How a function is called; on several lines where it is long."""
+    """How a function is called; the kinds of its arguments are in its docstring."""
     found = inspect.signature(getattr(api, name))
-    text = f"nsdrill.{name}{found}".replace("'", "")
-    for parameter in found.parameters.values():  # a text as a default is in quotes
-        if isinstance(parameter.default, str):
-            text = text.replace(f" = {parameter.default}", f' = "{parameter.default}"')
-    if len(text) <= 100:
-        return text
-    head, _, tail = text.partition("(")
-    words, _, result = tail.rpartition(") -> ")
-    parts: list[str] = []
-    for part in words.split(", "):  # a comma within brackets does not end a parameter
-        if parts and parts[-1].count("[") > parts[-1].count("]"):
-            parts[-1] += f", {part}"
-        else:
-            parts.append(part)
-    return f"{head}(\n" + "".join(f"    {part},\n" for part in parts) + f") -> {result}"
+    bare = [one.replace(annotation=inspect.Parameter.empty) for one in found.parameters.values()]
+    text = f"nsdrill.{name}{inspect.Signature(bare)}".replace("'", '"')
+    return "\n".join(textwrap.wrap(text, 100, subsequent_indent="    "))
 
 
 def python_classes() -> str:
@@ -531,12 +483,16 @@ def python_classes() -> str:
     return table(
         ["class", "meaning"],
         (
+<<<<<<< HEAD
             [
                 code(f"nsdrill.{name}"),
                 inline(
                     " ".join((getattr(nsdrill, name).__doc__ or "").partition("\n\n")[0].split())
                 ),
             ]
+=======
+            [code(f"nsdrill.{name}"), " ".join(summary(getattr(nsdrill, name)).split())]
+>>>>>>> book
             for name in names
         ),
     )
@@ -576,19 +532,15 @@ def link(found: re.Match[str]) -> str:
 
 TABLES: dict[str, Callable[[], str]] = {
     "parameters": parameters,
-    "segments keys": segments_keys,
     "study keys": study_keys,
     "continuation keys": continuation_keys,
-    "thresholds": thresholds,
     "units": units,
     "results variables": results_variables,
     "trace variables": trace_variables,
     "other variables": other_variables,
-    "coordinates": coordinates,
-    "coefficients": coefficients,
     "check quantities": check_quantities,
-    "further quantities": further,
     "plot kinds": kinds,
+    "common options": common_options,
     "command line": command_line,
     "python functions": python_functions,
     "python classes": python_classes,
@@ -602,7 +554,7 @@ def filled(text: str) -> str:
 
 def main(arguments: list[str]) -> int:
     stale = []
-    for page in sorted(HERE.glob("*.md")):
+    for page in sorted(HERE.rglob("*.md")):
         text = page.read_text(encoding="utf-8")
         new = filled(text)
         if new != text:

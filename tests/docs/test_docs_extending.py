@@ -23,7 +23,9 @@ def blocks(docs: Path, tmp_path: Path) -> list[Path]:
     """The Python blocks of the page, each in a file of its own, as the compiler reads the
     source of a function again."""
     found = re.findall(
-        r"^```python\n(.*?)^```", (docs / "extending.md").read_text(encoding="utf-8"), re.M | re.S
+        r"^```python\n(.*?)^```",
+        (docs / "dev" / "extending.md").read_text(encoding="utf-8"),
+        re.M | re.S,
     )
     paths = []
     for number, text in enumerate(found):
@@ -65,7 +67,7 @@ def test_a_model_is_observed_as_declared(
     fast as the drive in the mean, what it needs is the surface torque, and weak
     friction lets it turn steadily, at 3 rad/s."""
     names = run(blocks[2])
-    page = (docs / "extending.md").read_text(encoding="utf-8")
+    page = (docs / "dev" / "extending.md").read_text(encoding="utf-8")
     shown = re.search(r"^```text\n(bit_speed_max.*?)^```", page, re.M | re.S)
     assert shown is not None
     assert capsys.readouterr().out.split() == shown.group(1).split()

@@ -16,7 +16,7 @@ CLASSES = [name for name in nsdrill.__all__ if not name.islower()]
 
 
 def test_the_examples_run_one_after_the_other(docs: Path, run_python: Any, tmp_path: Path) -> None:
-    page = (docs / "python.md").read_text(encoding="utf-8").partition("<!-- table")[0]
+    page = (docs / "from_python.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^```python\n(.*?)^```", page, re.M | re.S)
     assert len(blocks) >= 8
     done = run_python("\n".join(blocks), tmp_path)
@@ -53,9 +53,7 @@ def test_every_argument_is_in_its_docstring() -> None:
 
 def test_the_names_of_arguments_are_explained(docs: Path) -> None:
     page = (
-        (docs / "python.md")
-        .read_text(encoding="utf-8")
-        .partition("<!-- table: python functions")[0]
+        (docs / "python.md").read_text(encoding="utf-8").partition("<!-- table: python classes")[0]
     )
     signatures = "".join(str(inspect.signature(getattr(api, name))) for name in FUNCTIONS)
     for alias in set(re.findall(r"\b(?:\w+Like|Quantity|Settings)\b", signatures)):

@@ -11,6 +11,6 @@ from nsdrill.study import parse_study
 def test_studies_of_the_page_are_ramps(docs: Path) -> None:
     text = (docs / "ramps.md").read_text(encoding="utf-8")
     blocks = re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    assert len(blocks) == 5
+    assert len(blocks) == 3
     for text in blocks:
         assert parse_study(text).ramped

@@ -377,7 +377,7 @@ def test_the_averaged_fold_is_near_that_of_runs(drive: str, wob: float, fold: fl
 def test_the_averaged_fold_is_too_low_by_what_its_description_says(
     drive: str, wob: float, fold: float
 ) -> None:
-    """Folds by continuation, of docs/branches.md."""
+    """Folds by continuation, of docs/drives.md."""
     study = parse_study(
         f"modes: {{axial: frozen, lateral: frozen}}\noperation: {{wob: {wob} kN, rotary_speed: 3 "
         f"rad/s}}\ndrive: {{{drive}}}"

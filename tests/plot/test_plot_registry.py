@@ -16,7 +16,7 @@ from nsdrill import plot
 from nsdrill.data import Results, Trace
 from nsdrill.plot.registry import GROUPS, all_kinds
 
-PAGE = Path(__file__).parents[2] / "docs" / "extending.md"
+PAGE = Path(__file__).parents[2] / "docs" / "dev" / "extending.md"
 
 
 @pytest.fixture

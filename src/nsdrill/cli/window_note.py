@@ -297,7 +297,8 @@ def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -
         yield f"Fastest safe point, whatever room it has: {where}.{_drilling_text(fastest, fmt)}"
     yield (
         "Limits lie between the last safe point and the next one; finer axes bring them closer "
-        "together."
+        "together.\n"
+        "What a window does not tell: Limits of validity, docs/limits.md."
     )
 
 

@@ -39,108 +39,105 @@ QUANTITY = (
 
 # What each key means that no model has a say in, in one line.
 MEANINGS: dict[str, str] = {
-    "title": "Title of the study, put on figures and in the results file",
-    "units": "In which units commands answer unless --units says otherwise",
-    "model": "The model of the string",
-    "sweep": "What is varied",
+    "title": "Title of the study, for pictures and the results file",
+    "units": "Units in which commands answer, unless --units says otherwise",
+    "model": "Model of the string",
+    "sweep": "The numbers and words that are varied",
     "sweep.depth": "Depths",
     "sweep.wob": "Weights on bit",
-    "sweep.rotary_speed": "Speeds of the top drive",
-    "sweep.procedure": "Start each point from the same state, or carry the state up, down, or "
-    "both ways",
-    "sweep.along": "The axis along which the state is carried; needed where several are swept",
-    "sweep.refine": "How often the spacing of axes {from, to, points} is halved where the "
+    "sweep.rotary_speed": "Rotary speeds of the top drive",
+    "sweep.procedure": "Start of each point: the same state, or the final state of its "
+    "neighbour, carried up, down or both ways",
+    "sweep.along": "Axis along which the state is carried; needed with several axes",
+    "sweep.refine": "Number of times that the spacing of axes {from, to, points} is halved where "
     "responses differ",
-    "continue": "What is followed by continuation, stable or not: for nsdrill branches",
-    "continue.along": "The number that is continued: rotary_speed or any other by its key",
+    "continue": "Motions followed along a number, stable or not",
+    "continue.along": "Number that is varied: rotary_speed or any other by its key",
     "continue.from": "One end of its range",
     "continue.to": "The other end",
-    "continue.seeds": "A results file whose settled points are followed, or values at which a "
+    "continue.seeds": "Results file whose settled points are followed, or values at which a "
     "motion settles first",
-    "continue.motions": "What is followed: periodic (steady drilling, bounces), rolling, "
-    "stick_slip",
-    "continue.lobes": "The periods that are tried, in lobes, the shortest first",
-    "continue.switch": "Whether branches that spring from doublings, branch points and Hopf "
-    "points are followed too",
-    "continue.points": "How many points a branch has at most",
+    "continue.motions": "Kinds of motion: periodic (steady drilling, bounces), rolling, stick_slip",
+    "continue.lobes": "Periods to try, in lobes, the shortest first",
+    "continue.switch": "Follow also the branches that begin at doublings, branch points and Hopf "
+    "points",
+    "continue.points": "Largest number of points of a branch",
     "continue.curves": "Curves of special points in a second number",
     "continue.curves.over": "The second number",
     "continue.curves.from": "One end of its range",
     "continue.curves.to": "The other end",
-    "continue.curves.of": "Which points are followed: lift_off, wall, fold, doubling, torus, hopf",
-    "continue.curves.points": "How many points a curve has at most",
-    "uncertain": "Numbers that are not known, each with its distribution, by key; every point is "
-    "run with many samples",
-    "uncertain.samples": "How many samples are drawn; every operating point is run with the same "
-    "ones",
-    "uncertain.seed": "Another number draws other samples",
-    "uncertain.design": "saltelli: samples x (unknowns + 2), from which Sobol indices follow "
+    "continue.curves.of": "Kinds of special points",
+    "continue.curves.points": "Largest number of points of a curve",
+    "uncertain": "Distributions of numbers that are not known; every point is run with many "
+    "samples",
+    "uncertain.samples": "Number of samples; every operating point has the same ones",
+    "uncertain.seed": "Random seed of the samples",
+    "uncertain.design": "saltelli: samples x (unknowns + 2) runs of a point, for Sobol indices "
     "without assumptions",
-    "uncertain.correlations": "Rank correlations of pairs of unknowns, [[KEY, KEY, 0.5], ...]",
-    "uncertain.table": "Joint samples in place of distributions, {KEY: [value, ...], ...}; each "
-    "row is a sample",
-    "simulation": "How each point is integrated",
-    "simulation.transient": "Time before the motion is observed",
-    "simulation.observe": "Time observed",
-    "simulation.rtol": "Relative tolerance of a step",
-    "simulation.max_steps": "Steps after which a run is given up",
-    "simulation.verify": "Check every point with a smaller tolerance and a longer run; takes some "
-    "4 times as long",
-    "simulation.pair": "Pair of the explicit method; dormand_prince is the RK45 of SciPy",
+    "uncertain.correlations": "Rank correlations of pairs of unknowns",
+    "uncertain.table": "Joint samples in place of distributions, one in each row",
+    "simulation": "Integration of each point",
+    "simulation.transient": "Time before the observation",
+    "simulation.observe": "Time of the observation",
+    "simulation.rtol": "Relative tolerance of a step; smaller is more accurate and slower",
+    "simulation.max_steps": "Number of steps after which a run ends with status 3",
+    "simulation.verify": "Check every point with a smaller tolerance and a longer run; takes "
+    "about 4 times as long",
+    "simulation.pair": "Formulas of the explicit method; dormand_prince is SciPy's RK45",
     "simulation.method": "Integration of friction; implicit for steep friction",
-    "classify": "From where a response counts as critical",
+    "classify": "Thresholds of the labels",
     "classify.bit_bounce": "Bit-bounce; the bounds of its severity must ascend",
-    "classify.bit_bounce.lift_off_fraction": "Fraction of time off the rock above which it is "
-    "bit-bounce",
-    "classify.bit_bounce.light_fraction": "Severity: light above this fraction of time off the "
-    "rock",
-    "classify.bit_bounce.moderate_fraction": "Severity: moderate above this",
-    "classify.bit_bounce.strong_fraction": "Severity: strong above this",
-    "classify.bit_bounce.severe_fraction": "Severity: severe above this",
+    "classify.bit_bounce.lift_off_fraction": "Bit-bounce above this fraction of time off the rock",
+    "classify.bit_bounce.light_fraction": "Severity light above this fraction of time off the rock",
+    "classify.bit_bounce.moderate_fraction": "Severity moderate above this",
+    "classify.bit_bounce.strong_fraction": "Severity strong above this",
+    "classify.bit_bounce.severe_fraction": "Severity severe above this",
     "classify.stick_slip": "Stick-slip; the bounds of its severity must ascend",
-    "classify.stick_slip.stick_slip_index": "Index (max - min) / (2 mean) of bit speed above "
-    "which it is stick-slip",
-    "classify.stick_slip.oscillation_index": "Severity: torsional oscillation from here",
-    "classify.stick_slip.medium_index": "Severity: medium from here",
-    "classify.stick_slip.stall_index": "Severity: onset of full stall from here",
-    "classify.stick_slip.severe_index": "Severity: severe from here",
+    "classify.stick_slip.stick_slip_index": "Stick-slip above this index, (max - min) / (2 mean) "
+    "of the bit speed",
+    "classify.stick_slip.oscillation_index": "Severity torsional oscillation above this",
+    "classify.stick_slip.medium_index": "Severity medium above this",
+    "classify.stick_slip.stall_index": "Severity onset of full stall above this",
+    "classify.stick_slip.severe_index": "Severity severe above this",
     "classify.whirl": "Whirl; the bounds of its severity must ascend",
-    "classify.whirl.wall_contact_fraction": "Fraction of time on the wall above which it is whirl",
-    "classify.whirl.rolling_tolerance": "Distance of the rolling ratio from one within which it "
-    "is backward rolling",
+    "classify.whirl.wall_contact_fraction": "Whirl above this fraction of time on the wall",
+    "classify.whirl.rolling_tolerance": "Backward rolling within this distance of a rolling "
+    "ratio of one",
     "classify.whirl.rolling_contact": "Least fraction of time on the wall for backward rolling",
-    "classify.whirl.direction": "Size of the whirl ratio below which the direction is called "
-    "irregular",
-    "classify.whirl.light_acceleration": "Severity: light above this r.m.s. lateral acceleration",
-    "classify.whirl.moderate_acceleration": "Severity: moderate above this",
-    "classify.whirl.strong_acceleration": "Severity: strong above this",
-    "classify.whirl.severe_acceleration": "Severity: severe above this",
+    "classify.whirl.direction": "Irregular below this size of the whirl ratio",
+    "classify.whirl.light_acceleration": "Severity light above this r.m.s. lateral acceleration",
+    "classify.whirl.moderate_acceleration": "Severity moderate above this",
+    "classify.whirl.strong_acceleration": "Severity strong above this",
+    "classify.whirl.severe_acceleration": "Severity severe above this",
     "classify.settled": "Settled motion",
-    "classify.settled.tolerance": "Largest difference between the halves of the observation, "
-    "over the range",
+    "classify.settled.tolerance": "Largest relative difference between the halves of the "
+    "observation",
     "classify.trust": "Trust, where points were checked",
-    "classify.trust.tolerance": "Largest difference of the features between a run and its checks, "
-    "in natural scales",
+    "classify.trust.tolerance": "Largest difference between a run and its checks, in natural "
+    "scales",
     "classify.motion": "Kind of motion, from the returns to the Poincare section",
-    "classify.motion.absolute": "Two returns are the same within this, in natural scales of the "
+    "classify.motion.absolute": "Two returns are the same within this many natural scales of the "
     "states",
-    "classify.motion.relative": "and this, in parts of the range of the returns",
-    "classify.motion.longest_period": "Longest period looked for, in returns",
-    "classify.motion.exponent": "Lyapunov exponent, less two errors, above which it is chaotic",
-    "classify.motion.exponent_error": "Two errors of the exponent up to which zero within them is "
-    "quasi-periodic",
-    "classify.motion.chaotic_above": "Without an exponent: 0-1 test above which it is chaotic",
-    "classify.motion.regular_below": "Without an exponent: 0-1 test below which it is regular",
+    "classify.motion.relative": "Added to absolute: this part of the range of the returns",
+    "classify.motion.longest_period": "Longest period that is looked for, in returns",
+    "classify.motion.exponent": "Chaotic where the Lyapunov exponent less two errors is above this",
+    "classify.motion.exponent_error": "Quasi-periodic only where two errors of the exponent are "
+    "below this",
+    "classify.motion.chaotic_above": "Chaotic above this result of the 0-1 test, where there is "
+    "no exponent",
+    "classify.motion.regular_below": "Regular below this result of the 0-1 test, where there is "
+    "no exponent",
     "classify.attractors": "Attractors, where every operating point has several starts",
-    "classify.attractors.tolerance": "Distance of scaled features within which two starts are on "
-    "the same attractor",
-    "classify.attractors.matching": "Distance within which attractors of neighbouring operating "
-    "points have one number",
-    "classify.stuck_below": "Bit speed below which the bit counts as stuck",
+    "classify.attractors.tolerance": "Two starts are on one attractor within this distance of "
+    "their features",
+    "classify.attractors.matching": "Attractors of neighbouring operating points have one number "
+    "within this distance",
+    "classify.stuck_below": "Bit speed at or below which the bit is stuck",
     "record": "What is kept of each point beside the features",
-    "record.peaks": "Last local maxima kept of bit position, bit speed (one a slip) and radius",
-    "record.poincare": "Last returns kept of the Poincare section; 0 for none",
-    "record.section": "What the bit turns by between returns to the section",
+    "record.peaks": "Number of last local maxima that are kept of bit position, bit speed (one a "
+    "slip) and radius",
+    "record.poincare": "Number of last returns to the Poincare section that are kept",
+    "record.section": "Rotation of the bit between two returns",
     "record.exponent": "Measure the largest Lyapunov exponent",
 }
 

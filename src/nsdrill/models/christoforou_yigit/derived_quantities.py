@@ -170,7 +170,7 @@ def _torsion(
     quantities["drive_reflection"] = DerivedQuantity(
         None if reflected is None else float(abs(reflected)),
         "1",
-        "share of a wave at the torsional frequency that the drive throws back",
+        "share of a wave at the torsional frequency that the drive reflects",
     )
     if parameters.drive.torque_limit is not None:
         reserve = float(parameters.drive.torque_limit) - mean_torque(parameters, operation, k)

@@ -92,10 +92,10 @@ DESCRIPTION = Description(
     meanings={
         "bit.friction.static": "Coefficient at rest; all laws but rational",
         "bit.friction.dynamic": "Coefficient at high speed; all laws but rational",
-        "bit.friction.smoothing": "Steepness of the sign change at zero speed; all laws but "
-        "rational",
-        "bit.friction.decay": "Rate at which friction falls from static to dynamic; laws "
-        "hyperbolic and exponential",
+        "bit.friction.smoothing": "Steepness of the sign change at zero speed; larger is steeper; "
+        "all laws but rational",
+        "bit.friction.decay": "Rate of the fall from static to dynamic; laws hyperbolic and "
+        "exponential",
     },
     states=states,
     several_states=(

@@ -108,7 +108,7 @@ def every_derived_quantity(
         }
     if drive.kind != "ideal":
         share = None if reflected is None else float(abs(reflected))
-        meaning = "share of a wave at the first torsional frequency that the drive throws back"
+        meaning = "share of a wave at the first torsional frequency that the drive reflects"
         quantities |= {
             "drive_inertia": DerivedQuantity(
                 float(law_at_top.inertia), "kg m^2", "inertia of drive and kelly, as it is felt"

@@ -529,10 +529,10 @@ class Drive(Checked):
     )
     inertia: float = _from_main("inertia", "Inertia of a drive by torque, without the kelly's")
     torque_limit: float | None = _from_main(
-        "torque_limit", "Greatest torque of the motor, whose least is 0 then; null: no limits"
+        "torque_limit", "Torque limit: the motor's torque stays between 0 and this; null: none"
     )
     matching: float = _from_main(
-        "matching", "Speed gain in impedances of the pipe; kind soft_torque"
+        "matching", "Proportional gain in impedances of the pipe; kind soft_torque"
     )
     frequency: float | None = _from_main(
         "frequency",
@@ -541,7 +541,7 @@ class Drive(Checked):
     compensated_inertia: float = _from_main(
         "compensated_inertia", "Inertia that is compensated; kind soft_torque"
     )
-    a: float = _from_main("a", "How much softer than a stiff drive; kind z_torque")
+    a: float = _from_main("a", "Softness; larger is softer than a stiff drive; kind z_torque")
     high_pass: float = _from_main(
         "high_pass", "Time constant of the filter on the torque; kind z_torque"
     )

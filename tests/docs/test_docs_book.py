@@ -1,0 +1,113 @@
+"""The book as a whole: every page has its place, it has the length that a reader
+finishes, and one thing has one name."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+from typing import Any
+
+import pytest
+from ruamel.yaml import YAML
+
+# The words of all pages for users, with the generated tables, as ``wc`` counts them.
+LONGEST = 50_000
+# What stands in no page, and what stands there instead: one thing has one name.
+OTHERWISE = {
+    "top speed": "rotary speed",
+    "safe window": "operating window",
+    "window of safety": "operating window",
+    "set point speed": "set speed",
+    "history dependent": "history-dependent",
+    "stabilizers": "stabilisers",
+    "hangs on": "depends on",
+    "throws back": "reflects",
+    "not told": "not determined",
+}
+LEFT = {"fit.md"}  # shows the words of the program, and explains them
+
+
+def doors(root: Path) -> dict[str, list[str]]:
+    """The pages of each door, as the site has them."""
+
+    def pages(entry: Any) -> list[str]:
+        if isinstance(entry, str):
+            return [entry]
+        parts = entry.values() if isinstance(entry, dict) else entry
+        return [page for part in parts for page in pages(part)]
+
+    text = (root / "mkdocs.yml").read_text(encoding="utf-8")
+    nav = YAML(typ="safe").load(text)["nav"]
+    return {name: pages(entry) for door in nav for name, entry in door.items()}
+
+
+def for_users(docs: Path) -> list[Path]:
+    return [page for page in sorted(docs.rglob("*.md")) if "dev" not in page.parts]
+
+
+def spoken(text: str) -> str:
+    """What a page says itself: without generated tables, blocks, code, links' addresses
+    and titles of works."""
+    text = re.sub(r"<!-- table: .*?<!-- end of table -->", "", text, flags=re.DOTALL)
+    text = re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
+    return re.sub(r"`[^`]*`|\]\([^)]*\)|\"[^\"]*\"", "", text)
+
+
+def test_every_page_is_in_the_site_once(root: Path, docs: Path) -> None:
+    named = [page for pages in doors(root).values() for page in pages]
+    there = [
+        str(page.relative_to(docs)) for page in docs.rglob("*") if page.suffix in (".md", ".ipynb")
+    ]
+    assert sorted(named) == sorted(there)
+    assert list(doors(root))[:6] == ["Start", "Learn", "Do", "Understand", "Look up", "Evidence"]
+
+
+def test_the_readme_has_every_page_for_users(root: Path, docs: Path) -> None:
+    text = (root / "README.md").read_text(encoding="utf-8")
+    for page in for_users(docs):
+        assert f"](docs/{page.name}" in text, page.name
+
+
+def test_the_book_is_short_enough_to_be_finished(root: Path, docs: Path) -> None:
+    """The words by door are printed with ``pytest -s``, and all of them with ``-rw``."""
+    counts = {
+        door: sum(
+            len((docs / page).read_text(encoding="utf-8").split())
+            for page in pages
+            if page.endswith(".md")
+        )
+        for door, pages in doors(root).items()
+        if door != "Develop"
+    }
+    counts["README"] = len((root / "README.md").read_text(encoding="utf-8").split())
+    total = sum(counts.values())
+    print(f"\nwords for users: {total} of {LONGEST};", counts)
+    assert total <= LONGEST
+    if counts["README"] > 900:
+        warnings.warn(f"README has {counts['README']} words", stacklevel=1)
+
+
+@pytest.mark.parametrize("wrong", OTHERWISE)
+def test_one_thing_has_one_name(wrong: str, root: Path, docs: Path) -> None:
+    for page in [*for_users(docs), root / "README.md"]:
+        if page.name not in LEFT:
+            text = " ".join(spoken(page.read_text(encoding="utf-8")).lower().split())
+            assert wrong not in text, f"{page.name}: {wrong}; write {OTHERWISE[wrong]}"
+
+
+def test_every_word_of_the_glossary_stands_once(docs: Path) -> None:
+    text = (docs / "glossary.md").read_text(encoding="utf-8").partition("## Symbols")[0]
+    words = re.findall(r"^\| ([^|]+) \| ", text, re.MULTILINE)[2:]
+    assert len(words) == len(set(words)) > 35
+    assert words == sorted(words, key=str.lower)
+
+
+def test_formulas_can_be_drawn(docs: Path) -> None:
+    """Those of all pages, without a network."""
+    from conftest import script
+
+    site = script("make_site")
+    for page in for_users(docs):
+        for formula in site.BLOCK.findall(page.read_text(encoding="utf-8")):
+            assert "<path" in site.drawn(formula), page.name
