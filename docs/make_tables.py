@@ -23,22 +23,12 @@ from nsdrill.models.christoforou_yigit.further_quantities import further_quantit
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described
-<<<<<<< HEAD
-from nsdrill.models.segments.checks import COEFFICIENTS as OF_SEGMENTS
 from nsdrill.plot.kinds.sweep import ALIASES
 from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
 from nsdrill.study.continuation import BORDERS, CURVE_POINTS, LOBES, MOTIONS, SEEDS
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
-from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, RAMP, SLICE, UNITS_LEAF, Leaf, keys_of
-from nsdrill.study.schema import LONGEST_TITLE, POINTS, PROCEDURE, REFINE, along
-=======
-from nsdrill.plot.kinds.value import ALIASES
-from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
-from nsdrill.study.continuation import BORDERS, CURVE_POINTS, LOBES, MOTIONS, SEEDS
-from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
-from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, SLICE, Leaf, keys_of
+from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, SLICE, UNITS_LEAF, Leaf, keys_of
 from nsdrill.study.schema import PROCEDURE, REFINE, along
->>>>>>> book
 from nsdrill.study.uncertain import DESIGN, EXAMPLES, SAMPLES, SEED
 from nsdrill.units import USUAL
 from nsdrill.variables import MODEL, Variable
@@ -99,39 +89,22 @@ SAID = ("bit.cutting", "bit.friction", "well.friction", "stabilizer.friction")
 
 
 def study_keys() -> str:
-<<<<<<< HEAD
-    """All sections in file order; the sweep, which is no dataclass, by hand from its
-    own leaves."""
-    text = (
-        "| key | unit | default | allowed | in the field | meaning |\n| --- | --- | --- | --- | "
-        "--- | --- |\n"
-    )
-    text += (
-        f"| `title` | text | empty | at most {LONGEST_TITLE} characters | | {MEANINGS['title']} |\n"
-    )
-    text += (
-        f"| `units` | | {code(UNITS_LEAF.default_text)} | {allowed(UNITS_LEAF)} | | "
-        f"{MEANINGS['units']} |\n"
-    )
-    text += (
-        f"| `model` | | {code(MODEL_LEAF.default_text)} | {allowed(MODEL_LEAF)} | | "
-        f"{MEANINGS['model']} |\n"
-    )
-=======
     """All sections in file order, of all models; the sweep, which is no dataclass, by
     hand from its own leaves."""
     meanings: dict[str, str] = {}
     for name in reversed((MODEL, *(name for name in NAMES if name != MODEL))):
         meanings |= keys_of(name).meanings
     every = all_keys()
-    sections = list(dict.fromkeys(key.partition(".")[0] for key in every if key != "model"))
+    sections = list(
+        dict.fromkeys(key.partition(".")[0] for key in every if key not in ("model", "units"))
+    )
     last = ("operation", "initial", "simulation", "classify", "record")
     sections = [name for name in sections if name not in last] + list(last)
     rows = [
         [code("title"), "empty", MEANINGS["title"]],
+        [code("units"), forms(UNITS_LEAF), MEANINGS["units"]],
         [code("model"), f"{MODEL_LEAF.default_text}; {forms(MODEL_LEAF)}", MEANINGS["model"]],
     ]
->>>>>>> book
     told: set[str] = set()
     for section in sections:
         if section == "simulation":
@@ -483,16 +456,7 @@ def python_classes() -> str:
     return table(
         ["class", "meaning"],
         (
-<<<<<<< HEAD
-            [
-                code(f"nsdrill.{name}"),
-                inline(
-                    " ".join((getattr(nsdrill, name).__doc__ or "").partition("\n\n")[0].split())
-                ),
-            ]
-=======
             [code(f"nsdrill.{name}"), " ".join(summary(getattr(nsdrill, name)).split())]
->>>>>>> book
             for name in names
         ),
     )

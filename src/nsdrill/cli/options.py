@@ -363,12 +363,6 @@ def write(output: str | None, text: str, overwrite: bool) -> None:
     write_text(output, text, overwrite=overwrite)
 
 
-def picture(text: str) -> Decorator:
-    """A picture beside the answer: --picture, or -o as in earlier versions."""
-    names = ("--picture", "-o", "--output", "output")
-    return click.option(*names, type=FileName(), metavar="FILE", help=text)
-
-
 def check_not_input(source: str, output: str) -> None:
     """InputError where the output is the input file, also with ``--overwrite``."""
     if "-" in (source, output):
