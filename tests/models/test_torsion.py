@@ -197,7 +197,7 @@ def test_keys_of_another_model_are_refused() -> None:
         )
     text = str(error.value)
     for part in (
-        "well: found an unknown key; allowed: title, model, drillstring, bit",
+        "well: found an unknown key; allowed: title, units, model, drillstring, bit",
         "sweep.bit.lobes",
         "as bit.friction.static",
         "initial.x: found an unknown key; allowed: twist, bit_speed",

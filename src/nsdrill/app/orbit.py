@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.analysis.equations import string_differences
 from nsdrill.app.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
 from nsdrill.data import resolved_study
-from nsdrill.errors import FileError, InputError
+from nsdrill.errors import FileError, Refusal
 from nsdrill.models.leaves import OPERATION
 from nsdrill.models.registry import described
 from nsdrill.orbit.flow import RTOL
@@ -48,9 +48,7 @@ def orbit_point(path: str | os.PathLike[str], number: int) -> tuple[OrbitPoint, 
     data = open_branches(path)
     points = int(data.sizes["point"])
     if not 0 <= number < points:
-        raise InputError(
-            f"--point: found {number}; allowed: 0 to {points - 1}, the points of the file."
-        )
+        raise Refusal("point", str(number), f"0 to {points - 1}, the points of the file")
     key = str(data.attrs.get("along_key", "rotary_speed"))
     along = str(data.attrs.get("along", "rotary_speed"))
     state = np.append(data["state"].values[number], 0.0)

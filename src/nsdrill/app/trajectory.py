@@ -17,7 +17,7 @@ from nsdrill.app.ramped import run_schedule, schedule_of
 from nsdrill.app.run import plan_of
 from nsdrill.app.stored import stored_study
 from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
-from nsdrill.errors import InputError, printable
+from nsdrill.errors import InputError, Refusal, printable
 from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.leaves import (
@@ -112,10 +112,8 @@ def simulate(
         duration = schedule.end
     if duration is not None:
         if not 0 < duration <= LONGEST:
-            raise InputError(
-                f"--duration: found {_seconds(duration)}; allowed: more than 0 s and at most "
-                f"{LONGEST:g} s."
-            )
+            allowed = f"more than 0 s and at most {LONGEST:g} s"
+            raise Refusal("duration", _seconds(duration), allowed)
         # Steps end at the marks of the run: without a transient there is one
         # observation.
         simulation = replace(simulation, transient=0.0, observe=float(duration))
@@ -388,19 +386,17 @@ def _trace(
 ) -> Trajectory:
     """The run with its trace. ``implicit`` is the method; None: that of the study."""
     total = simulation.transient + simulation.observe
-    if not sample > 0:
-        raise InputError(f"--sample: found {_seconds(sample)}; allowed: more than 0 s.")
-    if sample > total:
-        raise InputError(
-            f"--sample: found {_seconds(sample)}; allowed: at most the {total:g} s of the run."
-        )
+    if not 0 < sample <= total:
+        allowed = f"at most the {total:g} s of the run" if sample > 0 else "more than 0 s"
+        raise Refusal("sample", _seconds(sample), allowed)
     sample = float(sample)
     samples = int(np.floor(total / sample * (1 + 1e-12))) + 1
     if samples > MAX_SAMPLES:
-        raise InputError(
-            f"--sample: {samples} samples of {total:g} s are more than {MAX_SAMPLES}. Sample "
-            f"more coarsely or shorten "
-            "the run with --duration."
+        raise Refusal(
+            "sample",
+            f"{samples} samples of {total:g} s",
+            f"at most {MAX_SAMPLES} of them",
+            "Sample more coarsely, or shorten the run.",
         )
     if implicit is None:
         implicit = _implicit(study, schedule)
