@@ -16,6 +16,8 @@ import textwrap
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from nsdrill.plot.kinds.sweep import ALIASES
+
 import nsdrill
 from nsdrill import api
 from nsdrill.cli.main import COMMANDS, group
@@ -23,11 +25,10 @@ from nsdrill.models.christoforou_yigit.further_quantities import further_quantit
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described
-from nsdrill.plot.kinds.value import ALIASES
 from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
 from nsdrill.study.continuation import BORDERS, CURVE_POINTS, LOBES, MOTIONS, SEEDS
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
-from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, SLICE, Leaf, keys_of
+from nsdrill.study.keys import MANY, MEANINGS, MODEL_LEAF, SLICE, UNITS_LEAF, Leaf, keys_of
 from nsdrill.study.schema import PROCEDURE, REFINE, along
 from nsdrill.study.uncertain import DESIGN, EXAMPLES, SAMPLES, SEED
 from nsdrill.units import USUAL
@@ -100,6 +101,7 @@ def study_keys() -> str:
     sections = [name for name in sections if name not in last] + list(last)
     rows = [
         [code("title"), "empty", MEANINGS["title"]],
+        [code("units"), f"{UNITS_LEAF.default_text}; {forms(UNITS_LEAF)}", MEANINGS["units"]],
         [code("model"), f"{MODEL_LEAF.default_text}; {forms(MODEL_LEAF)}", MEANINGS["model"]],
     ]
     told: set[str] = set()
@@ -327,7 +329,15 @@ def kinds() -> str:
         for of in GROUPS
         if of != VALUE
         for kind in every
-        if kind.of == of
+        if kind.of == of and not kind.part_of
+    ]
+    parts = [
+        [
+            ", ".join(code(kind.name) for kind in every if kind.part_of == whole),
+            f"{code(whole)}, with `--panel`",
+            "one panel of it; also taken by `--kind`",
+        ]
+        for whole in ("map", "trace")
     ]
     short = ", ".join(f"{code(short)} for {code(long)}" for short, long in ALIASES.items())
     values = [
@@ -335,7 +345,7 @@ def kinds() -> str:
         "a sweep",
         f"one value along the axis, or as a map; short names: {short}",
     ]
-    return table(["kind", "of", "what it shows"], [*listed, values])
+    return table(["kind", "of", "what it shows"], [*listed, *parts, values])
 
 
 def options_of(name: str) -> list[tuple[str, str]]:
