@@ -95,14 +95,12 @@ def study_keys() -> str:
     for name in reversed((MODEL, *(name for name in NAMES if name != MODEL))):
         meanings |= keys_of(name).meanings
     every = all_keys()
-    sections = list(
-        dict.fromkeys(key.partition(".")[0] for key in every if key not in ("model", "units"))
-    )
+    sections = list(dict.fromkeys(key.partition(".")[0] for key in every if key != "model"))
     last = ("operation", "initial", "simulation", "classify", "record")
     sections = [name for name in sections if name not in last] + list(last)
     rows = [
         [code("title"), "empty", MEANINGS["title"]],
-        [code("units"), forms(UNITS_LEAF), MEANINGS["units"]],
+        [code("units"), f"{UNITS_LEAF.default_text}; {forms(UNITS_LEAF)}", MEANINGS["units"]],
         [code("model"), f"{MODEL_LEAF.default_text}; {forms(MODEL_LEAF)}", MEANINGS["model"]],
     ]
     told: set[str] = set()
@@ -343,8 +341,8 @@ def kinds() -> str:
     short = ", ".join(f"{code(short)} for {code(long)}" for short, long in ALIASES.items())
     values = [
         "any feature by its name",
-        "`value`, with `--panel`",
-        f"one value along the axis, or as a map; also taken by `--kind`; short names: {short}",
+        "a sweep",
+        f"one value along the axis, or as a map; short names: {short}",
     ]
     return table(["kind", "of", "what it shows"], [*listed, *parts, values])
 
@@ -463,29 +461,8 @@ def python_classes() -> str:
 
 
 def docstring(thing: object) -> str:
-    """A docstring as Markdown: its sections with their names in bold, its parameters as
-    a list, its example as code."""
-    text = inspect.cleandoc(thing.__doc__ or "")
-    head, *sections = re.split(r"\n\n(\w+)\n-+\n", text)
-    parts = [inline(head)]
-    for name, body in zip(sections[::2], sections[1::2], strict=True):
-        if name == "Examples":
-            parts.append(f"```pycon\n{body}\n```")
-            continue
-        entries = re.split(r"\n(?=\S)", body)
-        lines = []
-        for entry in entries:
-            term, _, meaning = entry.partition("\n")
-            names, _, kind = term.partition(" : ")
-            term = f"`{names}` ({kind})" if kind else term
-            words = " ".join(inspect.cleandoc(meaning).split())
-            lines.append(f"- {inline(f'{term}: {words}' if words else term)}")
-        parts.append(f"**{name}**\n\n" + "\n".join(lines))
-    return "\n\n".join(parts)
-
-
-def inline(text: str) -> str:
-    text = re.sub(r":\w+:`(?:~?[\w.]+\.)?(\w+)`", link, text)
+    """A docstring as Markdown."""
+    text = re.sub(r":\w+:`(?:~?[\w.]+\.)?(\w+)`", link, inspect.cleandoc(thing.__doc__ or ""))
     return text.replace("``", "`").replace("<", "&lt;")
 
 
