@@ -113,7 +113,7 @@ def test_failed_points_are_exit_code_3_and_listed(call: Call, small: Path) -> No
         (["small.yaml", "-o", "out.h5", "--set", "nonsense"], "--set key=value"),
         (
             ["small.yaml", "-o", "out.h5", "--scheduler", "tcp://localhost:1"],
-            "allowed: with --engine dask",
+            "allowed: with engine 'dask'",
         ),
         (["/dev/null", "-o", "out.h5"], "found an empty document; allowed: a study"),
     ],

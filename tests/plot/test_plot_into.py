@@ -119,7 +119,7 @@ def test_figures_after_one_into_axes_are_figures_of_their_own(plane: Results) ->
     [
         ({"ax": 3}, "ax: found a value of the type int; allowed: axes of matplotlib"),
         ({"kind": "mapp"}, r"plot kind: found 'mapp', which is not known\. Did you mean 'map'\?"),
-        ({"units": "metric"}, "found 'metric'; allowed: si, field"),
+        ({"units": "metric"}, "found 'metric'; allowed: si or field"),
         ({"start": 1}, "start: found 1; allowed: nothing"),
         ({"states": ("z", "vz")}, "states: found with kind='map'; allowed: with kind='basin'"),
         ({"severity": 1}, "severity: found with kind=None; allowed: with kind='window'"),
