@@ -109,6 +109,8 @@ _LABELS = {
     "drive_angle": "Drive angle",
     "bit_speed": "Bit speed",
     "drive_speed": "Drive speed",
+    "current": "Motor current",
+    "section_current": "Motor current",
     "bit_force": "Bit force",
     "bit_torque": "Bit torque",
     "wall_force": "Wall force",

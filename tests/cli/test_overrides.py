@@ -100,14 +100,15 @@ def test_new_thresholds_are_told_too(call: Call, shared: Path) -> None:
         (["bit.lobes=1"], "bit.lobes = 1"),
         (["bit.lobes=2", " bit.lobes = 1"], "bit.lobes = 1"),
         (["title=Other"], "5000 m"),
+        (["sweep.depth=[1 m, 2 m]"], "5000 m"),  # the axes show it
         (
             [f"mud.key{i}={i}{'0' * 20}" for i in range(5)],
             "mud.key0 = 000000000000000000000, mud.key1 = 100000000000000000000 and 3 more",
         ),
-        (["sweep.depth=" + "[1 m]" * 99], "sweep.depth = " + ("[1 m]" * 99)[:82] + " ..."),
+        (["other.depth=" + "[1 m]" * 99], "other.depth = " + ("[1 m]" * 99)[:82] + " ..."),
         (
-            ["sweep.depth=" + "[1 m]" * 99, "bit.rock_stiffness=50 MN/m"],
-            "sweep.depth = " + ("[1 m]" * 99)[:71] + " ... and 1 more",
+            ["other.depth=" + "[1 m]" * 99, "bit.rock_stiffness=50 MN/m"],
+            "other.depth = " + ("[1 m]" * 99)[:71] + " ... and 1 more",
         ),
     ],
 )

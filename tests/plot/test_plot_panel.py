@@ -110,6 +110,13 @@ def test_limits_of_the_y_axis_with_units(speeds: Results) -> None:
     assert not [one for one in figure.axes[1].lines if "beyond" in str(one.get_gid())]
 
 
+def test_limits_of_an_axis_of_the_sweep_along_y() -> None:
+    data = make_results(wob=np.linspace(1e4, 6e4, 6), rotary_speed=np.linspace(1, 8, 9))
+    for kind in ("map", "stick_slip_index", "window"):
+        figure = plot.draw(data, kind, look=look_of(ylim=("20 kN", "40 kN")))
+        assert figure.axes[0].get_ylim() == pytest.approx((20, 40)), kind
+
+
 @pytest.mark.parametrize(
     ("ends", "words"),
     [

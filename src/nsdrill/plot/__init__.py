@@ -113,7 +113,7 @@ def draw(
         if branches is not None:
             _draw_branch_curves(figure, data, branches, units)
         if look.ylim is not None and (finish or not alone):
-            limit_y_axes(panels_of(figure), look.ylim, units)
+            limit_y_axes(panels_of(figure), look.ylim, units, getattr(data, "axes", ()))
         return figure
 
     alone = panel is not None or ax is not None

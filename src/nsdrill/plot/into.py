@@ -34,7 +34,7 @@ def names_of(figure: Figure) -> list[str]:
     column end in 2, and so on."""
     names: list[str] = []
     for axes in _panels(figure):
-        name = str(axes.get_label() or "panel")
+        name = str(axes.get_label() or axes.get_title() or "panel")
         repeats = sum(other.partition(" ")[0] == name for other in names)
         names.append(f"{name} {repeats + 1}" if repeats else name)
     return names

@@ -303,10 +303,16 @@ def _cells_between(data: Results, axis: str, low: float, high: float) -> Results
     return Results({**data.coords, axis: values[chosen]}, variables, data.attrs, data.more)
 
 
-def limit_y_axes(panels: Sequence[Any], ends: Ends, units: str) -> None:
-    """Limit the y axes of the ``panels`` that show a quantity of the unit of ``ends``.
-    InputError where none does, or several quantities do: then one panel is to be drawn
-    alone."""
+def limit_y_axes(
+    panels: Sequence[Any], ends: Ends, units: str, axes_of_data: Sequence[str] = ()
+) -> None:
+    """Limit the y axes of the ``panels`` that show a quantity of the unit of ``ends``,
+    among them the axes of a sweep, one of which maps have along y. InputError where no
+    panel does, or panels of several quantities: then one is to be drawn alone."""
+    for axes in panels:
+        for axis in axes_of_data:
+            if axes.get_ylabel() == quantity(axis, units).label:
+                axes.yaxis.set_gid(axis)
     panels = [axes for axes in panels if axes.yaxis.get_gid()]
     names = dict.fromkeys(str(axes.yaxis.get_gid()) for axes in panels)
     limits: dict[str, list[float]] = {}

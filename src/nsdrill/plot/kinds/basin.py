@@ -120,7 +120,8 @@ def _states(results: Results, states: Sequence[str] | None) -> tuple[str, str]:
 
 def distinct_colours(attractors: list[Attractor]) -> list[str]:
     """The colours of the attractors with an entry of their own: the largest of each
-    response has that of the response, the others differ as much as possible."""
+    response has that of the response, the others differ as much as possible, in
+    lightness more than in hue, so that they do in grey too."""
     named = [one for one in attractors[:MAX_NAMED] if one.share >= MIN_SHARE]
     largest = {one.response: one.number for one in reversed(named)}
     own = {one.number: RESPONSES[one.response].colour for one in named}
@@ -131,7 +132,8 @@ def distinct_colours(attractors: list[Attractor]) -> list[str]:
             colours[one.number] = max(
                 FURTHER_COLOURS,
                 key=lambda colour: min(
-                    float(np.linalg.norm(lightness_and_hue(colour) - other)) for other in used
+                    float(np.linalg.norm((lightness_and_hue(colour) - other) * (2, 1, 1)))
+                    for other in used
                 ),
             )
     return [colours[one.number] for one in named]

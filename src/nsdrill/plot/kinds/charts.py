@@ -307,17 +307,17 @@ def _draw_drive_tuning(figure: Figure, axes: Axes, chart: Chart, units: str) -> 
 
 KINDS = (
     chart_kind(
-        "critical-speeds",
-        "lateral, torsional and axial critical speeds against depth, or along another axis",
-        CriticalSpeeds,
-        _draw_critical_speeds,
-    ),
-    chart_kind(
         "buckling",
         "loads at which collars and pipe buckle against the inclination of the hole, or along an "
         "axis",
         BucklingLoads,
         _draw_buckling,
+    ),
+    chart_kind(
+        "critical-speeds",
+        "lateral, torsional and axial critical speeds against depth, or along another axis",
+        CriticalSpeeds,
+        _draw_critical_speeds,
     ),
     chart_kind(
         "drive-card",
