@@ -10,13 +10,16 @@ integer and truth. No kind becomes another silently: ``float(n)``, ``int(x)`` an
 
 ===============================  =======================================================
 ``for i in packed(W):``           vector code: ``b[row + i]`` is a row of W lanes; no
-                                 branches but ``a if c else b``, which evaluates both
+                                 branches but ``a if c else b``, which evaluates both,
+                                 and ``if c:``, skipped where c holds in no lane, which
+                                 assigns to names where it holds
 ``s |= (1 << i) if c else 0``    the set of lanes in which c holds, as bits
 ``s |= 1 if c else 0``           whether c holds in some lane
 ``for k in range(n):``           written out where n is known and small, else a loop
 ``for name in (a, b):``          written out
 ``if``, ``while``, ``and``       of scalars: branches, also around loops over lanes
 ``x = b[k]``, ``b[k:]``          of buffers of floats; constant tables are indexed alike
+``local(n)``                     a buffer of n floats for this call; n is known
 ``helper(x, y)``                 a function marked ``inlined``, or any plain one: written
                                  out at its call; it returns at its end
 ``compiled_function(b, n)``      a function made by ``compiled``: called

@@ -70,6 +70,19 @@ def _packed(first, stop=None):  # type: ignore[no-untyped-def]
     return lambda first, stop=None: range(first, stop)
 
 
+@overload(words.local)
+def _local(size):  # type: ignore[no-untyped-def]
+    return lambda size: numba.carray(_place(size), size)
+
+
+@intrinsic
+def _place(context, size):  # type: ignore[no-untyped-def]
+    def build(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return builder.alloca(ir.DoubleType(), values[0])
+
+    return types.CPointer(types.float64)(types.int64), build
+
+
 def _instruction(function: Any, signature: Any, build: Any) -> None:
     """Let numba write ``function`` as the instruction that ``build`` gives."""
 

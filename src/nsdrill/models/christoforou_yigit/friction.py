@@ -11,25 +11,8 @@ import numpy as np
 
 from nsdrill.compiler.functions import inlined
 from nsdrill.compiler.words import bits_float, float_bits, fma
-from nsdrill.elementary import TWO_OVER_PI, direction, direction_joined, direction_reduced, expm1
+from nsdrill.elementary import TWO_OVER_PI, direction, expm1, slip_factors
 from nsdrill.models.christoforou_yigit.laws import HYPERBOLIC, LINEAR, RATIONAL
-
-
-@inlined
-def slip_factors(
-    speed: float, unit: float, smoothing: float, decay: float
-) -> tuple[float, float, float]:
-    """(g(v), 1 / (1 + tau |v|), 1 / unit) at a slip speed v = speed / unit, with unit
-    positive. One division, by the product of all denominators, serves every
-    quotient."""
-    scaled = smoothing * speed
-    numerator, denominator, base = direction_reduced(scaled, unit)
-    decayed = fma(decay, abs(speed), unit)
-    product = denominator * decayed
-    inverse = 1.0 / (product * unit)
-    per_both = unit * inverse
-    g = direction_joined(scaled, numerator * decayed * per_both, base)
-    return g, denominator * unit * per_both, product * inverse
 
 
 @inlined

@@ -14,10 +14,14 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import Rows
-from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.compiler.functions import BUFFER, compiled, generated, identity
+from nsdrill.compiler.lanes import lane_code
+from nsdrill.compiler.sums import settled
+from nsdrill.compiler.trace import traced
 from nsdrill.compiler.words import fma, packed
 from nsdrill.elementary import sincos
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
+from nsdrill.models.christoforou_yigit.equations import motion
 from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
 from nsdrill.models.christoforou_yigit.friction import (
     bit_arm,
@@ -165,11 +169,42 @@ def rows_of(
 MAIN = Options()
 
 
+def places_of(options: Options, rows: Rows) -> dict[str, int]:
+    """The row of each input and output of the equations."""
+    states = states_of(options)
+    return {
+        "time": rows.stage_time,
+        "phase": rows.phase,
+        **{f"s.{name}": rows.stage + k for k, name in enumerate(states)},
+        **{f"p.{name}": rows.parameter + k for k, name in enumerate(columns_of(options))},
+        **{
+            f"slope.{name}": rows.acceleration + k
+            for k, name in enumerate(states[1 : rows.own : 2])
+        },
+        **{f"aux.{name}": rows.aux_now + k for k, name in enumerate(aux_of(options))},
+    }
+
+
+def _right_hand_side(lanes: int, options: Options, rows: Rows) -> Any:
+    graph, slopes, outputs = traced(motion, states_of(options), columns_of(options), options)
+    wanted = {f"slope.{name}": node for name, node in slopes.items()}
+    wanted |= {f"aux.{name}": node for name, node in outputs.items()}
+    graph, wanted = settled(graph, wanted)
+    return lane_code("right_hand_side", graph, wanted, places_of(options, rows), lanes)
+
+
 @lru_cache
 def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool = False) -> Any:
     """The compiled right-hand side for a number of lanes and these options; with
     ``tangent`` for a buffer with a deviation, which it does not change."""
     rows = rows_of(options, tangent=tangent)
+    if not options.implicit:
+        return generated(
+            "right_hand_side",
+            BUFFER,
+            (identity(motion), options, rows, lanes),
+            lambda: _right_hand_side(lanes, options, rows),
+        )
     W, hertz, lobes, driven = lanes, options.hertz, options.lobes, options.driven
     law_of_bit = options.friction
     x_, vx_, y_, vy_, z_, vz_, twist_, speed_ = (W * (rows.stage + i) for i in range(8))

@@ -1,0 +1,213 @@
+"""From the function of a model's equations to its graph.
+
+The function is plain scalar Python. Before it runs on nodes, its syntax tree is changed
+where Python cannot be told what to do with a node: ``if`` and ``a if c else b``,
+``and``, ``or``, ``not``, ``max`` and ``min``; and what it assigns is remembered by its
+name. An ``if`` on an option, and every loop, is ordinary Python and gone in the graph.
+An ``if`` on a value makes a region of the graph; both sides must be valid everywhere,
+as every lane may compute both.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
+from types import FunctionType, SimpleNamespace
+from typing import Any
+
+from nsdrill.compiler.graph import Graph, Node
+
+ABSENT = object()  # the value of a name that is not assigned before an `if`
+
+
+class Named(SimpleNamespace):
+    """States, parameters or options by their names."""
+
+
+def inputs(graph: Graph, names: Iterable[str], kind: str) -> Named:
+    """The inputs of these names; ``kind`` precedes them, as a state and a parameter
+    may have one name."""
+    return Named(**{name: graph.input(f"{kind}.{name}") for name in names})
+
+
+def traced(
+    function: Callable[..., Any], states: Iterable[str], parameters: Iterable[str], options: Any
+) -> tuple[Graph, dict[str, Node], dict[str, Node]]:
+    """(graph, slopes, outputs) of the equations ``function(t, phase, s, p, o)``."""
+    graph = Graph()
+    s, p = inputs(graph, states, "s"), inputs(graph, parameters, "p")
+    slopes, outputs = prepared(function)(graph.input("time"), graph.input("phase"), s, p, options)
+    return (
+        graph,
+        {name: graph.node(value) for name, value in slopes.items()},
+        {name: graph.node(value) for name, value in outputs.items()},
+    )
+
+
+def part(function: FunctionType) -> Any:
+    """A function that equations call and that has conditions itself, such as a law."""
+    return _prepared(function, False)
+
+
+def prepared(function: Any) -> Any:
+    """The function of the equations, for nodes as well as for numbers."""
+    return _prepared(function, True)
+
+
+@lru_cache
+def _prepared(function: FunctionType, remember: bool) -> Any:
+    tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
+    definition = tree.body[0]
+    assert isinstance(definition, ast.FunctionDef)
+    definition.decorator_list = []
+    ast.increment_lineno(tree, function.__code__.co_firstlineno - 1)
+    changed = ast.fix_missing_locations(_Changes(remember).visit(tree))
+    scope = {**function.__globals__, **inspect.getclosurevars(function).nonlocals, **_WORDS}
+    exec(compile(changed, inspect.getfile(function), "exec"), scope)
+    made = scope[function.__name__]
+    made.__wrapped__ = function  # what identifies it
+    return made
+
+
+class _Changes(ast.NodeTransformer):
+    def __init__(self, remember: bool) -> None:
+        self.remember, self.count = remember, 0
+
+    def visit_IfExp(self, node: ast.IfExp) -> ast.AST:
+        self.generic_visit(node)
+        return _call("_select", node.test, _lambda(node.body), _lambda(node.orelse))
+
+    def visit_BoolOp(self, node: ast.BoolOp) -> ast.AST:
+        self.generic_visit(node)
+        name = "_and" if isinstance(node.op, ast.And) else "_or"
+        value = node.values[0]
+        for other in node.values[1:]:
+            value = _call(name, value, _lambda(other))
+        return value
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> ast.AST:
+        self.generic_visit(node)
+        return _call("_not", node.operand) if isinstance(node.op, ast.Not) else node
+
+    def visit_Assign(self, node: ast.Assign) -> Any:
+        self.generic_visit(node)
+        remembered = [ast.Expr(_call("_remember", ast.Constant(n), _name(n))) for n in _stored([node])]
+        return [node, *remembered] if self.remember else node
+
+    def visit_If(self, node: ast.If) -> Any:
+        names = _stored([*node.body, *node.orelse])
+        returns = any(isinstance(inner, ast.Return) for inner in ast.walk(node))
+        self.generic_visit(node)
+        if returns:
+            return node  # on options only: a node has no truth
+        self.count += 1
+        sides = {f"_side_{self.count}": node.body, f"_other_{self.count}": node.orelse}
+        back = ast.Return(ast.Tuple([_name(n) for n in names], ast.Load()))
+        functions = []
+        for name, body in sides.items():
+            function = ast.parse(f"def {name}({', '.join(names)}): pass").body[0]
+            assert isinstance(function, ast.FunctionDef)
+            # a name that neither side knows stays absent
+            function.body = [*body, back]
+            functions.append(function)
+        call = _call("_branch", node.test, *map(_name, sides), ast.Constant(tuple(names)), _call("locals"))
+        targets = ast.Tuple([ast.Name(n, ast.Store()) for n in names], ast.Store())
+        return [*functions, ast.Assign([targets], call)]
+
+
+def _stored(statements: list[Any]) -> list[str]:
+    """The names that statements assign."""
+    return sorted(
+        {
+            inner.id
+            for statement in statements
+            for inner in ast.walk(statement)
+            if isinstance(inner, ast.Name) and isinstance(inner.ctx, ast.Store)
+        }
+    )
+
+
+def _name(name: str) -> ast.Name:
+    return ast.Name(name, ast.Load())
+
+
+def _call(name: str, *arguments: ast.expr) -> ast.Call:
+    return ast.Call(_name(name), list(arguments), [])
+
+
+def _lambda(body: ast.expr) -> ast.Lambda:
+    return ast.Lambda(ast.arguments([], [], None, [], [], None, []), body)
+
+
+# What the changed tree calls.
+
+
+def _select(condition: Any, a: Callable[[], Any], b: Callable[[], Any]) -> Any:
+    if not isinstance(condition, Node):
+        return a() if condition else b()
+    one, two = a(), b()
+    if isinstance(one, tuple):
+        return tuple(condition.graph.select(condition, *pair) for pair in zip(one, two, strict=True))
+    return condition.graph.select(condition, one, two)
+
+
+def _branch(
+    condition: Any, side: Any, other: Any, names: tuple[str, ...], scope: Mapping[str, Any]
+) -> tuple[Any, ...]:
+    """The values of ``names`` after an ``if``."""
+    before = {name: scope.get(name, ABSENT) for name in names}
+    if not isinstance(condition, Node):
+        return tuple((side if condition else other)(**before))
+    graph = condition.graph
+    region = graph.new_region(condition)
+    with graph.inside(region):
+        inner = side(**before)
+    outer = other(**before)
+    return tuple(
+        a
+        if a is b
+        else ABSENT  # what one side alone assigns is not known afterwards
+        if a is ABSENT or b is ABSENT
+        else graph.make("join", condition, a, b, extra=region)
+        for a, b in zip(inner, outer, strict=True)
+    )
+
+
+def _remember(name: str, value: Any) -> None:
+    if isinstance(value, Node):
+        value.graph.names[name] = value
+
+
+def _and(a: Any, b: Callable[[], Any]) -> Any:
+    if not isinstance(a, Node):
+        return a and b()
+    other = b()
+    return (a & other) if isinstance(other, Node) else (other and a)
+
+
+def _or(a: Any, b: Callable[[], Any]) -> Any:
+    if not isinstance(a, Node):
+        return a or b()
+    other = b()
+    return (a | other) if isinstance(other, Node) else (other or a)
+
+
+def _not(a: Any) -> Any:
+    return a.graph.make("not", a) if isinstance(a, Node) else not a
+
+
+def _extreme(op: str, plain: Callable[..., Any]) -> Callable[..., Any]:
+    def extreme(a: Any, b: Any) -> Any:
+        graph = next((value.graph for value in (a, b) if isinstance(value, Node)), None)
+        return plain(a, b) if graph is None else graph.make(op, a, b)
+
+    return extreme
+
+
+_WORDS = {
+    "_select": _select, "_branch": _branch, "_remember": _remember, "_and": _and, "_or": _or,
+    "_not": _not, "max": _extreme("max", max), "min": _extreme("min", min),
+}  # fmt: skip
