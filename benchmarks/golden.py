@@ -11,7 +11,7 @@ differ, and by how much, is seen beside the files of another run: ``--keep A``, 
 ``--against A``. ``--write`` takes the digests as the new ones.
 
 They are the same with any number of workers, jobs and lanes (``NSDRILL_LANES``), and
-should be on any processor with the same versions of Python, numba and llvmlite and the
+should be on any processor with the same versions of Python and llvmlite and the
 same C library (docs/same_bits.md); numpy may matter in numbers made after a run.
 """
 
@@ -42,7 +42,7 @@ from benchmarks.machine import table
 
 HERE = Path(__file__).parent
 KEPT = HERE / "golden.json"
-PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py")
+PACKAGES = ("numpy", "llvmlite", "scipy", "h5py")
 # Attributes of files that say who made them, when and with what.
 PASSED_OVER = {
     "created",

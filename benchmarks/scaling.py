@@ -40,15 +40,12 @@ FIRST_STEP = """
 import sys, time
 import numpy as np
 from nsdrill.app.run import work_of
-from nsdrill.kernel.loop import make_advance
-from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.study import load_study
 from nsdrill.sweep.work import compiled_parts
 work = work_of(load_study(sys.argv[1]))
 compiled_parts(8, work.variant)
 batch = work.new_batch(8, 64)
 batch.add_many(np.arange(4), work.prepare(np.arange(4)))
-make_advance(8, batch.rows), STEPPERS["tsitouras"].make(8, batch.rows)
 print(time.time() - float(sys.argv[2]))
 """
 

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from numba.core import compiler
 
 from nsdrill.compiler import functions
 from nsdrill.interrupt import SIGNALS
@@ -51,17 +50,13 @@ def counted(compile_one: Callable[..., Any]) -> Callable[..., Any]:
     """``compile_one``, counted and without coverage, which would look at every call
     that a compiler makes, none of which is ours: half as much time again."""
 
-    def untraced(*arguments: Any, **more: Any) -> Any:
-        if COMPILED.get("nested"):
-            return compile_one(*arguments, **more)
+    def untraced(*arguments: Any) -> Any:
         trace, start = sys.gettrace(), time.process_time()
         sys.settrace(None)
-        COMPILED["nested"] = 1
         try:
-            return compile_one(*arguments, **more)
+            return compile_one(*arguments)
         finally:
             sys.settrace(trace)
-            del COMPILED["nested"]
             COMPILED["functions"] += 1
             COMPILED["seconds"] += time.process_time() - start
 
@@ -71,7 +66,6 @@ def counted(compile_one: Callable[..., Any]) -> Callable[..., Any]:
 @pytest.fixture(scope="session", autouse=True)
 def compiling_is_counted() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compiler, "compile_extra", counted(compiler.compile_extra))
         patch.setattr(functions, "_made", counted(functions._made))
         yield
 

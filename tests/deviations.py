@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from sweep.runs import finish
 
-from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
+from nsdrill.observe.exponent import GROWTH_HEADER
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.work import Work
 

@@ -86,8 +86,8 @@ _HOME = {
 }
 
 
-# Names arrive when they are first used: numba alone takes half a second, and `nsdrill
-# --help` needs none of it.
+# Names arrive when they are first used: numpy alone takes a tenth of a second, and
+# `nsdrill --help` needs none of it.
 def __getattr__(name: str) -> Any:
     # the room that has the name of the function plot can be called like it
     if name in ("api", "plot"):

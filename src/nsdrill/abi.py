@@ -47,7 +47,7 @@ OPENS, HALVES, CLOSES = range(3)
 
 @lru_cache(maxsize=1)
 def source_digest() -> str:
-    """Digest of all compiled sources and of the versions of the compilers."""
+    """Digest of all compiled sources and of the version of LLVM's library."""
     from importlib.metadata import version
 
     digest = hashlib.sha256()
@@ -56,7 +56,7 @@ def source_digest() -> str:
         path = root / name
         for file in [path] if path.suffix else sorted(path.rglob("*.py")):
             digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
-    digest.update(f"{version('numba')} {version('llvmlite')}".encode())
+    digest.update(version("llvmlite").encode())
     return digest.hexdigest()[:16]
 
 

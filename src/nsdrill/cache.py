@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-import pickle
 import stat
-import sys
 import warnings
 from collections.abc import Callable
 from contextlib import suppress
@@ -87,41 +85,6 @@ def save(name: str, content: bytes) -> None:
             pass  # another process is writing the same code
         except OSError as error:
             _warn_not_cached(str(folder), error)
-
-
-def numba_cache(function: Callable[..., Any], identity: str) -> Any:
-    """The cache from which numba loads the machine code of a function with this
-    ``identity``, and in which it saves it."""
-    from numba import __version__
-    from numba.core import serialize
-    from numba.core.caching import FunctionCache
-    from numba.core.compiler import CompileResult
-
-    class Cache(FunctionCache):
-        def __init__(self) -> None:
-            self._py_func, self._name, self._cache_path = function, repr(function), ""
-
-        def _file(self, sig: Any, codegen: Any) -> str:
-            found = (
-                str(sig),
-                codegen.magic_tuple(),
-                __version__,
-                sys.implementation.cache_tag,
-                identity,
-            )
-            return f"{function.__name__}-{hashlib.sha256(repr(found).encode()).hexdigest()[:32]}"
-
-        def load_overload(self, sig: Any, target_context: Any) -> Any:
-            target_context.refresh()
-            return load(
-                self._file(sig, target_context.codegen()),
-                lambda content: CompileResult._rebuild(target_context, *pickle.loads(content)),
-            )
-
-        def save_overload(self, sig: Any, data: Any) -> None:
-            save(self._file(sig, data.codegen), serialize.dumps(data._reduce()))
-
-    return Cache()
 
 
 def _make_private(folder: Path) -> None:

@@ -170,7 +170,6 @@ def test_failed_points_have_no_features_but_their_end(shared: Path) -> None:
 
 
 def test_root_attributes(shared: Path) -> None:
-    import numba
     import numpy
 
     with xarray.open_dataset(shared / "small.h5", engine="h5netcdf") as data:
@@ -179,7 +178,6 @@ def test_root_attributes(shared: Path) -> None:
     assert attrs["study"] == (shared / "small.yaml").read_text()
     assert attrs["nsdrill_version"] == nsdrill.__version__
     assert attrs["numpy_version"] == numpy.__version__
-    assert attrs["numba_version"] == numba.__version__
     assert attrs["h5py_version"] == h5py.__version__
     assert attrs["processor"]
     # No claim of CF: the coordinates procedure and state are text, and depth is

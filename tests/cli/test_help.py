@@ -43,9 +43,19 @@ def test_help_imports_nothing_heavy(words: list[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [["check", "small.yaml"], ["show", "small.h5"], ["show", "failing.h5", "--json"]]
+    "words",
+    [
+        ["check", "small.yaml"],
+        ["show", "small.h5"],
+        ["show", "failing.h5", "--json"],
+        ["run", "small.yaml", "--set", "record.poincare=2", "-o"],
+        ["run", "small.yaml", "--set", "record.exponent=true", "-o"],
+        ["simulate", "small.yaml", "--set", "sweep.rotary_speed=3 rad/s", "-o"],
+    ],
 )
-def test_what_computes_nothing_imports_no_compiler(shared: Path, words: list[str]) -> None:
+def test_what_is_not_needed_is_not_imported(shared: Path, tmp_path: Path, words: list[str]) -> None:
+    if words[-1] == "-o":
+        words = [*words, str(tmp_path / "out.h5")]
     code = (
         "import sys; sys.argv = ['nsdrill', *sys.argv[1:]]\n"
         "from nsdrill.cli import main\n"

@@ -83,16 +83,16 @@ def outcomes(
     grid = b.reshape(rows.total, lanes)
     fill(grid, rows, runs, batch.settings)
     outcome = np.zeros(work.kind.outcome_width(work.record, work.variant.fixed) + 16)
-    called(functions["right_hand_side"], b)
+    functions["right_hand_side"](b)
     grid[rows.start_acceleration : rows.start_acceleration + rows.slopes] = grid[
         rows.acceleration : rows.acceleration + rows.slopes
     ]
     for turn in range(TURNS):
         if turn == 2:
             for lane in range(lanes):
-                called(functions["marker"], b, store, lane, OPENS, outcome, 0)
+                functions["marker"](b, store, lane, OPENS, outcome, 0)
             grid[rows.observing] = 1.0
-        called(functions["step"], b, functions["right_hand_side"], functions["observer"], store)
+        functions["step"](b, functions["right_hand_side"], functions["observer"], store)
         yield b.copy()
         yield store.copy()
         if turn % 3 == 2:  # what the observers see is then no smooth motion
@@ -103,11 +103,11 @@ def outcomes(
                 shaken = b.copy()
                 some = shaken.reshape(rows.total, lanes)[: rows.stage_time]
                 some += rng.normal(0.0, 0.3, some.shape) * np.abs(some)
-                called(functions[name], shaken)
+                functions[name](shaken)
                 yield shaken
         for mark in (HALVES, CLOSES) if turn == TURNS - 1 else ():
             for lane in range(lanes):
-                called(functions["marker"], b, store, lane, mark, outcome, 0)
+                functions["marker"](b, store, lane, mark, outcome, 0)
             yield outcome.copy()
             yield b.copy()
 
@@ -127,13 +127,6 @@ def fill(grid: np.ndarray, rows: Any, runs: Any, settings: dict[str, float]) -> 
     grid[control["per_rtol"]] = settings["per_rtol"]
     grid[control["least_step"]] = 1e-12
     grid[control["limit"]], grid[control["running"]] = 1e9, 1.0
-
-
-def called(function: Any, *arguments: Any) -> None:
-    from nsdrill.compiler.functions import LaneFunction
-
-    is_native = isinstance(function, LaneFunction)
-    function(*(a.address if hasattr(a, "address") and not is_native else a for a in arguments))
 
 
 def main(file: str, lanes: str, *names: str) -> None:

@@ -26,13 +26,14 @@ from nsdrill.generate import define
 TOY = '''
 """A module that a user may have."""
 import numpy as np
-import enum, types
+import collections, enum, types
 from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, compiled, inlined
 from nsdrill.compiler.words import packed
 
 FACTOR, PAIR, FLAG = 2.0, (1.0, (3, 4)), True
 TABLE = np.arange(2000.0)
 NAMED = {"gain": 5.0, "table": TABLE * 2.0}
+AT = collections.namedtuple("AT", "one, two")(30.0, 31.0)
 class Settings:
     gain = 7.0
     inner = types.SimpleNamespace(gain=8.0)
@@ -54,6 +55,7 @@ def made(number):
             b[i] = number * helper(b[i]) + FACTOR
         b[0] += PAIR[1][0] * TABLE[1000] + NAMED["gain"] + NAMED["table"][1000]
         b[1] += Settings.gain + Settings.inner.gain + OTHER.gain + (1.0 if FLAG else 0.0)
+        b[2] += AT.two
         inner(b, 1)
     return scaled
 
@@ -72,6 +74,7 @@ CHANGES = {
     "a constant of the code": ("b[0] * 3.0", "b[0] * 3.5", "alone"),
     "a constant of the module": ("FACTOR, PAIR, FLAG = 2.0", "FACTOR, PAIR, FLAG = 2.5", "scaled"),
     "a part of a tuple": ("(3, 4)", "(2, 4)", "scaled"),
+    "the order of names in a tuple": ("one, two", "two, one", "scaled"),
     "a truth": ("(3, 4)), True", "(3, 4)), False", "scaled"),
     "a number in a long table": ("np.arange(2000.0)\n", "np.arange(2000.0)\nTABLE[1000] = 0.5\n", "scaled"),
     "an entry of a dictionary": ('"gain": 5.0', '"gain": 5.5', "scaled"),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER, compiled, inlined
+from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER, INTEGERS, compiled, inlined
 from nsdrill.compiler.words import bits_float, call, float_bits, fma, lowest_bit, packed
 
 from .running import LANES, WIDTHS, bits, floats, machine_code, same, whole
@@ -571,6 +571,50 @@ def annotated_and_documented(W):
 def test_machine_code_does_what_the_interpreter_does(name: str, lanes: int) -> None:
     rng = np.random.default_rng(1)
     same(CONSTRUCTS[name](lanes), (buffer(rng, lanes) for _ in range(12)))
+
+
+@compiled(INTEGERS, BUFFER)
+def counted(m, b):
+    m[0] += 1
+    b[len(b) - 1] = float(len(m))
+
+
+@compiled(BUFFER, INTEGERS, BUFFER, FUNCTION, INTEGER)
+def of_integers(b, m, out, f, lanes):
+    for k in range(len(m)):
+        out[k] = b[m[k]] if m[k] < len(b) else -1.0
+    size = m[1]
+    for i in packed(16):
+        m[i] = (m[16 + i] << 33) - m[i]
+    m[31] //= -2
+    part, rest = out[2:5], out[lanes : lanes + size]
+    part[0], rest[1] = float(len(part)), float(len(rest))
+    counted(m[4:], out[5:7])
+    call(f, m[5 : 5 + size], out)
+    return m[30] + len(m)
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_buffers_of_integers_and_parts_of_buffers(width: int) -> None:
+    def run(function: Any, f: Any) -> tuple[int, list[int], list[int]]:
+        m = np.concatenate([np.arange(16) * 3 % 8, 20 - np.arange(16)])
+        out = np.zeros(32)
+        given = function(np.arange(0.5, 6.0), m, out, f, 9)
+        return given, m.tolist(), bits(out)
+
+    native = machine_code(of_integers.py_func, of_integers.kinds, width)
+    found = run(native, counted)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(globals(), "counted", counted.py_func)
+        assert found == run(of_integers.py_func, counted)
+    assert max(found[1]) > 1 << 35
+
+
+def test_a_buffer_has_the_type_that_is_asked_for() -> None:
+    m, b = np.zeros(4, dtype=np.int64), np.zeros(4)
+    for given in ((b, b), (m, m), (m.astype(np.int32), b), (m[::2], b), (m, b.reshape(2, 2).T)):
+        with pytest.raises(TypeError, match=r"counted: a buffer is a contiguous array of \w+64"):
+            counted(*given)
 
 
 def test_a_function_that_is_an_argument_is_called() -> None:

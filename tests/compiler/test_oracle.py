@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 from pythons import SRC
 
-from .oracle import CASES, outcomes, works
+from nsdrill.store import read_results
+
+from .oracle import CASES, CONFIGS, outcomes, works
 from .running import WIDTHS, bits, machine_code
 
 ALL = bool(os.environ.get("NSDRILL_TEST_ORACLE"))
@@ -35,6 +37,41 @@ def by_numba(file: Path, lanes: int, *names: str) -> dict[str, np.ndarray]:
 
 def same_bits(one: np.ndarray, two: np.ndarray) -> bool:
     return bits(one) == bits(two)
+
+
+RUN = """
+import sys
+import nsdrill
+nsdrill.run(sys.argv[1], sys.argv[2], workers=1, set={
+    "sweep.rotary_speed": ["90 rpm", "150 rpm"], "record.poincare": 1200,
+    "simulation.transient": "5 s", "simulation.observe": "720 s"})
+print(sum(name.partition(".")[0] == "numba" for name in sys.modules))
+"""
+
+
+def test_a_run_has_the_bits_of_numbas(tmp_path: Path) -> None:
+    """The loop over steps, periods and the 0-1 test included; and numba's way is the
+    only one that imports it."""
+    made = {}
+    for way in ("native", "numba"):
+        program = [sys.executable, "-c", RUN, str(CONFIGS / "torsional_speed.yaml")]
+        env = {**os.environ, "NSDRILL_COMPILER": way, "PYTHONPATH": str(SRC)}
+        done = subprocess.run(
+            [*program, str(tmp_path / f"{way}.h5")],
+            env=env,
+            check=True,
+            capture_output=True,
+            text=True,
+        )
+        assert (int(done.stdout.split()[-1]) > 0) == (way == "numba")
+        made[way] = read_results(tmp_path / f"{way}.h5")
+    found, wanted = made["native"], made["numba"]
+    assert list(found.variables) == list(wanted.variables)
+    for name in found.variables:
+        assert found[name].tobytes() == wanted[name].tobytes(), name
+    assert found["steps"].max() > 1000
+    assert np.isfinite(found["zero_one"]).any()
+    assert found["period"].max() == 1
 
 
 @pytest.mark.timeout(3600)

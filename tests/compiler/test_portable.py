@@ -14,6 +14,8 @@ from machine_code import machine, text_of
 from nsdrill.compiler import native
 from nsdrill.compiler.functions import LaneFunction
 from nsdrill.compiler.module import Module
+from nsdrill.kernel.loop import make_advance
+from nsdrill.observe import motion
 
 from .oracle import functions_of, outcomes, works
 from .running import bits
@@ -33,6 +35,12 @@ NEEDED = {
     "x86-64-v3": ("avx2", "fma"),
     "x86-64-v4": ("avx512f", "avx512dq", "avx512vl"),
 }
+# Loops over arrays.
+PLAIN = {
+    "advance": make_advance(),
+    "period": motion._make_period(),
+    "displacement": motion._make_displacement(),
+}
 _numbers = count()
 
 
@@ -44,9 +52,7 @@ def test_there_is_code_for_every_platform(name: str) -> None:
     except RuntimeError as error:  # LLVM may be built without it
         pytest.skip(str(error))
     ((work, _),) = works("torsional_speed")
-    for kind, function in functions_of(work, 8).items():
-        if kind == "marker":  # plain code of one lane
-            continue
+    for kind, function in {**functions_of(work, 8), **PLAIN}.items():
         code = native.object_code(text_of(function), target)
         assert code.startswith(start), kind
         assert b"entry" in code

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER, compiled
+from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER, INTEGERS, compiled
 from nsdrill.compiler.language import LanguageError
 from nsdrill.compiler.module import Module
 from nsdrill.compiler.words import bits_float, float_bits, fma, lowest_bit
@@ -56,11 +56,11 @@ NAMES = {
 
 
 def compile_text(body: str) -> str:
-    """The module of a function of a buffer b, an integer n, a float x and a function
-    g."""
+    """The module of a function of a buffer b, an integer n, a float x, a function g and
+    a buffer of integers m."""
     lines = "".join(f"    {line}\n" for line in body.splitlines())
-    function = define("f", f"def f(b, n, x, g):\n{lines}", **NAMES)
-    return Module(8).text(function, BUFFER + INTEGER + FLOAT + FUNCTION, "entry")
+    function = define("f", f"def f(b, n, x, g, m):\n{lines}", **NAMES)
+    return Module(8).text(function, BUFFER + INTEGER + FLOAT + FUNCTION + INTEGERS, "entry")
 
 
 # Kinds. Where an expression of each kind is wanted: a float, an integer, a truth.
@@ -92,6 +92,10 @@ HOLES = {
     "i": [
         "b[{}] = 1.0",
         "x = b[{}]",
+        "m[0] = {}",
+        "m[0] += {}",
+        "n = m[n] - {}",
+        "for i in packed(8):\n    m[i] = m[8 + i] + {}",
         "n = n + {}",
         "n = {} & n",
         "n = n << {}",
@@ -218,8 +222,15 @@ REFUSED: list[tuple[str, str]] = [
     ("x = GRID[n]", "allowed: a loop of at most"),
     ("x = ('a', 'b')[n]", "allowed: a loop of at most"),
     ("x = (x, x)[n]", "allowed: a loop of at most"),
-    ("x = b[:2][0]", "b[first:]"),
-    ("x = b[::2][0]", "b[first:]"),
+    ("x = b[:2][0]", "allowed: b[first:] or b[first:stop]"),
+    ("x = b[::2][0]", "allowed: b[first:] or b[first:stop]"),
+    ("x = b[-2:][0]", "before the beginning of a buffer; allowed"),
+    ("x = b[1:-1][0]", "before the beginning of a buffer; allowed"),
+    ("x = m[0]\nx = x + b[0]  #!", "an integer and a float meet in one operation; allowed"),
+    ("m[1] = b[1]", "a float stands where an integer is needed; allowed: int(x)"),
+    ("b[1] = m[1]", "an integer stands where a float is needed; allowed: float(x)"),
+    ("x = b[x:][0]", "a float stands where an integer is needed; allowed: int(x)"),
+    ("x = b[1:x][0]", "a float stands where an integer is needed; allowed: int(x)"),
     # loops over lanes
     ("for i in packed(n):\n    b[i] = 0.0", "a number that is known"),
     ("for i in packed(first=8):\n    b[i] = 0.0", "have no names"),
@@ -259,6 +270,7 @@ REFUSED: list[tuple[str, str]] = [
     ("known(b, n)", "known takes 3 arguments and is given 2"),
     ("known(x, n, x)", "another kind of argument"),
     ("known(b, b, x)", "another kind of argument"),
+    ("known(m, n, x)", "another kind of argument"),
     ("taking(b, n)", "another kind of argument"),
     ("taking(b, known)", "known stands where a number is needed"),
     ("call(n, b)", "a function that is an argument"),

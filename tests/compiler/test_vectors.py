@@ -3,6 +3,7 @@ and in the machine code that it makes of them."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -11,18 +12,15 @@ from machine_code import instructions, packed_and_single, text_of
 
 from nsdrill.kernel.steppers import IMPLICIT, STEPPERS
 from nsdrill.models.beam.options import Options as Beam
-from nsdrill.models.christoforou_yigit.events import make_events
-from nsdrill.models.christoforou_yigit.features import make_observer
 from nsdrill.models.christoforou_yigit.implicit import make_solve
 from nsdrill.models.christoforou_yigit.implicit_along import make_axial_solve
 from nsdrill.models.christoforou_yigit.implicit_held import make_stabilizer_solve
-from nsdrill.models.christoforou_yigit.layout import OBSERVED
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.rhs import aux_of, columns_of, make_right_hand_side, rows_of
 from nsdrill.models.registry import model_named
 from nsdrill.variables import MODEL
 
-ROWS = model_named(MODEL).rows(Options(), len(OBSERVED))
+ROWS = model_named(MODEL).rows(Options(), model_named(MODEL).observed)
 SPLIT = Options(implicit=1)
 
 
@@ -58,8 +56,6 @@ FUNCTIONS: dict[str, tuple[Callable[[], Any], int]] = {
     "slips along": (lambda: solve(make_axial_solve, 8, SPLIT._replace(axial_friction=1)), 300),
     "implicit step": (lambda: step(IMPLICIT, 16, rows_of(SPLIT)), 300),
     **{f"step {name}": (lambda name=name: step(name, 8, ROWS), 300) for name in STEPPERS},
-    "events": (lambda: make_events(8, ROWS)[1], 300),
-    "events of law 3": (lambda: make_events(8, ROWS, friction=3)[1], 300),
     "torsion": (lambda: slopes("torsion"), 20),
     **{
         f"beam {' '.join(map(str, o))}": (lambda o=o: slopes("beam", *o), 100)
@@ -85,20 +81,30 @@ def test_lane_loops_are_vectors(name: str) -> None:
     make, least = FUNCTIONS[name]
     packed, single = packed_and_single(text_of(make()))
     assert packed >= least
-    assert single <= (6 if "events" in name else 0)
+    assert single == 0
 
 
-def test_an_observer_has_few_operations_on_one_lane() -> None:
-    """They attend to rare events, the same with implicit friction as without."""
-    explicit, implicit = (
-        packed_and_single(text_of(make_observer(16, o)[0])) for o in (Options(), SPLIT)
-    )
-    assert explicit[0] > 2 * explicit[1] > 0
-    assert implicit[0] >= explicit[0]
-    assert implicit[1] <= explicit[1] + 10
+@pytest.mark.parametrize(
+    ("model", "variant"),
+    [
+        (MODEL, Options()),
+        (MODEL, SPLIT),
+        (MODEL, Options(driven=1, stabilizer=1, weight=1)),
+        ("beam", Beam(2, 1)),
+        ("torsion", ()),
+    ],
+)
+def test_only_the_events_of_an_observer_are_on_one_lane(model: str, variant: Any) -> None:
+    """They are rare. Their function is called by the one that attends to every step."""
+    text = text_of(model_named(model).observer(16, variant)[0])
+    events, every_step = re.split(r"(?m)^define", text)[1:]
+    packed, single = packed_and_single(every_step)
+    assert packed >= 10
+    assert single == 0
+    assert packed_and_single(events)[1] > 0
 
 
-@pytest.mark.parametrize("name", ["slopes", "slips", "step tsitouras", "events", "beam 5 5"])
+@pytest.mark.parametrize("name", ["slopes", "slips", "step tsitouras", "beam 5 5"])
 def test_llvm_keeps_the_vectors(name: str) -> None:
     text = text_of(FUNCTIONS[name][0]())
     wide, single = instructions(text)

@@ -20,8 +20,8 @@ import pytest
 
 @pytest.fixture
 def blocks(docs: Path, tmp_path: Path) -> list[Path]:
-    """The Python blocks of the page, each in a file of its own, as numba wants its
-    functions."""
+    """The Python blocks of the page, each in a file of its own, as the compiler reads the
+    source of a function again."""
     found = re.findall(
         r"^```python\n(.*?)^```", (docs / "extending.md").read_text(encoding="utf-8"), re.M | re.S
     )

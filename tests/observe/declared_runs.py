@@ -11,8 +11,9 @@ import numpy as np
 from nsdrill.abi import Rows
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
+from nsdrill.observe.channel_text import observed_rows
 from nsdrill.observe.channels import Declaration, Names
-from nsdrill.observe.declared import make_observer, observed_rows
+from nsdrill.observe.declared import make_observer
 from nsdrill.observe.findings import measured, new_store, outcome_width, peaks_of, returns_of
 from nsdrill.scalar import in_lanes
 

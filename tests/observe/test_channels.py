@@ -26,6 +26,7 @@ from nsdrill.elementary import direction, sincos
 from nsdrill.kernel.batch import Batch, Compiled, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.observe.channel_text import observed_rows
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -39,7 +40,7 @@ from nsdrill.observe.channels import (
     TimeAbove,
     check,
 )
-from nsdrill.observe.declared import make_observer, observed_rows
+from nsdrill.observe.declared import make_observer
 from nsdrill.observe.findings import measured, new_store, outcome_width
 from observe.declared_runs import Model, Observed, observe, with_feature
 from observe.sampled import above, integral, lowest, slips
@@ -351,25 +352,28 @@ def rippled(t, y, p):  # type: ignore[no-untyped-def]
     return (-10.0 * sincos(t)[1] - 1.5 * 81.0 * sincos(9.0 * t)[1],)
 
 
+@pytest.mark.parametrize("smooth", [False, True])
 @pytest.mark.parametrize(
     ("stuck", "slip", "until", "expected"),
     [
         # at its lowest x has small slips from -9 up to -7.9, on its way many maxima
         (-9.0, 0.0, 41.0, [11.5] * 6),
         (-9.0, 0.0, 39.0, [11.5] * 5),  # it has not come back to rest
+        (-9.0, 0.0, 40.16, [11.5] * 6),  # it is falling through the level
         (-9.0, 12.0, 41.0, []),  # turns faster in none of its slips
         (-20.0, 0.0, 41.0, None),  # never sticks
     ],
 )
 def test_a_bit_that_sticks_has_one_peak_a_slip(
-    stuck: float, slip: float, until: float, expected: list[float] | None
+    stuck: float, slip: float, until: float, expected: list[float] | None, smooth: bool
 ) -> None:
     """x = 10 cos t + 1.5 cos 9t from t = 1 on, whose greatest values are 11.5."""
     channel = Channel("x", "x", "v", "a", level="stuck")
     model = Model(rippled, Names(("x", "v"), ("a",), ("stuck", "slip")))
 
     def tops(**more: Any) -> np.ndarray:
-        declaration = Declaration((channel,), (Extremes("x", "high", peaks="tops", **more),))
+        extremes = Extremes("x", "high", peaks="tops", smooth=smooth, **more)
+        declaration = Declaration((channel,), (extremes,))
         simulation = Simulation(1.0, until - 1.0, 1e-10)
         o = observe(model, declaration, [stuck, slip], [11.5, 0.0], simulation, peaks=100)
         return o.peaks["tops"][0][~np.isnan(o.peaks["tops"][0])]

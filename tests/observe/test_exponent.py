@@ -13,10 +13,10 @@ from reference import Case, floquet_exponents
 from sweep.runs import finish, run_work, same_bits, work_for
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
 from nsdrill.models.christoforou_yigit.rhs import state_scales
 from nsdrill.observe.exponent import (
     GROWTH_COLUMNS,
+    GROWTH_HEADER,
     WAVES,
     exponent_of,
     growth_header,

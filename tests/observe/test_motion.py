@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.classify import still
-from nsdrill.models.christoforou_yigit.section import in_the_bit_frame
+from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
+from nsdrill.observe import motion
 from nsdrill.observe.motion import classify_motion, period, zero_one
 from nsdrill.observe.thresholds import Motion
 from nsdrill.variables import (
@@ -130,6 +131,24 @@ def test_any_cycle_is_found_with_its_least_period(n: int, seed: int) -> None:
     cycle = rng.permutation(n)[:, None] * 3.0
     returns = np.tile(cycle, (5, 1))[: 5 * n - rng.integers(0, n)]
     assert period(padded(returns), ONES, T)[0] == n
+
+
+def test_plain_python_finds_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(2)
+    returns = np.tile(rng.normal(size=(6, 3, 4)), (1, 30, 1))
+    returns[1] = rng.normal(size=(90, 4))
+    returns[2] = 1.0
+    returns[3, 5:], returns[4] = np.nan, np.nan
+    monkeypatch.setattr(motion, "LEAST_RETURNS", 90)
+    scales = np.ones((6, 4))
+    periods, indices = period(returns, scales, T), zero_one(returns, scales)
+    assert periods.tolist() == [3, 0, 1, 0, 0, 3]
+    for name in ("_make_period", "_make_displacement"):
+        plain = getattr(motion, name)().py_func
+        monkeypatch.setattr(motion, name, lambda plain=plain: plain)
+    assert period(returns, scales, T).tolist() == periods.tolist()
+    assert zero_one(returns, scales).tobytes() == indices.tobytes()
+    assert np.isfinite(indices).tolist() == [True, True, True, False, False, True]
 
 
 def test_the_zero_one_test_tells_regular_from_chaotic() -> None:

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from sweep.runs import finish, run_work, same_bits, work_for
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.section import ENTRY, coordinates, returns_of
+from nsdrill.models.christoforou_yigit.observed import coordinates
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.work import Work
 
@@ -133,20 +133,8 @@ def test_recording_returns_changes_no_other_bit_and_lanes_change_none() -> None:
     assert set(one) - set(plain) == {*SECTION, "motion", "period", "zero_one"}
 
 
-def test_rings_are_unrolled() -> None:
-    ring = np.zeros((3, 1 + 2 * ENTRY))
-    ring[:, 0] = 1, 2, 5
-    ring[:, 1] = 10.0
-    ring[:, 1 + ENTRY] = 20.0
-    found = returns_of(ring, 2)[:, :, 0]
-    assert found[0, 0] == 10.0
-    assert np.isnan(found[0, 1])
-    assert found[1].tolist() == [10.0, 20.0]
-    assert found[2].tolist() == [20.0, 10.0]  # the fifth overwrote the first place
-
-
 def test_the_whirl_angle_is_counted_from_the_bit() -> None:
-    entry = np.zeros((1, ENTRY))
+    entry = np.zeros((1, 9))
     entry[0, :3], entry[0, 3], entry[0, 8] = (0.0, 0.3, 2.0), 0.4, 2 * np.pi * 7 + 0.5
     found = coordinates(entry)
     assert found["section_radius"][0] == pytest.approx(2.0)

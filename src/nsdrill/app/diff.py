@@ -24,7 +24,6 @@ MAKER_ATTRIBUTES = (
     "python_version",
     "llvmlite",
     "numpy_version",
-    "numba_version",
     "h5py_version",
     "processor",
 )

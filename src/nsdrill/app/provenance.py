@@ -26,7 +26,6 @@ from nsdrill.variables import MODEL
 _DECISIVE = {
     "nsdrill_version": "nsdrill",
     "python": "Python",
-    "numba_version": "numba",
     "llvmlite": "llvmlite",
     "libm_digest": "C library (digest of its mathematics)",
     "model_digest": "model digest",
@@ -65,7 +64,7 @@ def versions(model: str = MODEL) -> dict[str, str]:
     return {
         "nsdrill_version": __version__,
         "python": platform.python_version(),
-        **{f"{name}_version": version(name) for name in ("numpy", "numba")},
+        "numpy_version": version("numpy"),
         "llvmlite": version("llvmlite"),
         "libm_digest": _libm_digest(),
         "model_digest": model_digest(model),

@@ -421,16 +421,22 @@ class Expressions:
             if isinstance(lower, RUNTIME) or isinstance(upper, RUNTIME):
                 raise Refusal("a part of a constant has ends that are known")
             return array[lower:upper]
-        if upper is not None or part.step is not None or lower is None:
-            raise Refusal("a part of a buffer goes from a place to its end: b[first:]")
+        if part.step is not None or lower is None:
+            raise Refusal(
+                "a part of a buffer has a first place and no step; allowed: b[first:] or b[first:stop]"
+            )
+        for end in (lower, upper):
+            if isinstance(end, int) and end < 0:
+                raise Refusal(BEFORE)
         first = self.value(lower, "i", wide=False)
-        rest = self.text.operation("sub", array.length, first)
-        return Array(self.text.address(array.ref, first).ref, rest)
+        stop = array.length if upper is None else self.value(upper, "i", wide=False)
+        length = self.text.operation("sub", stop, first)
+        return Array(self.text.address(array.ref, first, array.kind).ref, length, array.kind)
 
     def element(self, array: Any, index: Any) -> Any:
         if isinstance(array, Array):
             pointer, count = self.place(array, index)
-            return self.text.load(pointer, "d", count)
+            return self.text.load(pointer, array.kind, count)
         if isinstance(array, RUNTIME):
             raise Refusal("only buffers, tuples and tables have elements")
         parts = index if isinstance(index, tuple) else (index,)
@@ -464,18 +470,18 @@ class Expressions:
         if isinstance(index, Lane) and index.base is None:
             first = index.offset
         if first < 0:
-            raise Refusal("a place before the beginning of a buffer; allowed: b[len(b) - 1]")
+            raise Refusal(BEFORE)
         if isinstance(index, Lane):
             where = self.text.constant(index.offset, "i")
             if index.base is not None:
                 where = self.text.operation("add", index.base, where)
-            return self.text.address(array.ref, where), self.lane_count
+            return self.text.address(array.ref, where, array.kind), self.lane_count
         where = self.value(index, "i", wide=False)
         if where.lanes:
             raise Refusal(
                 "a buffer is indexed by another place in every lane; allowed: b[row + i], or a loop over range(W)"
             )
-        return self.text.address(array.ref, where), 0
+        return self.text.address(array.ref, where, array.kind), 0
 
     # Calls.
     def eval_Call(self, node: ast.Call, scope: Scope) -> Any:
@@ -574,6 +580,7 @@ class Expressions:
 
 
 UNROLLED = 8  # turns of a loop that are written out
+BEFORE = "a place before the beginning of a buffer; allowed: b[len(b) - 1]"
 
 
 def _acts(node: ast.expr) -> bool:

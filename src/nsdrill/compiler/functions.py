@@ -24,12 +24,18 @@ import numpy as np
 from nsdrill.cache import load, save
 from nsdrill.errors import InputError
 
-# The kinds of arguments: a flat array of floats, such as the lane buffer; an integer; a
-# float; a compiled function.
-BUFFER, INTEGER, FLOAT, FUNCTION = "aidf"
+# The kinds of arguments: a flat array of floats, such as the lane buffer, or of
+# integers; an integer; a float; a compiled function.
+BUFFER, INTEGERS, INTEGER, FLOAT, FUNCTION = "anidf"
+BUFFERS = {BUFFER: FLOAT, INTEGERS: INTEGER}  # and the kind of their elements
 ROUTES = ("native", "numba", "interpreter")
-C_ARGUMENTS = {"a": (ctypes.c_void_p, ctypes.c_int64), "i": (ctypes.c_int64,),
-               "d": (ctypes.c_double,), "f": (ctypes.c_int64,)}  # fmt: skip
+_DTYPES = {BUFFER: np.float64, INTEGERS: np.int64}
+_C_TYPES: dict[str, tuple[Any, ...]] = {
+    **dict.fromkeys(BUFFERS, (ctypes.c_void_p, ctypes.c_int64)),
+    INTEGER: (ctypes.c_int64,),
+    FLOAT: (ctypes.c_double,),
+    FUNCTION: (ctypes.c_int64,),
+}
 _addresses: dict[str, int] = {}
 
 
@@ -46,7 +52,8 @@ def route() -> str:
 
 def compiled(*kinds: str) -> Callable[[Any], Any]:
     """Compile a function of the lane language whose arguments are of these kinds
-    (BUFFER, INTEGER, FLOAT, FUNCTION). Where it returns something, that is an integer."""
+    (BUFFER, INTEGERS, INTEGER, FLOAT, FUNCTION). Where it returns something, that is an
+    integer."""
 
     def make(function: Any) -> Any:
         if route() == "interpreter":
@@ -124,18 +131,19 @@ class LaneFunction:
     def __call__(self, *arguments: Any) -> int:
         given: list[Any] = []
         for argument, kind in zip(arguments, self.kinds, strict=True):
-            if kind == "a":
-                if argument.dtype != np.float64 or not argument.flags.c_contiguous:
-                    raise TypeError(f"{self.__name__}: a buffer is a contiguous array of float64")
+            if kind in BUFFERS:
+                wanted = np.dtype(_DTYPES[kind])
+                if argument.dtype != wanted or not argument.flags.c_contiguous:
+                    raise TypeError(f"{self.__name__}: a buffer is a contiguous array of {wanted}")
                 given += (argument.ctypes.data, argument.size)
             else:
-                given.append(argument.address if kind == "f" else argument)
+                given.append(argument.address if kind == FUNCTION else argument)
         return int(_prototype(self.kinds)(self.address)(*given))
 
 
 @cache
 def _prototype(kinds: str) -> Any:
-    return ctypes.CFUNCTYPE(ctypes.c_int64, *(part for kind in kinds for part in C_ARGUMENTS[kind]))
+    return ctypes.CFUNCTYPE(ctypes.c_int64, *(part for kind in kinds for part in _C_TYPES[kind]))
 
 
 def _address(function: LaneFunction) -> int:
@@ -243,7 +251,7 @@ def _content(value: Any, names: set[str], depth: int = 4) -> Any:
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, hashlib.sha256(value.tobytes()).hexdigest()
     if isinstance(value, (tuple, list)):
-        return [_content(part, names, depth) for part in value]
+        return getattr(value, "_fields", ""), [_content(part, names, depth) for part in value]
     if isinstance(value, dict):
         return [(repr(key), _content(part, names, depth)) for key, part in value.items()]
     if value is None or isinstance(value, (int, float, str, np.generic)):

@@ -170,11 +170,12 @@ class Text:
         self._slots.append(f"  {name} = alloca double, i64 {size}, align 64")
         return Pointer(name, "double")
 
-    def address(self, pointer: str, index: Value) -> Pointer:
+    def address(self, pointer: str, index: Value, kind: str) -> Pointer:
+        t = TYPE[kind]
         where = self.emit(
-            f"getelementptr inbounds double, {pointer_to('double')} {pointer}, i64 {index.ref}", "p"
+            f"getelementptr inbounds {t}, {pointer_to(t)} {pointer}, i64 {index.ref}", "p"
         )
-        return Pointer(where.ref, "double")
+        return Pointer(where.ref, t)
 
     def _place(self, pointer: Pointer, t: str) -> str:
         if TYPED_POINTERS and pointer.of != t:

@@ -18,8 +18,9 @@ integer and truth. No kind becomes another silently: ``float(n)``, ``int(x)`` an
 ``for k in range(n):``           written out where n is known and small, else a loop
 ``for name in (a, b):``          written out
 ``if``, ``while``, ``and``       of scalars: branches, also around loops over lanes
-``x = b[k]``, ``b[k:]``          of buffers of floats; constant tables are indexed alike
 ``local(n)``                     a buffer of n floats for this call; n is known
+``b[k]``, ``b[k:]``, ``b[k:n]``  of flat buffers of floats or of integers; constant
+                                 tables are indexed alike
 ``helper(x, y)``                 a function marked ``inlined``, or any plain one: written
                                  out at its call; it returns at its end
 ``compiled_function(b, n)``      a function made by ``compiled``: called
@@ -30,8 +31,9 @@ integer and truth. No kind becomes another silently: ``float(n)``, ``int(x)`` an
 ===============================  =======================================================
 
 Not checked, as it is not known before it runs: a shift by less than 0 or more than 63,
-``int`` of a number beyond 64 bits, a place outside a buffer. An integer divided by zero
-is divided by one. No lane may read what another writes.
+``int`` of a number beyond 64 bits, a place outside a buffer, a part of it that ends
+before it begins. An integer divided by zero is divided by one. No lane may read what
+another writes.
 """
 
 from __future__ import annotations
@@ -63,10 +65,11 @@ class Refusal(Exception):
 # What an expression can be besides a constant and a Value.
 @dataclass(slots=True)
 class Array:
-    """A buffer of floats."""
+    """A buffer of floats, or of integers."""
 
     ref: str
     length: Value
+    kind: str = "d"  # of its elements
 
 
 @dataclass(slots=True)

@@ -11,22 +11,25 @@ from __future__ import annotations
 from types import FunctionType
 from typing import Any
 
-from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER
-from nsdrill.compiler.ir import Text, Value, pointer_to
+from nsdrill.compiler.functions import BUFFERS, FLOAT, FUNCTION, INTEGER
+from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to
 from nsdrill.compiler.language import Array, FunctionArgument
 from nsdrill.compiler.statements import Body
 
-PARAMETERS = {BUFFER: f"{pointer_to('double')} %a{{0}}, i64 %n{{0}}", INTEGER: "i64 %a{0}",
-              FLOAT: "double %a{0}", FUNCTION: "i64 %a{0}"}  # fmt: skip
-PASSED = {BUFFER: f"{pointer_to('double')}, i64", INTEGER: "i64", FLOAT: "double", FUNCTION: "i64"}
-C_TYPES = {"d": "double", "i": "i64"}
+# The types of an argument of each kind: a buffer is two.
+PASSED: dict[str, tuple[str, ...]] = {
+    **{kind: (pointer_to(TYPE[elements]), "i64") for kind, elements in BUFFERS.items()},
+    INTEGER: ("i64",),
+    FLOAT: ("double",),
+    FUNCTION: ("i64",),
+}
 
 
 class Module:
     """Writes the text of a module; vectors have at most ``width`` lanes."""
 
     def __init__(self, width: int) -> None:
-        self.width, self.pointer = width, pointer_to("double")
+        self.width = width
         self.parts: list[str] = []
         self.declared: dict[str, str] = {}
         self.tables: dict[str, str] = {}
@@ -45,14 +48,19 @@ class Module:
         text = Text(self.declared, self.tables)
         arguments: list[Any] = []
         for number, kind in enumerate(kinds):
-            if kind == BUFFER:
-                arguments.append(Array(f"%a{number}", Value(f"%n{number}", "i")))
+            if kind in BUFFERS:
+                length = Value(f"%n{number}", "i")
+                arguments.append(Array(f"%a{number}", length, BUFFERS[kind]))
             elif kind == FUNCTION:
                 arguments.append(FunctionArgument(Value(f"%a{number}", "i")))
             else:
                 arguments.append(Value(f"%a{number}", kind))
         Body(self, text, self.width).write(function, arguments)
-        parameters = ", ".join(PARAMETERS[kind].format(number) for number, kind in enumerate(kinds))
+        parameters = ", ".join(
+            f"{t} %{name}{number}"
+            for number, kind in enumerate(kinds)
+            for name, t in zip("an", PASSED[kind], strict=False)
+        )
         self.parts.append(
             f"define {linkage}i64 @{symbol}({parameters}) nounwind {{\n{text.body()}\n}}\n"
         )
@@ -67,7 +75,7 @@ class Module:
 
     def call_address(self, text: Text, address: Value, kinds: str, given: list[str]) -> Value:
         """Call the function at an address."""
-        signature = f"i64 ({', '.join(PASSED[kind] for kind in kinds)})"
+        signature = f"i64 ({', '.join(t for kind in kinds for t in PASSED[kind])})"
         pointer = text.emit(
             f"inttoptr i64 {address.ref} to {signature + '*' if pointer_to('double') != 'ptr' else 'ptr'}",
             "p",

@@ -10,18 +10,17 @@ import numba
 from llvmlite import ir
 from numba import types
 from numba.core.registry import CPUDispatcher
-from numba.extending import intrinsic, overload
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import intrinsic, lower_builtin, overload
 
-from nsdrill.compiler import driver, words
+from nsdrill.compiler import words
+from nsdrill.compiler.functions import BUFFERS, FLOAT, FUNCTION, INTEGER
 
-_TYPES = {
-    "a": (types.float64[::1],),
-    "i": (types.int64,),
-    "d": (types.float64,),
-    "f": (types.int64,),
-}
-_C_TYPES = {**_TYPES, "a": (types.CPointer(types.float64), types.int64)}
-assert driver  # it teaches numba to call addresses
+_NUMBERS = {FLOAT: types.float64, INTEGER: types.int64, FUNCTION: types.int64}
+_ELEMENTS = {kind: _NUMBERS[elements] for kind, elements in BUFFERS.items()}
+_TYPES = _NUMBERS | {kind: number[::1] for kind, number in _ELEMENTS.items()}
+_C_TYPES: dict[str, tuple[Any, ...]] = {kind: (number,) for kind, number in _NUMBERS.items()}
+_C_TYPES |= {kind: (types.CPointer(number), types.int64) for kind, number in _ELEMENTS.items()}
 
 
 class Compiled(CPUDispatcher):
@@ -30,10 +29,15 @@ class Compiled(CPUDispatcher):
 
     kinds: str
 
+    def __call__(self, *arguments: Any) -> Any:
+        pairs = zip(arguments, self.kinds, strict=True)
+        return super().__call__(*(a.address if kind == FUNCTION else a for a, kind in pairs))
+
     @cached_property
     def address(self) -> int:
         names = [
-            (f"a{k}", f"n{k}") if kind == "a" else (f"a{k}",) for k, kind in enumerate(self.kinds)
+            (f"a{k}", f"n{k}") if kind in BUFFERS else (f"a{k}",)
+            for k, kind in enumerate(self.kinds)
         ]
         given = [f"carray({', '.join(pair)})" if len(pair) == 2 else pair[0] for pair in names]
         returns = "" if self.nopython_signatures[0].return_type == types.void else "result = "
@@ -52,7 +56,7 @@ def compiled(function: Any, kinds: str) -> Any:
     dispatcher = numba.njit(nogil=True, error_model="numpy", _nrt=False)(function)
     dispatcher.__class__ = Compiled
     dispatcher.kinds = kinds
-    dispatcher.compile(tuple(part for kind in kinds for part in _TYPES[kind]))
+    dispatcher.compile(tuple(_TYPES[kind] for kind in kinds))
     dispatcher.disable_compile()
     return dispatcher
 
@@ -61,6 +65,29 @@ def inlined(function: Any) -> Any:
     if hasattr(function, "py_func"):  # compiled by numba already
         return function
     return numba.njit(forceinline=True, error_model="numpy", _nrt=False)(function)
+
+
+@infer_global(words.call)
+class _Call(AbstractTemplate):
+    """``call(address, *arguments)`` gives an integer."""
+
+    def generic(self, arguments: Any, keywords: Any) -> Any:
+        return signature(types.int64, *arguments)
+
+
+@lower_builtin(words.call, types.VarArg(types.Any))
+def _call_address(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+    """Call the function at an address with C's calling convention: an array is passed
+    as its data and its size."""
+    given: list[Any] = []
+    for kind, value in zip(signature.args[1:], values[1:], strict=True):
+        if isinstance(kind, types.Array):
+            array = context.make_array(kind)(context, builder, value)
+            given += [array.data, array.nitems]
+        else:
+            given.append(context.cast(builder, value, kind, types.int64))
+    kind = ir.FunctionType(ir.IntType(64), [value.type for value in given])
+    return builder.call(builder.inttoptr(values[0], kind.as_pointer()), given)
 
 
 @overload(words.packed)

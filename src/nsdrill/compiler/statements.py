@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 
 from nsdrill.compiler import words
 from nsdrill.compiler.expressions import UNROLLED, Expressions, check_not_carried
-from nsdrill.compiler.ir import Text, Value
+from nsdrill.compiler.functions import BUFFER, FLOAT, FUNCTION, INTEGER, INTEGERS
+from nsdrill.compiler.ir import TYPE, Text, Value, pointer_to
 from nsdrill.compiler.language import (
     RUNTIME,
     Array,
@@ -114,14 +115,13 @@ class Body(Expressions):
         kinds, given = "", []
         for argument, kind in zip(arguments, wanted, strict=True):
             if isinstance(argument, Array):
-                found, texts = (
-                    "a",
-                    [f"{self.module.pointer} {argument.ref}", f"i64 {argument.length.ref}"],
-                )
+                found = BUFFER if argument.kind == FLOAT else INTEGERS
+                pointer = pointer_to(TYPE[argument.kind])
+                texts = [f"{pointer} {argument.ref}", f"i64 {argument.length.ref}"]
             elif isinstance(argument, FunctionArgument):
-                found, texts = "f", [f"i64 {argument.address.ref}"]
+                found, texts = FUNCTION, [f"i64 {argument.address.ref}"]
             else:
-                value = self.value(argument, "" if kind in "?af" else kind, wide=False)
+                value = self.value(argument, kind if kind in (INTEGER, FLOAT) else "", wide=False)
                 if value.kind == "b":
                     raise Refusal("a truth is no argument of a function; allowed: int(x)")
                 found, texts = (
@@ -235,7 +235,7 @@ class Body(Expressions):
         pointer, count = self.place(array, index)
         if self.lane_count and not count:
             raise Refusal("one element is assigned in every lane; allowed: b[row + i]")
-        made = self.value(value, "d", wide=bool(count))
+        made = self.value(value, array.kind, wide=bool(count))
         if made.lanes != count:
             raise Refusal("a value for each lane is assigned to one element; allowed: b[row + i]")
         self.text.store(made, pointer)

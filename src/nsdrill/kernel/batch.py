@@ -20,7 +20,6 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.abi import Rows, aligned_zeros
-from nsdrill.compiler.functions import address
 from nsdrill.errors import InputError
 from nsdrill.kernel.loop import (
     COUNTERS,
@@ -283,33 +282,28 @@ class Batch:
         unless ``drain``, one more lane is idle. Returns the runs that ended, whose
         slots become free."""
         deadline = time.perf_counter() + seconds
-        advance, places = make_advance(), places_of(self.lanes, self.rows)
-        functions = [
-            address(function)
-            for function in (
-                parts.right_hand_side,
-                parts.observer,
-                parts.marker,
-                self._stepper.make(self.lanes, self.rows),
-            )
-        ]
+        advance, stepper = make_advance(), self._stepper.make(self.lanes, self.rows)
+        places = places_of(self.lanes, self.rows, self._outbox.shape[1])
         while True:
             before = self.packed_steps
             advance(
                 places,
-                self._buffer,
-                self._store,
                 self._lane,
-                self._table,
-                self._state,
                 self._successor,
                 self._queue,
-                self._outbox,
                 self._finished,
                 self._counters,
+                self._buffer,
+                self._store,
+                self._table.ravel(),
+                self._state.ravel(),
+                self._outbox.ravel(),
                 drain,
                 STEPS_PER_CALL,
-                *functions,
+                parts.right_hand_side,
+                parts.observer,
+                parts.marker,
+                stepper,
             )
             if self.packed_steps - before < STEPS_PER_CALL or time.perf_counter() >= deadline:
                 return self._collect()

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from nsdrill.errors import InputError
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import described
 from nsdrill.models.schedule import Schedule
@@ -23,6 +24,7 @@ from nsdrill.observe.thresholds import Record, Thresholds
 if TYPE_CHECKING:
     from nsdrill.abi import Rows
     from nsdrill.kernel.batch import Runs
+    from nsdrill.observe.channels import Declaration, Names
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Variant = tuple[int, ...]
@@ -216,34 +218,85 @@ class Model(ABC):
 
     # What is observed
 
-    @property
-    @abstractmethod
-    def observed(self) -> int:
-        """The number of rows of the observer."""
+    widest: ClassVar[Variant] = ()
+    """The variant whose observer has the most rows."""
 
     @abstractmethod
+    def names(self, variant: Variant) -> Names:
+        """The names of the states (without the phase), the slopes, the lane parameters
+        and auxiliary outputs, for the declaration."""
+
+    @abstractmethod
+    def declaration(self, variant: Variant) -> Declaration:
+        """The channels and features that are observed."""
+
+    @property
+    def observed(self) -> int:
+        """The number of rows of the observer, in every variant."""
+        from nsdrill.observe.channel_text import observed_rows
+
+        return observed_rows(self.declaration(self.widest))
+
     def observer(
         self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0
     ) -> tuple[Any, Any]:
         """The compiled (observer, marker); the buffer has a deviation beside the states
         if ``tangent``, and ``others`` rows of other observers."""
+        from nsdrill.observe.declared import make_observer
 
-    @abstractmethod
+        rows = self.rows(variant, self.observed + others, tangent=tangent)
+        functions: tuple[Any, Any] = make_observer(
+            lanes, rows, self.names(variant), self.declaration(variant)
+        )
+        return functions
+
+    def section_parts(self, parameters: Any, record: Record) -> int:
+        """Into how many parts the section of a ``record`` divides its spacing."""
+        return 1
+
     def store(self, lanes: int, parameters: Any, record: Record, more: int = 0) -> Array:
         """The observer's store, with room for ``more`` numbers of other observers at
         its end."""
+        from nsdrill.observe.findings import new_store
 
-    @abstractmethod
+        variant, parts = self.variant(parameters), self.section_parts(parameters, record)
+        names, declaration = self.names(variant), self.declaration(variant)
+        return new_store(lanes, names, declaration, record.peaks, record.poincare, more, parts)
+
     def outcome_width(self, record: Record, variant: Variant) -> int:
         """The number of columns of an observer's outcome."""
+        from nsdrill.observe.findings import outcome_width
 
-    @abstractmethod
+        names, declaration = self.names(variant), self.declaration(variant)
+        return outcome_width(names, declaration, record.peaks, record.poincare)
+
     def features(
         self, outcome: Array, table: Array, observe: float, variant: Variant
     ) -> dict[str, Array]:
         """The features of finished runs by their names, each an array [n]: ``outcome``
         holds the observer's columns, ``table`` the lane parameters, ``observe`` is the
         observation time [s]."""
+        from nsdrill.observe.channels import HALF_DIFFERENCE
+        from nsdrill.observe.findings import measured
+
+        state_scales = self.state_scales(table, variant)
+        features = measured(
+            self.names(variant), self.declaration(variant), outcome, table, state_scales, observe
+        )
+        described_features = described(self.name).features
+        if missing := [
+            variable.name
+            for variable in described_features
+            if variable.only is None and variable.name not in features
+        ]:
+            raise InputError(
+                f"the model {self.name}: found {', '.join(missing)} among the features of its "
+                f"description; allowed: "
+                "what its declaration measures."
+            )
+        # the others are steps on the way to these
+        names = {HALF_DIFFERENCE, *(variable.name for variable in described_features)}
+        return {name: values for name, values in features.items() if name in names}
 
     def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
         """The ``derived`` variables of the description by name, from these features and
@@ -251,10 +304,12 @@ class Model(ABC):
         none."""
         return {}
 
-    @abstractmethod
-    def peaks(self, outcome: Array, record: Record) -> dict[str, Array]:
+    def peaks(self, outcome: Array, record: Record, variant: Variant) -> dict[str, Array]:
         """The last local maxima by the names of their variables, each an array
         [n, peaks], NaN where fewer."""
+        from nsdrill.observe.findings import peaks_of
+
+        return peaks_of(self.declaration(variant), outcome, record.peaks)
 
     @abstractmethod
     def section(

@@ -19,7 +19,6 @@ from nsdrill.models.base import Array, Model, Ramps, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import described
 from nsdrill.models.starts import Starts, checked_starts, hypercube, slice_points
-from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.thresholds import Record, Thresholds
 
 if TYPE_CHECKING:
@@ -40,18 +39,9 @@ class ScalarModel(Model):
     # What a model declares
 
     @abstractmethod
-    def names(self, variant: Variant) -> Names:
-        """The names of the states (without the phase), the slopes, the lane parameters
-        and auxiliary outputs."""
-
-    @abstractmethod
     def slopes(self, variant: Variant) -> Callable[..., Sequence[float]]:
         """The function ``slopes(t, y, p)`` or ``slopes(t, y, p, phase)`` of
         :func:`nsdrill.scalar.in_lanes`."""
-
-    @abstractmethod
-    def declaration(self, variant: Variant) -> Declaration:
-        """The channels and features that are observed."""
 
     @abstractmethod
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
@@ -268,65 +258,6 @@ class ScalarModel(Model):
     def _by_name(self, table: Array, variant: Variant) -> dict[str, Array]:
         # Along a ramp the table has more columns than names.
         return dict(zip(self.names(variant).parameters, table.T, strict=False))
-
-    @property
-    def observed(self) -> int:
-        from nsdrill.observe.declared import observed_rows
-
-        return observed_rows(self.declaration(()))
-
-    def observer(
-        self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0
-    ) -> tuple[Any, Any]:
-        from nsdrill.observe.declared import make_observer
-
-        rows = self.rows(variant, self.observed + others, tangent=tangent)
-        functions: tuple[Any, Any] = make_observer(
-            lanes, rows, self.names(variant), self.declaration(variant)
-        )
-        return functions
-
-    def store(self, lanes: int, parameters: Any, record: Record, more: int = 0) -> Array:
-        from nsdrill.observe.findings import new_store
-
-        variant = self.variant(parameters)
-        returns = record.poincare
-        return new_store(
-            lanes, self.names(variant), self.declaration(variant), record.peaks, returns, more
-        )
-
-    def outcome_width(self, record: Record, variant: Variant) -> int:
-        from nsdrill.observe.findings import outcome_width
-
-        return outcome_width(
-            self.names(variant), self.declaration(variant), record.peaks, record.poincare
-        )
-
-    def features(
-        self, outcome: Array, table: Array, observe: float, variant: Variant
-    ) -> dict[str, Array]:
-        from nsdrill.observe.findings import measured
-
-        state_scales = self.state_scales(table, variant)
-        features = measured(
-            self.names(variant), self.declaration(variant), outcome, table, state_scales, observe
-        )
-        if missing := [
-            variable.name
-            for variable in described(self.name).features
-            if variable.only is None and variable.name not in features
-        ]:
-            raise InputError(
-                f"the model {self.name}: found {', '.join(missing)} among the features of its "
-                f"description; allowed: "
-                "what its declaration measures."
-            )
-        return features
-
-    def peaks(self, outcome: Array, record: Record) -> dict[str, Array]:
-        from nsdrill.observe.findings import peaks_of
-
-        return peaks_of(self.declaration(()), outcome, record.peaks)
 
     def section(
         self, outcome: Array, record: Record, table: Array, variant: Variant

@@ -24,8 +24,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 Expression = str | float | Callable[..., Any]
+NATURAL = "natural"  # the scale of a channel itself
 ALWAYS = ("time", "phase")  # rows of every model
-MAX_CHANNELS = 61  # one bit of a float64 for each, and one for the section
 HALF_DIFFERENCE = "half_difference"  # reserved: no feature may have this name
 
 
@@ -52,6 +52,16 @@ class Channel:
     its frame. ``level`` is a parameter or a number. ``scale``, the name of a state or
     of a parameter or a number, is the natural scale of the quantity; by default that of
     the state which is the channel's value.
+
+    A ``squared`` channel is the square of the quantity, such as of a radius, which is
+    not smooth at zero while its square is. Levels, scale, extremes and peaks are those
+    of the quantity itself.
+
+    ``inside`` is for a quantity that no polynomial follows, as it changes within a part
+    of a step: a function of the channels ``of`` and of parameters. It takes the value
+    and the slope of each of these channels, in order, then parameters by their names,
+    and returns its own value and slope; before a kink the slope after it. Only
+    ``Extremes`` with ``maxima`` may use it, without peaks.
     """
 
     name: str
@@ -62,13 +72,17 @@ class Channel:
     rate_of: str | None = None
     level: str | float | None = None
     scale: str | float | None = None
+    squared: bool = False
+    of: tuple[str, ...] = ()
+    inside: Callable[..., Any] | None = None
 
 
 @dataclass(frozen=True)
 class Outputs:
     """Quantities computed once per step, at its end, and stored for the start of the
-    next: rows like the states. Only ``function`` may read auxiliary outputs. It returns
-    a tuple of one number for each of the names."""
+    next: rows like the states. Only ``function``, and ``unless`` of
+    :class:`Extremes`, may read auxiliary outputs. It returns a tuple of one number for
+    each of the names."""
 
     names: tuple[str, ...]
     function: Callable[..., Any]
@@ -82,29 +96,61 @@ class Extremes:
 
     ``slip``, a parameter or a number, is for the speed of a bit that may stick: once it
     has been at or below the channel's level, only the greatest maximum between two such
-    instants counts, and only if it is above ``slip``."""
+    instants counts, and only if it is above ``slip``.
+
+    A ``smooth`` quantity has its extremes where its slope changes sign, and at the ends
+    of the observation, so the ends of steps need not be compared, which is faster. With
+    ``maxima`` least values are not looked for, and every maximum is a peak.
+
+    ``unless`` holds two expressions, of which the first may be None: where they are
+    positive at the start and at the end of a step, the polynomial does not follow the
+    quantity, and is not looked at inside that step. The second one may read auxiliary
+    outputs.
+
+    ``compared`` is the scale by which the extremes of the two halves of the observation
+    are compared: a parameter, a number or a function of parameters, plain numpy; None
+    for not at all."""
 
     channel: str
     greatest: str | None = None
     least: str | None = None
     peaks: str | None = None
     slip: str | float | None = None
+    smooth: bool = False
+    maxima: bool = False
+    unless: tuple[Expression | None, Expression] | None = None
+    compared: str | float | Callable[..., Any] | None = NATURAL
 
 
 @dataclass(frozen=True)
 class TimeAbove:
-    """The fraction of the observation time in which the channel is above its level.
-    Excursions inside one step count."""
+    """The fraction of the observation time in which the channel is above its level, or
+    above another ``level``. Excursions inside one step count."""
 
     channel: str
     name: str
+    level: str | float | None = None
 
 
 @dataclass(frozen=True)
 class Mean:
-    """The mean over the observation, exact for the interpolant."""
+    """The mean over the observation, exact for the interpolant. With ``compared``, a
+    scale, the means of the two halves are compared too."""
 
     channel: str
+    name: str
+    compared: str | float | None = None
+
+
+@dataclass(frozen=True)
+class MeanAbove:
+    """The mean over the observation of the channel, counted as zero except while that
+    of the ``TimeAbove`` of the name ``above`` is above its level. Steps in which it
+    crosses the level are divided there, and the channel then follows its values and
+    slopes."""
+
+    channel: str
+    above: str
     name: str
 
 
@@ -113,6 +159,16 @@ class Rms:
     """The root mean square over the observation, exact for the interpolant."""
 
     channel: str
+    name: str
+
+
+@dataclass(frozen=True)
+class RmsOfSlopes:
+    """The root mean square over the observation of a vector, the slopes of these
+    channels, such as an acceleration, whose own slope is not known: by Simpson's rule,
+    with the middle of the step from the values of the channels."""
+
+    channels: tuple[str, ...]
     name: str
 
 
@@ -129,11 +185,13 @@ class Passages:
 class Winding:
     """The mean speed [rad/s] at which the vector of the channels ``x`` and ``y``
     rotates, from the angles between its values at the ends of the steps. In a step it
-    rotates by less than half a revolution."""
+    rotates by less than half a revolution. ``counted``: half revolutions are counted
+    instead, where y changes its sign, which is faster and differs by rounding only."""
 
     x: str
     y: str
     name: str
+    counted: bool = False
 
 
 @dataclass(frozen=True)
@@ -149,15 +207,16 @@ class Derived:
 @dataclass(frozen=True)
 class Section:
     """A Poincare section: all states whenever the channel, an angle, first reaches the
-    next multiple of ``spacing``, a parameter or a positive number [rad]. An angle that
+    next multiple of ``spacing``, a parameter or a positive number [rad], or of a part of
+    it: the observer's store says into how many parts it is divided. An angle that
     reverses and reaches it again is not counted twice."""
 
     channel: str
     spacing: str | float
 
 
-Feature = Extremes | TimeAbove | Mean | Rms | Passages | Winding | Derived
-T = TypeVar("T", Extremes, TimeAbove, Mean, Rms, Passages, Winding, Derived)
+Feature = Extremes | TimeAbove | Mean | MeanAbove | Rms | RmsOfSlopes | Passages | Winding | Derived
+T = TypeVar("T", Extremes, TimeAbove, Mean, MeanAbove, Rms, RmsOfSlopes, Passages, Winding, Derived)
 
 
 @dataclass(frozen=True)
@@ -183,6 +242,21 @@ class Declaration:
         )
         return list(dict.fromkeys(names))
 
+    def extremes_of(self, channel: str) -> Extremes | None:
+        """The first ``Extremes`` of a channel, which says how they are looked for."""
+        return next((e for e in self.of_kind(Extremes) if e.channel == channel), None)
+
+    def ends_of(self, channel: str) -> tuple[str, ...]:
+        """The extremes of a channel that are measured."""
+        found = self.extremes_of(channel)
+        if found is None:
+            return ()
+        return ("greatest",) if found.maxima else ("least", "greatest")
+
+    def above(self, name: str) -> TimeAbove:
+        """The ``TimeAbove`` of this name."""
+        return next(above for above in self.of_kind(TimeAbove) if above.name == name)
+
     @property
     def channels_with_peaks(self) -> list[str]:
         """The channels whose peaks are recorded."""
@@ -193,12 +267,14 @@ class Declaration:
     @property
     def measured_per_half(self) -> list[tuple[str, str]]:
         """What is measured in each half of the observation: (what, name of the
-        channel); for a winding, which has two channels, the name of the feature."""
+        channel); for what has a level or several channels, the name of the feature."""
         return [
-            *((end, name) for name in self.channels_of(Extremes) for end in ("least", "greatest")),
-            *(("above", name) for name in self.channels_of(TimeAbove)),
+            *((end, name) for name in self.channels_of(Extremes) for end in self.ends_of(name)),
+            *(("above", above.name) for above in self.of_kind(TimeAbove)),
             *(("integral", name) for name in self.channels_of(Mean)),
+            *(("part", part.name) for part in self.of_kind(MeanAbove)),
             *(("square", name) for name in self.channels_of(Rms)),
+            *(("slopes", slopes.name) for slopes in self.of_kind(RmsOfSlopes)),
             *(("passages", name) for name in self.channels_of(Passages)),
             *(("angle", winding.name) for winding in self.of_kind(Winding)),
         ]
@@ -229,10 +305,6 @@ def check(names: Names, declaration: Declaration) -> None:
     peaks = [feature.peaks for feature in declaration.of_kind(Extremes) if feature.peaks]
     features = [name for name, _ in declaration.named_features]
     _check_unique("feature or parameter", [*features, *peaks, HALF_DIFFERENCE, *names.parameters])
-    if len(declaration.channels) > MAX_CHANNELS:
-        raise ValueError(
-            f"channels: found {len(declaration.channels)}; allowed: at most {MAX_CHANNELS}"
-        )
     if declaration.outputs:
         readable = {*names.states, *names.slopes, *names.parameters, *names.aux, *ALWAYS}
         _check_known("outputs", arguments(declaration.outputs.function), readable)
@@ -258,6 +330,10 @@ def check(names: Names, declaration: Declaration) -> None:
             ("scale", (*names.parameters, *names.states)),
         ):
             _check_known(f"{where}: {part}", _reads(getattr(channel, part)), allowed)
+        if channel.inside:
+            _check_known(f"{where}: of", channel.of, channels)
+            given = arguments(channel.inside)[2 * len(channel.of) :]
+            _check_known(f"{where}: inside", given, names.parameters)
         if channel.rate_of is not None:
             _check_known(f"{where}: rate_of", [channel.rate_of], channels)
             base = channels[channel.rate_of]
@@ -277,18 +353,33 @@ def check(names: Names, declaration: Declaration) -> None:
                     "curvature nor a frame"
                 )
     for feature in declaration.features:
+        kind = type(feature).__name__
         if isinstance(feature, Winding):
-            _check_known("Winding", [feature.x, feature.y], channels)
+            _check_known(kind, [feature.x, feature.y], channels)
+        elif isinstance(feature, RmsOfSlopes):
+            _check_known(kind, feature.channels, channels)
         elif not isinstance(feature, Derived):
-            _check_known(type(feature).__name__, [feature.channel], channels)
-        if isinstance(feature, TimeAbove | Passages):
-            _check_level(f"{type(feature).__name__} {feature.name!r}", channels[feature.channel])
+            _check_known(kind, [feature.channel], channels)
+        if isinstance(feature, TimeAbove):
+            _check_known(
+                f"TimeAbove {feature.name!r}: level", _reads(feature.level), names.parameters
+            )
+        if isinstance(feature, Passages) or (
+            isinstance(feature, TimeAbove) and feature.level is None
+        ):
+            _check_level(f"{kind} {feature.name!r}", channels[feature.channel])
+        if isinstance(feature, MeanAbove):
+            levels = [above.name for above in declaration.of_kind(TimeAbove)]
+            _check_known(f"MeanAbove {feature.name!r}: above", [feature.above], levels)
         if isinstance(feature, Extremes):
-            if feature.slip is not None:
-                _check_level("Extremes with slip", channels[feature.channel])
-            _check_name_or_number("Extremes: slip", feature.slip)
-            _check_known("Extremes: slip", _reads(feature.slip), names.parameters)
-            scale_of(channels[feature.channel], names)
+            _check_extremes(feature, declaration, channels[feature.channel], names, rows)
+        elif not isinstance(feature, Derived) and any(
+            channels[name].inside for name in channels if name in vars(feature).values()
+        ):
+            raise ValueError(
+                f"{kind} {feature.name!r}: found a channel with a function inside; allowed: "
+                "Extremes only"
+            )
     defined = {
         name for name, feature in declaration.named_features if not isinstance(feature, Derived)
     }
@@ -305,6 +396,38 @@ def check(names: Names, declaration: Declaration) -> None:
                 f"section: spacing is {section.spacing}; allowed: a parameter or a "
                 f"positive number [rad]"
             )
+
+
+def _check_extremes(
+    feature: Extremes, declaration: Declaration, channel: Channel, names: Names, rows: set[str]
+) -> None:
+    where = f"Extremes of {channel.name!r}"
+    if feature.slip is not None:
+        _check_level("Extremes with slip", channel)
+    _check_name_or_number("Extremes: slip", feature.slip)
+    _check_known("Extremes: slip", _reads(feature.slip), names.parameters)
+    scale_of(channel, names)
+    if feature.unless:
+        at_start, at_end = feature.unless
+        _check_known(f"{where}: unless", _reads(at_start), rows)
+        _check_known(f"{where}: unless", _reads(at_end), {*rows, *names.aux})
+    if feature.compared != NATURAL:
+        _check_known(f"{where}: compared", _reads(feature.compared), names.parameters)
+    first = declaration.extremes_of(channel.name)
+    if first is None or any(
+        getattr(first, how) != getattr(feature, how) for how in ("smooth", "maxima", "unless")
+    ):
+        raise ValueError(
+            f"{where}: found smooth, maxima or unless that differ; allowed: the same for one channel"
+        )
+    if feature.maxima and feature.least:
+        raise ValueError(
+            f"{where}: found least, {feature.least!r}, with maxima; allowed: one of the two"
+        )
+    if channel.inside and not (feature.maxima and feature.smooth and not feature.peaks):
+        raise ValueError(
+            f"{where}: it has a function inside; allowed: smooth and maxima, without peaks"
+        )
 
 
 def arguments(function: Callable[..., Any]) -> list[str]:

@@ -3,94 +3,53 @@ any number of lanes.
 
 It is generated as text. Every packed step is examined in all lanes at once: the
 extremes so far are updated by the values at the ends of the step, integrals over time
-are accumulated, and a bit field per lane records the channels with an event inside the
+are accumulated, and for each channel the set of lanes is found with an event inside the
 step: an extremum (the slope changes its sign) or a level crossing. Events occur in few
-lanes only, which are then handled one by one (:mod:`nsdrill.observe.inside`). The
-results of a lane do not depend on the other lanes.
+lanes only, which are then handled one by one (:mod:`nsdrill.observe.inside`). What
+few lanes need, such as integrals while a quantity is above its level, is passed over in
+steps where none does. The results of a lane do not depend on the other lanes.
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
-import numpy as np
-
-from nsdrill.abi import CLOSES, CONTROL, MARKER, OBSERVER, OPENS, Rows
-from nsdrill.compiler.functions import BUFFER, INTEGER, compiled, inlined
-from nsdrill.compiler.words import bits_float, float_bits, fma, lowest_bit
-from nsdrill.elementary import angle_between
-from nsdrill.generate import constants, define
-from nsdrill.observe import interpolant
+from nsdrill.abi import MARKER, OBSERVER, Rows
+from nsdrill.compiler.functions import BUFFER, INTEGER
+from nsdrill.observe.channel_text import (
+    END,
+    ChannelText,
+    centred,
+    indented,
+    noted,
+    observed_rows,
+    with_definitions,
+)
 from nsdrill.observe.channels import (
-    MAX_CHANNELS,
     Channel,
     Declaration,
-    Expression,
-    Extremes,
+    MeanAbove,
     Names,
+    RmsOfSlopes,
+    Section,
+    TimeAbove,
     Winding,
     arguments,
     check,
-    scale_of,
 )
-from nsdrill.observe.findings import PEAKS, RETURNS, RINGS
-from nsdrill.observe.inside import (
-    HIGH,
-    LOW,
-    MARGIN,
-    NONE,
-    TOP,
-    has_extremum,
-    measure_events,
-    record_returns,
-    store_peak,
-)
-
-# The least prominence of a peak, in tolerances; smaller maxima may be ripples of the
-# error.
-PROMINENCE = 10.0
-START, END, MARK = "start", "end", "mark"
-PARTS = LOW, HIGH, MARGIN, TOP  # the rows of a channel with peaks
-CONSTANTS = {
-    "PEAKS": PEAKS,
-    "RETURNS": RETURNS,
-    "RINGS": RINGS,
-    "OPENS": OPENS,
-    "CLOSES": CLOSES,
-    "PROMINENCE": PROMINENCE,
-}
-HELPERS = (
-    "quintic",
-    "cubic",
-    "derivative",
-    "middle_of_quintic",
-    "middle_of_cubic",
-    "middle_of_rate",
-    "mean_square",
-)
+from nsdrill.observe.inside import HIGH, LOW, MARGIN, NONE
+from nsdrill.observe.marking import MarkerText
 
 
-def own_rows(declaration: Declaration) -> dict[tuple[Any, ...], int]:
-    """The position of each row of the observer among those of all observers, by (what,
-    name) or (what,)."""
-    outputs = declaration.outputs.names if declaration.outputs else ()
-    keys: list[tuple[Any, ...]] = [
-        *(("before", name) for name in outputs),
-        *(("now", name) for name in outputs),
-        *declaration.measured_per_half,
-        *((part, name) for name in declaration.channels_with_peaks for part in PARTS),
-        ("growth",),
-        ("event_bits",),
-        ("level",),
-    ]
-    return {key: number for number, key in enumerate(keys)}
+class Event(NamedTuple):
+    """What may happen inside a step, each with its set of lanes: extrema of a channel
+    and crossings of a level (``above``), or the maximum of a channel that no polynomial
+    follows."""
 
-
-def observed_rows(declaration: Declaration) -> int:
-    """How many rows of the lane buffer the observer has: ``observed`` of
-    :class:`nsdrill.abi.Rows`."""
-    return len(own_rows(declaration))
+    channel: Channel
+    above: TimeAbove | None = None
+    has_extremes: bool = False
 
 
 @lru_cache
@@ -118,172 +77,98 @@ def make_observer(
         raise ValueError(
             f"rows.observed: found {rows.observed}; allowed: at least {least}, see observed_rows"
         )
-    return _ObserverBuilder(lanes, rows, names, declaration).make()
+    marker = MarkerText(lanes, rows, names, declaration)
+    return (
+        _ObserverText(lanes, rows, names, declaration).make(),
+        marker.compile("marker", (MARKER,), "b, store, i, mark, outcome, column", marker.lines()),
+    )
 
 
-class _ObserverBuilder:
-    """Generates the texts of the functions and compiles them. In the texts ``b[row +
-    i]`` is a row of lane i, and g0, d0, c0 and g1, d1, c1, followed by ``_`` and the
-    number of a channel, are its value, slope and curvature at the start and at the end
-    of the step."""
+class _ObserverText(ChannelText):
+    """Lines of the observer and of the function that it calls for the events of a
+    step."""
 
     def __init__(self, lanes: int, rows: Rows, names: Names, declaration: Declaration) -> None:
-        self.lanes, self.rows, self.names, self.declaration = lanes, rows, names, declaration
-        self.number_of = {channel.name: k for k, channel in enumerate(declaration.channels)}
-        self.row_of = own_rows(declaration)
-        self.helpers: dict[Any, tuple[str, Any]] = {}
-        self.row_texts = {when: self._row_texts(when) for when in (START, END, MARK)}
+        super().__init__(lanes, rows, names, declaration)
+        self.events = self._events()
+        # the names in the text of the sets of lanes with an event
+        self.sets = [f"lanes_{number}" for number in range(len(self.events))]
+        self.sets += ["returning"] if declaration.section else []
+        # those of lanes that are above a level for the whole step, by the TimeAbove
+        gates = dict.fromkeys(part.above for part in declaration.of_kind(MeanAbove))
+        self.gates = {name: f"above_{number}" for number, name in enumerate(gates)}
 
-    def make(self) -> tuple[Any, Any]:
-        handle_events = self._compile(
-            "handle_events", (BUFFER, BUFFER, INTEGER), self._event_lines()
+    def make(self) -> Any:
+        """The compiled observer."""
+        kinds = (BUFFER, BUFFER, *(INTEGER for _ in self.sets))
+        handle_events = self.compile(
+            "handle_events", kinds, ", ".join(("b, store", *self.sets)), self._event_lines()
         )
-        observer = self._compile(
-            "observer", (OBSERVER,), self._observer_lines(), handle_events=handle_events
+        return self.compile(
+            "observer", (OBSERVER,), "b, store", self._observer_lines(), handle_events=handle_events
         )
-        marker = self._compile("marker", (MARKER,), self._marker_lines())
-        return observer, marker
 
-    def _compile(
-        self, name: str, kinds: tuple[str, ...], lines: list[str], **namespace: Any
-    ) -> Any:
-        """The compiled function ``name`` with these lines as its body."""
-        arguments_of = {
-            "handle_events": "b, store, event_lanes",
-            "observer": "b, store",
-            "marker": "b, store, i, mark, outcome, column",
-        }
-        tables = self._tables() if name == "handle_events" else []
-        head = [constants(W=self.lanes), *tables, f"def {name}({arguments_of[name]}):"]
-        text = "\n".join([*head, *_indented(lines), ""])
-        namespace |= dict(self.helpers.values())
-        namespace |= {word: getattr(interpolant, word) for word in HELPERS}
-        function = define(
-            name,
-            text,
-            np=np,
-            fma=fma,
-            angle_between=angle_between,
-            lowest_bit=lowest_bit,
-            float_bits=float_bits,
-            bits_float=bits_float,
-            has_extremum=has_extremum,
-            measure_events=measure_events,
-            record_returns=record_returns,
-            store_peak=store_peak,
-            **CONSTANTS,
-            **namespace,
-        )
-        return compiled(*kinds)(function)
-
-    # Rows and expressions in the text.
-    def _row(self, row: int) -> str:
-        return f"b[{self.lanes * row} + i]"
-
-    def _own_row(self, *key: Any) -> str:
-        return self._row(self._row_number(*key))
-
-    def _row_number(self, *key: Any) -> int:
-        return self.rows.observer + self.row_of[key]
-
-    def _offset(self, *key: Any) -> int:
-        """The offset of a row of the observer in the buffer, or NONE."""
-        return self.lanes * self._row_number(*key) if key in self.row_of else NONE
-
-    def _row_texts(self, when: str) -> dict[str, str]:
-        rows, names, outputs = self.rows, self.names, self.declaration.outputs
-        first_state, first_slope, stored = (
-            (rows.start, rows.start_acceleration, "before")
-            if when == START
-            else (rows.stage, rows.acceleration, "now")
-        )
-        time, length = self._row(rows.time), self._row(rows.step)
-        return {
-            **{name: self._row(first_state + k) for k, name in enumerate(names.states)},
-            **{name: self._row(first_slope + k) for k, name in enumerate(names.slopes)},
-            **{name: self._row(rows.parameter + k) for k, name in enumerate(names.parameters)},
-            **{name: self._own_row(stored, name) for name in (outputs.names if outputs else ())},
-            "time": f"({time} + {length})" if when == END else time,
-            "phase": self._row(rows.phase),
-        }
-
-    def _code(self, expression: Expression, texts: dict[str, str]) -> str:
-        if isinstance(expression, str):
-            return texts[expression]
-        if not callable(expression):
-            return repr(float(expression))
-        if expression not in self.helpers:
-            self.helpers[expression] = (f"function_{len(self.helpers)}", inlined(expression))
-        return f"{self.helpers[expression][0]}({', '.join(texts[name] for name in arguments(expression))})"
-
-    def _level(self, channel: Channel) -> str:
-        return "np.inf" if channel.level is None else self._code(channel.level, self.row_texts[END])
-
-    def _slip(self, channel: Channel) -> tuple[str, str]:
-        """The value at which a bit sticks, and the one above which it slips."""
-        for feature in self.declaration.of_kind(Extremes):
-            if feature.channel == channel.name and feature.slip is not None:
-                return self._level(channel), self._code(feature.slip, self.row_texts[END])
-        return "-np.inf", "np.inf"
-
-    def _ends(self, channel: Channel) -> list[str]:
-        """The lines that assign the channel's values, slopes and curvatures at the ends
-        of the step."""
-        k, lines = self.number_of[channel.name], []
-        for end, when in enumerate((START, END)):
-            texts = self.row_texts[when]
-            slope = self._code(channel.slope, texts)
-            lines += [
-                f"g{end}_{k} = {self._code(channel.value, texts)}",
-                f"d{end}_{k} = {slope}" + (f" - {texts[channel.frame]}" if channel.frame else ""),
+    def _events(self) -> list[Event]:
+        """The events of the channels, in order; the first of a channel has its extremes
+        and its first level, others have further levels."""
+        events = []
+        for channel in self.declaration.channels:
+            levels: list[TimeAbove | None] = [
+                above
+                for above in self.declaration.of_kind(TimeAbove)
+                if above.channel == channel.name
             ]
-            if channel.curvature is not None:
-                lines.append(f"c{end}_{k} = {self._code(channel.curvature, texts)}")
-        return lines
-
-    def _base(self, channel: Channel) -> Channel | None:
-        return (
-            self.declaration.channels[self.number_of[channel.rate_of]]
-            if channel.rate_of is not None
-            else None
-        )
-
-    def _frame(self, channel: Channel) -> str:
-        return self.row_texts[END][channel.frame] if channel.frame else "0.0"
+            has_extremes = bool(self.declaration.ends_of(channel.name))
+            if has_extremes and not levels:
+                levels = [None]
+            events += [
+                Event(channel, above, has_extremes and number == 0)
+                for number, above in enumerate(levels)
+            ]
+        return events
 
     def _observer_lines(self) -> list[str]:
         """The body of the observer, which is called every step: all lanes at once."""
         rows, outputs = self.rows, self.declaration.outputs
         is_observed = f"{self._row(rows.moves)} * {self._row(rows.observing)} != 0.0"
-        lines = ["observed_lanes = event_lanes = 0", "for i in packed(W):"]
+        sets = [*self.sets, *self.gates.values(), "observed_lanes"]
+        lines = [f"{' = '.join(sets)} = 0", "for i in packed(W):"]
         if outputs:
-            reads = {
-                **self.row_texts[END],
-                **{name: self._row(rows.aux_now + k) for k, name in enumerate(self.names.aux)},
-            }
             results = "".join(f"{self._own_row('now', name)}, " for name in outputs.names)
-            lines.append(f"    ({results}) = {self._code(outputs.function, reads)}")
+            lines.append(f"    ({results}) = {self._code(outputs.function, self.known)}")
         lines += [f"    observed_lanes |= (1 << i) if {is_observed} else 0"]
         channels = self.declaration.channels
         lines += [
             "if observed_lanes != 0:",
             "    for i in packed(W):",
-            f"        is_observed, h, event_bits = {is_observed}, {self._row(rows.step)}, 0",
+            f"        is_observed, h = {is_observed}, {self._row(rows.step)}",
             "        observed_h = h if is_observed else 0.0",
             "        per_h = 1.0 / h if h > 0.0 else 0.0",
         ]
-        for channel in channels:
-            lines += _indented(self._ends(channel), 2)
-        for channel in channels:
-            lines += _indented(self._channel_lines(channel), 2)
+        body = [line for channel in channels for line in self._channel_lines(channel)]
         for winding in self.declaration.of_kind(Winding):
-            lines += _indented(self._winding_lines(winding), 2)
-        lines += [
-            "        event_bits = event_bits if is_observed else 0",
-            f"        {self._own_row('event_bits')} = bits_float(event_bits)",
-            "        event_lanes |= (1 << i) if event_bits != 0 else 0",
-        ]
-        lines += ["if event_lanes != 0:", "    handle_events(b, store, event_lanes)"]
+            body += self._winding_lines(winding)
+        for slopes in self.declaration.of_kind(RmsOfSlopes):
+            body += self._slopes_lines(slopes)
+        ends = [line for channel in channels for line in self._ends(channel)]
+        lines += indented(with_definitions(body, ends), 2)
+        if self.declaration.section:
+            angle = self._channel(self.declaration.section.channel).value
+            reached = f"{self._code(angle, self.row_texts[END])} >= {self._own_row('level')}"
+            lines += [
+                "if observed_lanes != 0 and store[RETURNS] > 0.0:",
+                "    for i in packed(W):",
+                f"        {noted('returning', reached)}",
+            ]
+        if self.sets:
+            observed_sets = (f"{lanes} & observed_lanes" for lanes in self.sets)
+            lines += [
+                f"if (({' | '.join(self.sets)}) & observed_lanes) != 0:",
+                f"    handle_events({', '.join(('b, store', *observed_sets))})",
+            ]
+        for name, lanes in self.gates.items():
+            parts = [part for part in self.declaration.of_kind(MeanAbove) if part.above == name]
+            lines += self._gated_lines(lanes, parts)
         if outputs:
             lines += ["for i in packed(W):", f"    moves = {self._row(rows.moves)} != 0.0"]
             for name in outputs.names:
@@ -298,79 +183,165 @@ class _ObserverBuilder:
         values are loaded and one is selected, as those of a lane that is not observed
         may be NaN.)"""
         k, name, lines = self.number_of[channel.name], channel.name, []
-        bit, section = 1 << k, self.declaration.section
-        if section and section.channel == name:
-            lines.append(
-                f"event_bits |= {1 << MAX_CHANNELS} if g1_{k} >= {self._own_row('level')} else 0"
-            )
-        if ("least", name) in self.row_of or ("above", name) in self.row_of:
-            lines.append(f"extremum_inside = has_extremum(d0_{k}, d1_{k})")
-        if ("least", name) in self.row_of:
-            least, greatest = self._own_row("least", name), self._own_row("greatest", name)
-            lines += [
-                f"event_bits |= {bit} if extremum_inside else 0",
-                f"low, high = {least}, {greatest}",
-                f"{least} = min(low, g1_{k}) if is_observed else low",
-                f"{greatest} = max(high, g1_{k}) if is_observed else high",
-            ]
-        if (LOW, name) in self.row_of:
-            low, high = self._own_row(LOW, name), self._own_row(HIGH, name)
-            lines += [
-                f"low, high = {low}, {high}",
-                f"margin = fma({self._own_row('growth')}, abs(g1_{k}), {self._own_row(MARGIN, name)})",
-                f"fallen = high - g1_{k} > margin",
-                f"event_bits |= {bit} if fallen else 0",
-                "plain = is_observed and not extremum_inside and not fallen",
-                f"rises = plain and g1_{k} - low > margin",
-                f"{high} = max(high, g1_{k}) if rises else high",
-                f"{low} = min(low, g1_{k}) if plain else low",
-            ]
-        if ("above", name) in self.row_of:
-            lines += [
-                f"level = {self._level(channel)}",
-                f"above0, above1 = g0_{k} > level, g1_{k} > level",
-                f"event_bits |= {bit} if above0 != above1 else 0",
-                f"event_bits |= {bit} if extremum_inside and (d0_{k} > 0.0) != above0 else 0",
-                f"{self._own_row('above', name)} += observed_h if above0 and above1 else 0.0",
-            ]
+        lines += self._detection_lines(channel)
         if ("passages", name) in self.row_of:
             rises = f"g0_{k} <= {self._level(channel)} and g1_{k} > {self._level(channel)}"
             lines += self._accumulation("passages", name, f"1.0 if {rises} else 0.0")
-        base = self._base(channel)
         if ("integral", name) in self.row_of:
-            if base:
-                j = self.number_of[base.name]
-                increment = f"fma({self._frame(base)}, h, g1_{j} - g0_{j})"
-            elif channel.curvature is None:
-                increment = f"h * fma(h * (1.0 / 12.0), d0_{k} - d1_{k}, 0.5 * (g0_{k} + g1_{k}))"
-            else:
-                increment = (
-                    f"h * fma(h, fma(h * (1.0 / 120.0), c0_{k} + c1_{k}, 0.1 * (d0_{k} - d1_{k})), "
-                    f"0.5 * (g0_{k} + g1_{k}))"
-                )
-            lines += self._accumulation("integral", name, increment)
+            lines += self._accumulation("integral", name, self._integral(channel))
+        base = self._base(channel)
         if ("square", name) in self.row_of:
             if base:
-                lines.append(f"_, e2, e4, o1, o3, o5 = {_centred(base, self.number_of[base.name])}")
+                lines.append(f"_, e2, e4, o1, o3, o5 = {centred(base, self.number_of[base.name])}")
                 middle = f"middle_of_rate(e2, e4, o1, o3, o5, per_h, {self._frame(base)})"
             else:
-                middle = _centred(channel, k)
+                middle = centred(channel, k)
             lines += [
                 f"e0, e2, e4, o1, o3, o5 = {middle}",
                 *self._accumulation("square", name, "h * mean_square(e0, e2, e4, o1, o3, o5)"),
             ]
         return lines
 
-    def _winding_lines(self, winding: Winding) -> list[str]:
-        """The lines that add the angle by which a vector rotates in the step."""
-        x, y = (self.number_of[name] for name in (winding.x, winding.y))
-        ends = [
-            f"g{end}_{k} = {self._code(self.declaration.channels[k].value, self.row_texts[when])}"
-            for k in (x, y)
-            for end, when in enumerate((START, END))
+    def _detection_lines(self, channel: Channel) -> list[str]:
+        """The lines that find the events of a channel in all lanes, and update what
+        steps without an event add."""
+        k, name = self.number_of[channel.name], channel.name
+        sets = [
+            (lanes, e)
+            for lanes, e in zip(self.sets, self.events, strict=False)
+            if e.channel is channel
         ]
+        if not sets:
+            return []
+        first = sets[0][0]
+        if channel.inside:
+            return self._inside_detection_lines(channel, first)
+        found, followed = self.declaration.extremes_of(name), self._is_followed(name)
+        lines = [
+            f"extremum_inside = has_extremum(d0_{k}, d1_{k})"
+            + (f" and {followed}" if followed else "")
+        ]
+        # what brings a lane into each set
+        happens: dict[str, list[str]] = {lanes: [] for lanes, _ in sets}
+        if found:
+            case = f"extremum_inside and d0_{k} > 0.0" if found.maxima else "extremum_inside"
+            if found.smooth and name not in self.declaration.channels_with_peaks:
+                # others change nothing
+                reach = f"h * max(abs(d0_{k}), abs(d1_{k}))"
+                may_exceed = f"max(g0_{k}, g1_{k}) + {reach} > {self._own_row('greatest', name)}"
+                if not found.maxima:
+                    may_exceed += (
+                        f" or min(g0_{k}, g1_{k}) - {reach} < {self._own_row('least', name)}"
+                    )
+                case += f" and ({may_exceed})"
+            happens[first].append(case)
+        if found and not found.smooth:
+            for what, end in (("least", "min"), ("greatest", "max")):
+                if (what, name) in self.row_of:
+                    row = self._own_row(what, name)
+                    lines += [
+                        f"{what} = {row}",
+                        f"{row} = {end}({what}, g1_{k}) if is_observed else {what}",
+                    ]
+        if (LOW, name) in self.row_of and found and not found.smooth:
+            low, high = self._own_row(LOW, name), self._own_row(HIGH, name)
+            lines += [
+                f"low, high = {low}, {high}",
+                f"margin = fma({self._own_row('growth')}, abs(g1_{k}), {self._own_row(MARGIN, name)})",
+                f"fallen = high - g1_{k} > margin",
+                "plain = is_observed and not extremum_inside and not fallen",
+                f"rises = plain and g1_{k} - low > margin",
+                f"{high} = max(high, g1_{k}) if rises else high",
+                f"{low} = min(low, g1_{k}) if plain else low",
+            ]
+            happens[first].append("fallen")
+        for number, (lanes, event) in enumerate(sets):
+            if event.above is None:
+                continue
+            # An excursion from above is noticed as any other minimum is, or, where
+            # minima are not looked for, where the channel could reach the level.
+            above0, above1 = f"above0_{number}", f"above1_{number}"
+            happens[lanes].append(f"{above0} != {above1}")
+            if found is None or found.maxima or number > 0:
+                graze = f"extremum_inside and (d0_{k} > 0.0) != {above0}"
+                if found and found.maxima:
+                    estimate = f"lower_estimate(g0_{k}, g1_{k}, d0_{k}, d1_{k}, h)"
+                    graze += f" and (not {above0} or {estimate} < level_{number})"
+                happens[lanes].append(graze)
+            lines += [
+                f"level_{number} = {self._level(channel, event.above)}",
+                f"{above0}, {above1} = g0_{k} > level_{number}, g1_{k} > level_{number}",
+                f"{self._own_row('above', event.above.name)} += "
+                f"observed_h if {above0} and {above1} else 0.0",
+            ]
+            if gate := self.gates.get(event.above.name):
+                lines.append(noted(gate, f"{above0} and {above1}"))
+        lines += [
+            noted(lanes, " or ".join(f"({x})" for x in cases)) for lanes, cases in happens.items()
+        ]
+        return lines
+
+    def _inside_detection_lines(self, channel: Channel, lanes: str) -> list[str]:
+        """The lines that find the maxima of a channel that no polynomial follows: only
+        those that may exceed the greatest value so far."""
+        k, followed = self.number_of[channel.name], self._is_followed(channel.name)
+        greatest = self._own_row("greatest", channel.name)
+        return [
+            f"rises = d0_{k} > 0.0 or (d0_{k} == 0.0 and g1_{k} > g0_{k})",
+            f"highest = fma(0.5 * h, max(d0_{k}, -d1_{k}), max(g0_{k}, g1_{k}))",
+            noted(
+                lanes,
+                f"rises and d1_{k} <= 0.0 and highest > {greatest}"
+                + (f" and {followed}" if followed else ""),
+            ),
+        ]
+
+    def _gated_lines(self, mask: str, parts: list[MeanAbove]) -> list[str]:
+        """The lines that add the integrals over a step that is above the level as a
+        whole, if it is so in some lane."""
+        lines = [
+            f"{mask} &= observed_lanes",
+            f"if {mask} != 0:",
+            "    for i in packed(W):",
+            f"        is_above, h = ({mask} >> i) & 1 != 0, {self._row(self.rows.step)}",
+        ]
+        for part in parts:
+            channel = self._channel(part.channel)
+            base, row = self._base(channel), self._own_row("part", part.name)
+            lines += indented(self._ends(base or channel), 2)
+            lines += [
+                f"        total, more = {row}, {self._integral(channel)}",
+                f"        {row} = total + more if is_above else total",
+            ]
+        return lines
+
+    def _slopes_lines(self, slopes: RmsOfSlopes) -> list[str]:
+        """The lines that add the integral of the square of a vector of slopes."""
+        numbers, lines = [self.number_of[name] for name in slopes.channels], []
+        ends = "0.0"
+        for k in reversed(numbers):
+            last = ends == "0.0"
+            ends = f"fma(d1_{k}, d1_{k}, {ends})" if not last else f"d1_{k} * d1_{k}"
+            ends = f"fma(d0_{k}, d0_{k}, {ends})"
+        middle = ""
+        for k in reversed(numbers):
+            lines.append(
+                f"middle_{k} = fma(1.5 * per_h, g1_{k} - g0_{k}, -0.25 * (d0_{k} + d1_{k}))"
+            )
+            square = f"middle_{k} * middle_{k}"
+            middle = f"fma(middle_{k}, middle_{k}, {middle})" if middle else square
+        increment = f"h * (1.0 / 6.0) * fma(4.0, {middle}, {ends})"
+        return [*lines, *self._accumulation("slopes", slopes.name, increment)]
+
+    def _winding_lines(self, winding: Winding) -> list[str]:
+        """The lines that add the angle by which a vector rotates in the step, or its
+        half revolutions."""
+        x, y = (self.number_of[name] for name in (winding.x, winding.y))
         angle = f"angle_between(g0_{x}, g0_{y}, g1_{x}, g1_{y})"
-        return [*ends, *self._accumulation("angle", winding.name, angle)]
+        if winding.counted:
+            turn = f"(1.0 if fma(g0_{x}, g1_{y}, -(g0_{y} * g1_{x})) > 0.0 else -1.0)"
+            angle = f"{turn} if (g0_{y} < 0.0) != (g1_{y} < 0.0) else 0.0"
+        return self._accumulation("angle", winding.name, angle)
 
     def _accumulation(self, what: str, name: str, increment: str) -> list[str]:
         total = self._own_row(what, name)
@@ -379,199 +350,118 @@ class _ObserverBuilder:
             f"{total} = total + more if is_observed else total",
         ]
 
-    def _tables(self) -> list[str]:
-        """Lines that define the offsets of a channel's rows, by its number (see
-        :func:`nsdrill.observe.inside.measure_events`)."""
-        names, channels_with_peaks = (
-            [channel.name for channel in self.declaration.channels],
-            self.declaration.channels_with_peaks,
-        )
-        return [
-            f"least_ = np.array({[self._offset('least', name) for name in names]})",
-            f"above_ = np.array({[self._offset('above', name) for name in names]})",
-            f"passages_ = np.array({[self._offset('passages', name) for name in names]})",
-            f"low_ = np.array({[self._offset(LOW, name) for name in names]})",
-            f"ring_ = "
-            f"np.array({[channels_with_peaks.index(name) if name in channels_with_peaks else 0 for name in names]})",
-        ]
-
     def _event_lines(self) -> list[str]:
-        """The body of ``handle_events``: the channels with an event, one lane and one
-        channel after the other."""
-        W, rows, channels_with_peaks, section = (
-            self.lanes,
-            self.rows,
-            self.declaration.channels_with_peaks,
-            self.declaration.section,
-        )
-        event_channels = [
-            channel
-            for channel in self.declaration.channels
-            if ("least", channel.name) in self.row_of or ("above", channel.name) in self.row_of
+        """The body of ``handle_events``: one event and one lane after the other."""
+        lines = ["peaks, returns = int(store[PEAKS]), int(store[RETURNS])"]
+        bodies = [
+            self._inside_lines(event.channel)
+            if event.channel.inside
+            else self._measuring_lines(event)
+            for event in self.events
         ]
-        lines = [
-            "peaks, returns = int(store[PEAKS]), int(store[RETURNS])",
-            "while event_lanes != 0:",
-            "    i = lowest_bit(event_lanes)",
-            "    event_lanes &= event_lanes - 1",
-            f"    h, event_bits = {self._row(rows.step)}, float_bits({self._own_row('event_bits')})",
-            "    while event_bits != 0:",
-            "        k = lowest_bit(event_bits)",
-            "        event_bits &= event_bits - 1",
-        ]
-        if section:
-            angle = self.declaration.channels[self.number_of[section.channel]]
-            entry = len(self.names.states) + 1
+        if self.declaration.section:
+            bodies.append(self._return_lines(self.declaration.section))
+        for lanes, body in zip(self.sets, bodies, strict=True):
             lines += [
-                f"        if k == {MAX_CHANNELS}:",
-                *_indented(self._polynomial(angle), 3),
-                "            record_returns(",
-                "                b, store, i, W, h, p0, p1, p2, p3, p4, p5, end,",
-                f"                {self._spacing()}, {self._offset('level')},",
-                f"                RINGS + {len(channels_with_peaks) * W} * (peaks + 1) + i * (1 + {entry} * "
-                f"returns), returns,",
-                f"                {rows.pairs}, {rows.singles}, {W * rows.start}, "
-                f"{W * rows.stage}, "
-                f"{W * rows.start_acceleration}, {W * rows.acceleration}, {W * rows.frame_rate})",
-                "            continue",
-            ]
-        for index, channel in enumerate(event_channels):
-            head = f"{'elif' if index else 'if'} k == {self.number_of[channel.name]}:"
-            # an else branch, as the compiler requires that each name always has a value
-            if index == len(event_channels) - 1:
-                head = "else:" if index else "if True:"
-            lines += [
-                f"        {head}",
-                *_indented(self._polynomial(channel), 3),
-                f"            level = {self._level(channel)}",
-                f"            stuck, slip = {', '.join(self._slip(channel))}",
-            ]
-        if event_channels:
-            lines += [
-                "        measure_events(",
-                "            b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, "
-                "level, stuck, slip,",
-                f"            least_[k], above_[k], passages_[k], low_[k], "
-                f"{self._offset('growth')},",
-                f"            RINGS + ({len(channels_with_peaks)} * i + ring_[k]) * (peaks + 1), peaks)",
+                f"while {lanes} != 0:",
+                f"    i = lowest_bit({lanes})",
+                f"    {lanes} &= {lanes} - 1",
+                f"    h = {self._row(self.rows.step)}",
+                *indented(body),
             ]
         return lines
 
-    def _polynomial(self, channel: Channel) -> list[str]:
-        """The lines that assign a channel's coefficients p0 to p5 over the step, its
-        values at both ends and its slope at the end."""
-        base, k = self._base(channel), self.number_of[channel.name]
-        lines = [*self._ends(channel), f"begin, end, end_slope = g0_{k}, g1_{k}, h * d1_{k}"]
-        if base is None:
-            return [*lines, f"p0, p1, p2, p3, p4, p5 = {_coefficients(channel, k)}"]
-        j = self.number_of[base.name]
+    def _return_lines(self, section: Section) -> list[str]:
+        """The lines that record returns to the section."""
+        W, rows, entry = self.lanes, self.rows, len(self.names.states) + 1
+        rings = len(self.declaration.channels_with_peaks)
+        return [
+            *self._polynomial(self._channel(section.channel)),
+            "record_returns(",
+            "    b, store, i, W, h, p0, p1, p2, p3, p4, p5, end,",
+            f"    {self._spacing()}, {self._offset('level')},",
+            f"    RINGS + {rings * W} * (peaks + 1) + i * (1 + {entry} * returns), returns,",
+            f"    {rows.pairs}, {rows.singles}, {W * rows.start}, {W * rows.stage},",
+            f"    {W * rows.start_acceleration}, {W * rows.acceleration}, {W * rows.frame_rate})",
+        ]
+
+    def _measuring_lines(self, event: Event) -> list[str]:
+        """The lines that measure extrema and crossings of a channel."""
+        channel, above, has_extremes = event
+        name, found = channel.name, self.declaration.extremes_of(channel.name)
+        with_peaks = self.declaration.channels_with_peaks
+        has_peaks = has_extremes and name in with_peaks
+        least, greatest, low = (
+            self._offset(what, name) if has_extremes else NONE
+            for what in ("least", "greatest", LOW)
+        )
+        passages = self._offset("passages", name) if above and above.level is None else NONE
+        ring = with_peaks.index(name) if has_peaks else 0
+        return [
+            *self._polynomial(channel),
+            "first, second, above0, above_inside, above1 = measure_events(",
+            "    b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope,",
+            f"    {self._level(channel, above)}, {', '.join(self._slip(channel))},",
+            f"    {self._is_followed(name) or True}, {least}, {greatest},",
+            f"    {self._offset('above', above.name) if above else NONE}, {passages}, {low},",
+            f"    {self._offset('growth')},",
+            f"    RINGS + ({len(with_peaks)} * i + {ring}) * (peaks + 1), peaks,",
+            f"    {has_peaks and found is not None and found.maxima}, {found is None or not found.smooth})",
+            *self._gated_event_lines(event),
+        ]
+
+    def _gated_event_lines(self, event: Event) -> list[str]:
+        """The lines that add the integrals over the part of a step above the level."""
+        parts = [
+            part
+            for part in self.declaration.of_kind(MeanAbove)
+            if event.above and part.above == event.above.name
+        ]
+        if not parts:
+            return []
+        lines = ["if above0 != above_inside or above1 != above_inside:"]
+        for part in parts:
+            channel = self._channel(part.channel)
+            number = self.number_of[part.channel]
+            lines += [
+                *indented(self._ends(channel)),
+                f"    {self._own_row('part', part.name)} += h * integral_above(",
+                f"        g0_{number}, h * d0_{number}, g1_{number}, h * d1_{number},",
+                "        first, second, above0, above_inside, above1)",
+            ]
+        return lines
+
+    def _inside_lines(self, channel: Channel) -> list[str]:
+        """The lines that find the greatest value of a channel that no polynomial
+        follows: a bracket is narrowed twice to the maximum of the cubic through the
+        values and slopes at its ends. The result is never above the greatest value, and
+        below it by less than the tolerance of the integration."""
+        k, greatest = self.number_of[channel.name], self._own_row("greatest", channel.name)
+        assert channel.inside is not None
+        lines, given = [], []
+        for number, name in enumerate(channel.of):
+            p = [f"q{number}_{power}" for power in range(6)]
+            lines += [
+                *self._polynomial(self._channel(name)),
+                f"{', '.join(p)} = p0, p1, p2, p3, p4, p5",
+            ]
+            given += [f"value({', '.join(p)}, theta)", f"slope({', '.join(p[1:])}, theta) / h"]
+        names = arguments(channel.inside)[len(given) :]
+        given += [self.row_texts[END][name] for name in names]
         return [
             *lines,
-            *self._ends(base),
-            f"_, p1, p2, p3, p4, p5 = {_coefficients(base, j)}",
-            "p0, p1, p2, p3, p4, p5 = derivative(p1, p2, p3, p4, p5)",
-            "p0, p1, p2, p3, p4 = begin, p1 / h, p2 / h, p3 / h, p4 / h",
+            *self._ends(channel),
+            f"low, low_value, low_slope = 0.0, g0_{k}, h * d0_{k}",
+            f"high, high_value, high_slope = 1.0, g1_{k}, h * d1_{k}",
+            "for _ in range(2):",
+            "    width = high - low",
+            "    top = top_of_cubic(low_value, width * low_slope, high_value, width * high_slope)",
+            "    theta = fma(width, top, low)",
+            f"    now, rate = {self._function(channel.inside)}({', '.join(given)})",
+            "    rising = rate > 0.0",
+            "    low, high = theta if rising else low, high if rising else theta",
+            "    low_value, high_value = now if rising else low_value, high_value if rising else now",
+            "    low_slope, high_slope = (",
+            "        h * rate if rising else low_slope, high_slope if rising else h * rate)",
+            f"{greatest} = max({greatest}, max(low_value, high_value))",
         ]
-
-    def _marker_lines(self) -> list[str]:
-        """The body of the marker: one lane at a mark, whose state and outputs are in
-        the rows of the step's end."""
-        channels_with_peaks, width, states = (
-            self.declaration.channels_with_peaks,
-            len(self.declaration.measured_per_half),
-            len(self.names.states),
-        )
-        first_half = self.lanes * (
-            self.rows.observer
-            + min((self.row_of[key] for key in self.declaration.measured_per_half), default=0)
-        )
-        texts, channels = self.row_texts[MARK], self.declaration.channels
-        lines = [
-            "peaks, returns = int(store[PEAKS]), int(store[RETURNS])",
-            f"ring_size = {len(channels_with_peaks)} * (peaks + 1)",
-            f"section_size = 1 + {states + 1} * returns if {int(bool(self.declaration.section))} "
-            f"and returns > 0 else 0",
-            "rings, section = RINGS + i * ring_size, RINGS + W * ring_size + i * section_size",
-            "if mark == OPENS:",
-            "    for k in range(ring_size):",
-            "        store[rings + k] = 0.0",
-            "    for k in range(section_size):",
-            "        store[section + k] = 0.0",
-            f"    tolerances = PROMINENCE / "
-            f"{self._row(self.rows.control + CONTROL.index('per_rtol'))}",
-            f"    {self._own_row('growth')} = tolerances",
-        ]
-        for name in channels_with_peaks:
-            channel = channels[self.number_of[name]]
-            lines += [
-                f"    {self._own_row(LOW, name)} = {self._code(channel.value, texts)}",
-                f"    {self._own_row(HIGH, name)} = -np.inf",
-                f"    {self._own_row(TOP, name)} = np.inf",
-                f"    {self._own_row(MARGIN, name)} = tolerances * {self._scale_text(channel)}",
-            ]
-        if self.declaration.section:
-            angle = channels[self.number_of[self.declaration.section.channel]]
-            lines += [
-                f"    spacing, angle = {self._spacing()}, {self._code(angle.value, texts)}",
-                f"    {self._own_row('level')} = np.inf",
-                "    if returns > 0 and spacing > 0.0:",
-                f"        {self._own_row('level')} = (np.floor(angle / spacing) + 1.0) * spacing",
-            ]
-        lines += [
-            "else:",
-            f"    first = column if mark != CLOSES else column + {width}",
-            f"    for k in range({width}):",
-            f"        outcome[first + k] = b[{first_half} + k * W + i]",
-            "    if mark == CLOSES:",
-            *_indented(self._closing_lines(), 2),
-            "        for k in range(ring_size):",
-            f"            outcome[column + {2 * width} + k] = store[rings + k]",
-            "        for k in range(section_size):",
-            f"            outcome[column + {2 * width} + ring_size + k] = store[section + k]",
-            f"for k in range({width}):",
-            f"    b[{first_half} + k * W + i] = 0.0",
-        ]
-        for name in self.declaration.channels_of(Extremes):
-            lines += [
-                f"now = {self._code(channels[self.number_of[name]].value, texts)}",
-                f"{self._own_row('least', name)} = now",
-                f"{self._own_row('greatest', name)} = now",
-            ]
-        return lines
-
-    def _closing_lines(self) -> list[str]:
-        """The lines that complete the last cycle of a bit that is stuck at the end."""
-        lines = []
-        for number, name in enumerate(self.declaration.channels_with_peaks):
-            stuck, slip = self._slip(self.declaration.channels[self.number_of[name]])
-            top = self._own_row(TOP, name)
-            if slip != "np.inf":
-                lines += [
-                    f"if peaks > 0 and {self._own_row(LOW, name)} <= {stuck} and {slip} < {top} < np.inf:",
-                    f"    store_peak(store, rings + {number} * (peaks + 1), peaks, {top})",
-                ]
-        return lines
-
-    def _scale_text(self, channel: Channel) -> str:
-        scale = scale_of(channel, self.names)
-        if scale in self.names.states:
-            return self._row(self.rows.scale + self.names.states.index(str(scale)))
-        return f"abs({self._code(scale, self.row_texts[MARK])})"
-
-    def _spacing(self) -> str:
-        section = self.declaration.section
-        return self._code(section.spacing, self.row_texts[MARK]) if section else "0.0"
-
-
-def _coefficients(channel: Channel, k: int) -> str:
-    if channel.curvature is None:
-        return f"cubic(g0_{k}, h * d0_{k}, g1_{k}, h * d1_{k})"
-    return f"quintic(g0_{k}, h * d0_{k}, h * h * c0_{k}, g1_{k}, h * d1_{k}, h * h * c1_{k})"
-
-
-def _centred(channel: Channel, k: int) -> str:
-    return f"middle_of_{_coefficients(channel, k)}"
-
-
-def _indented(lines: list[str], by: int = 1) -> list[str]:
-    return [f"{by * 4 * ' '}{line}" for line in lines]

@@ -15,13 +15,16 @@ import numpy as np
 from nsdrill.abi import CACHE_LINE, aligned_zeros
 from nsdrill.observe.channels import (
     HALF_DIFFERENCE,
+    NATURAL,
     Declaration,
     Derived,
     Extremes,
     Mean,
+    MeanAbove,
     Names,
     Passages,
     Rms,
+    RmsOfSlopes,
     TimeAbove,
     Winding,
     arguments,
@@ -29,10 +32,11 @@ from nsdrill.observe.channels import (
 )
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-# The store begins with the numbers of peaks and of returns that are kept. Then come the
+# The store begins with the numbers of peaks and of returns that are kept, and the number
+# of parts into which the section divides its spacing. Then come the
 # rings of peaks of each lane, then the ring of returns of each. A ring begins with the
 # number of peaks or returns that have occurred.
-PEAKS, RETURNS = range(2)
+PEAKS, RETURNS, PARTS = range(3)
 RINGS = CACHE_LINE
 # Fraction of the natural scale that is added to the range of a quantity when its
 # extremes in the two halves are compared.
@@ -61,13 +65,15 @@ def new_store(
     peaks: int = 0,
     returns: int = 0,
     more: int = 0,
+    parts: int = 1,
 ) -> Array:
-    """The observer's store, with ``more`` entries for other observers at its end."""
+    """The observer's store, with ``more`` entries for other observers at its end. The
+    section returns ``parts`` times in its spacing."""
     rings = len(declaration.channels_with_peaks) * (peaks + 1) + section_width(
         names, declaration, returns
     )
     store = aligned_zeros(RINGS + lanes * rings + more)
-    store[PEAKS], store[RETURNS] = peaks, returns
+    store[PEAKS], store[RETURNS], store[PARTS] = peaks, returns, parts
     return store
 
 
@@ -88,8 +94,8 @@ def measured(
 
     ``half_difference`` is the largest difference between the two halves of the
     observation: of the extremes relative to their range (plus a hundredth of the
-    natural scale), of the fractions of time as such. It is NaN if a declaration has
-    neither.
+    natural scale), of means relative to the scale by which they are compared, of the
+    fractions of time as such. It is NaN if a declaration has none of them.
     """
     width = len(declaration.measured_per_half)
     first = dict(zip(declaration.measured_per_half, outcome[:, :width].T, strict=True))
@@ -108,19 +114,22 @@ def measured(
                 *(arrays[argument] for argument in arguments(feature.function))
             )
         elif isinstance(feature, Extremes):
-            features[name] = whole[
-                "greatest" if name == feature.greatest else "least", feature.channel
-            ]
+            end = "greatest" if name == feature.greatest else "least"
+            features[name] = _root(declaration, feature.channel, whole[end, feature.channel])
         elif isinstance(feature, TimeAbove):
-            features[name] = _fraction(whole["above", feature.channel] / observe)
+            features[name] = _fraction(whole["above", name] / observe)
         elif isinstance(feature, Mean):
             features[name] = whole["integral", feature.channel] / observe
+        elif isinstance(feature, MeanAbove):
+            features[name] = whole["part", name] / observe
         elif isinstance(feature, Passages):
             features[name] = whole["passages", feature.channel] / observe
         elif isinstance(feature, Winding):
             features[name] = whole["angle", name] / observe
         elif isinstance(feature, Rms):
             features[name] = np.sqrt(np.maximum(whole["square", feature.channel], 0.0) / observe)
+        elif isinstance(feature, RmsOfSlopes):
+            features[name] = np.sqrt(whole["slopes", name] / observe)
     by_name.update(zip(names.states, state_scales.T, strict=True))
     features[HALF_DIFFERENCE] = _half_difference(
         names, declaration, len(outcome), first, second, by_name, 0.5 * np.asarray(observe)
@@ -138,7 +147,7 @@ def peaks_of(declaration: Declaration, outcome: Array, peaks: int) -> dict[str, 
         ordered = _oldest_first(ring[:, :1], ring[:, 1:, None], peaks)[:, :, 0]
         for feature in declaration.of_kind(Extremes):
             if feature.channel == channel and feature.peaks:
-                found[feature.peaks] = ordered
+                found[feature.peaks] = _root(declaration, channel, ordered)
     return found
 
 
@@ -188,15 +197,39 @@ def _half_difference(
     """``by_name`` has the parameters and the natural scales of the states."""
     differences = []
     channels = {channel.name: channel for channel in declaration.channels}
+
+    def size(scale: Any) -> Any:
+        if callable(scale):
+            return scale(*(by_name[name] for name in arguments(scale)))
+        return np.abs(by_name[scale]) if isinstance(scale, str) else scale
+
     for name in declaration.channels_of(Extremes):
-        scale = scale_of(channels[name], names)
-        low_1, low_2, high_1, high_2 = (
-            half[end, name] for end in ("least", "greatest") for half in (first, second)
-        )
-        natural = np.abs(by_name[scale]) if isinstance(scale, str) else scale
+        feature = declaration.extremes_of(name)
+        if feature is None or feature.compared is None:
+            continue
+        scale = feature.compared
+        natural = size(scale_of(channels[name], names) if scale == NATURAL else scale)
+        halves = [
+            [_root(declaration, name, half[end, name]) for end in declaration.ends_of(name)]
+            for half in (first, second)
+        ]
+        low_1, low_2 = (half[0] if len(half) == 2 else np.zeros(runs) for half in halves)
+        high_1, high_2 = (half[-1] for half in halves)
         span = np.maximum(high_1, high_2) - np.minimum(low_1, low_2) + RANGE_FLOOR * natural
         change = np.maximum(np.abs(low_1 - low_2), np.abs(high_1 - high_2))
         differences.append(np.divide(change, span, out=np.zeros(runs), where=span != 0.0))
-    for name in declaration.channels_of(TimeAbove):
-        differences.append(np.abs(first["above", name] - second["above", name]) / half_time)
+    for mean in declaration.of_kind(Mean):
+        if mean.compared is not None:
+            change = first["integral", mean.channel] - second["integral", mean.channel]
+            differences.append(np.abs(change / half_time) / size(mean.compared))
+    for above in declaration.of_kind(TimeAbove):
+        differences.append(
+            np.abs(first["above", above.name] - second["above", above.name]) / half_time
+        )
     return np.maximum.reduce(differences) if differences else np.full(runs, np.nan)
+
+
+def _root(declaration: Declaration, channel: str, values: Array) -> Array:
+    """The quantity itself where the channel is its square."""
+    squared = any(c.squared for c in declaration.channels if c.name == channel)
+    return np.sqrt(np.maximum(values, 0.0)) if squared else values

@@ -14,6 +14,7 @@ from nsdrill.observe.interpolant import (
     crossing,
     cubic,
     extreme,
+    integral_of_cubic,
     position_and_velocity,
     slope,
     value,
@@ -31,6 +32,14 @@ def has_extremum(before, now):  # type: ignore[no-untyped-def]
     """Whether a slope changes its sign between its values ``before`` and ``now``; the
     extremum is a maximum where ``before`` is positive."""
     return (before > 0.0) != (now > 0.0)
+
+
+@inlined
+def lower_estimate(g0, g1, d0, d1, h):  # type: ignore[no-untyped-def]
+    """A conservative estimate of the least value inside a step of length h of a
+    quantity with one extremum there, from values g and slopes d at both ends. (A least
+    value above the level has no effect and need not be located.)"""
+    return min(g0, g1) - h * max(abs(d0), abs(d1))
 
 
 @inlined
@@ -118,6 +127,20 @@ def level_crossing(p0, p1, p2, p3, p4, p5, low, high, above_at_low):  # type: ig
 
 
 @inlined
+def crossings(p0, p1, p2, p3, p4, p5, theta, above0, above_inside, above1):  # type: ignore[no-untyped-def]
+    """Where the polynomial crosses zero before and after ``theta``: the extremum or
+    else the end, which divides the step into two parts with at most one crossing each;
+    ``theta`` and 1 where it does not cross. The last arguments are its sides at the
+    start, at ``theta`` and at the end."""
+    first, second = theta, 1.0
+    if above0 != above_inside:
+        first = level_crossing(p0, p1, p2, p3, p4, p5, 0.0, theta, above0)
+    if above1 != above_inside:
+        second = level_crossing(p0, p1, p2, p3, p4, p5, theta, 1.0, above_inside)
+    return first, second
+
+
+@inlined
 def measure_events(  # type: ignore[no-untyped-def]
     b,
     store,
@@ -136,52 +159,82 @@ def measure_events(  # type: ignore[no-untyped-def]
     level,
     stuck,
     slip,
+    followed,
     least_,
+    greatest_,
     above_,
     passages_,
     low_,
     growth_,
     ring,
     peaks,
+    every,
+    at_ends,
 ):
     """Update the measurements of a channel of lane i by the events inside a step of
     length ``h``: extrema, peaks, and crossings of ``level``.
 
     The channel is given by its polynomial p0 to p5, its values ``begin`` and ``end``
-    and ``end_slope``, by theta; ``stuck`` and ``slip`` are those of
-    :func:`update_peaks`. Offsets of its rows, or NONE, are ``least_`` (the least
-    value, followed by the greatest), ``above_`` (the time above the level),
-    ``passages_`` and ``low_`` (see :func:`update_peaks`).
+    and ``end_slope``, by theta; its extremum counts where it is ``followed``; ``stuck``
+    and ``slip`` are those of :func:`update_peaks`. Offsets of its rows, or NONE, are
+    ``least_``, ``greatest_``, ``above_`` (the time above the level), ``passages_`` and
+    ``low_`` (see :func:`update_peaks`). ``every`` maximum is a peak, or the values
+    ``at_ends`` of steps are among those compared.
+
+    Returns how the level divides the step: two values of theta, and whether the channel
+    is above the level before the first, between the two, and after the second.
     """
     extremum_inside = has_extremum(p1, end_slope)
     theta, at_extremum = 1.0, end
     if extremum_inside:
         theta = extreme(p1, p2, p3, p4, p5, end_slope)
         at_extremum = value(p0, p1, p2, p3, p4, p5, theta)
+    is_seen = extremum_inside and followed
+    seen = at_extremum if is_seen else end
     if least_ != NONE:
-        b[least_ + i] = min(b[least_ + i], at_extremum)
-        b[least_ + W + i] = max(b[least_ + W + i], at_extremum)
+        b[least_ + i] = min(b[least_ + i], seen)
+    if greatest_ != NONE:
+        b[greatest_ + i] = max(b[greatest_ + i], seen)
     if low_ != NONE:
-        if extremum_inside:
+        if is_seen:
             update_peaks(b, store, i, W, at_extremum, stuck, slip, low_, growth_, ring, peaks)
-        update_peaks(b, store, i, W, end, stuck, slip, low_, growth_, ring, peaks)
-    if above_ != NONE:
-        # The extremum, or else the end, divides the step into two parts with at most
-        # one crossing each.
-        above0, above_inside, above1 = begin > level, at_extremum > level, end > level
-        if above0 != above_inside or above1 != above_inside:
-            first, second = theta, 1.0
-            if above0 != above_inside:
-                first = level_crossing(p0 - level, p1, p2, p3, p4, p5, 0.0, theta, above0)
-            if above1 != above_inside:
-                second = level_crossing(p0 - level, p1, p2, p3, p4, p5, theta, 1.0, above_inside)
-            # an excursion inside the step, which the values at its ends do not show
-            if passages_ != NONE and above0 == above1:
-                b[passages_ + i] += 1.0
-            # The packed loop has added the whole step if both ends are above.
-            b[above_ + i] += h * above(first, second, 1.0, above0, above_inside, above1) - (
-                h if above0 and above1 else 0.0
-            )
+        if at_ends:
+            update_peaks(b, store, i, W, end, stuck, slip, low_, growth_, ring, peaks)
+    if every and is_seen and p1 > 0.0 and peaks > 0:
+        store_peak(store, ring, peaks, at_extremum)
+    above0, above1 = begin > level, end > level
+    above_inside = at_extremum > level
+    if not followed and above0 == above1:
+        above_inside = above0
+    first, second = theta, 1.0
+    if above_ != NONE and (above0 != above_inside or above1 != above_inside):
+        first, second = crossings(
+            p0 - level, p1, p2, p3, p4, p5, theta, above0, above_inside, above1
+        )
+        # an excursion inside the step, which the values at its ends do not show
+        if passages_ != NONE and above0 == above1:
+            b[passages_ + i] += 1.0
+        # The packed loop has added the whole step if both ends are above.
+        b[above_ + i] += h * above(first, second, 1.0, above0, above_inside, above1) - (
+            h if above0 and above1 else 0.0
+        )
+    return first, second, above0, above_inside, above1
+
+
+@inlined
+def integral_above(g0, d0, g1, d1, first, second, above0, above_inside, above1):  # type: ignore[no-untyped-def]
+    """The integral by theta of the cubic with values g and slopes d at both ends, over
+    the part of the step above a level, less that over the whole step if both ends are
+    above; the part is given as by :func:`measure_events`."""
+    at_end = integral_of_cubic(g0, d0, g1, d1, 1.0)
+    return above(
+        integral_of_cubic(g0, d0, g1, d1, first),
+        integral_of_cubic(g0, d0, g1, d1, second),
+        at_end,
+        above0,
+        above_inside,
+        above1,
+    ) - (at_end if above0 and above1 else 0.0)
 
 
 @inlined

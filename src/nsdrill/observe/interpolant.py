@@ -68,8 +68,7 @@ def crossing(p0, p1, p2, p3, p4, p5, low, high):  # type: ignore[no-untyped-def]
     """Where the polynomial vanishes between ``low`` and ``high``, where its values have
     opposite signs.
 
-    Newton's method, kept inside a shrinking bracket by bisection, to 1e-13. It
-    branches, so it is for one lane; :func:`root` is for all lanes at once.
+    Newton's method, kept inside a shrinking bracket by bisection, to 1e-13.
     """
     below_at_start = value(p0, p1, p2, p3, p4, p5, low) < 0.0
     theta = 0.5 * (low + high)
@@ -90,76 +89,12 @@ def crossing(p0, p1, p2, p3, p4, p5, low, high):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def root(p0, p1, p2, p3, p4, p5, theta, low, high):  # type: ignore[no-untyped-def]
-    """The polynomial's zero between ``low`` and ``high``, where its values have
-    opposite signs, from a guess ``theta``: six Newton steps, each replaced by bisection
-    where it would leave the bracket. Branch-free."""
-    above_at_low = value(p0, p1, p2, p3, p4, p5, low) > 0.0
-    for _ in range(6):
-        residual = value(p0, p1, p2, p3, p4, p5, theta)
-        before = (residual > 0.0) == above_at_low
-        low, high = theta if before else low, high if before else theta
-        next_theta = theta - residual / slope(p1, p2, p3, p4, p5, theta)
-        inside = next_theta >= low and next_theta <= high
-        theta = next_theta if inside else 0.5 * (low + high)
-    return theta
-
-
-@inlined
-def zero_of_parabola(near, steep, far):  # type: ignore[no-untyped-def]
-    """The zero between 0 and 1 of the parabola with value ``near`` and slope ``steep``
-    at 0 and value ``far``, of the opposite sign, at 1."""
-    quadratic = far - near - steep
-    square_root = np.sqrt(max(fma(steep, steep, -4.0 * quadratic * near), 0.0))
-    return 2.0 * near / ((square_root if near > 0.0 else -square_root) - steep)
-
-
-@inlined
-def divide(p0, p1, p2, p3, p4, p5, end_slope, level):  # type: ignore[no-untyped-def]
-    """Divide the step at the crossings of ``level`` by the polynomial, which has at
-    most one extremum inside the step: two values of theta, and whether the polynomial
-    is above the level before the first, between the two, and after the second.
-
-    The extremum, or else the end, divides the step into two parts with at most one
-    crossing each. The guess is the zero of the parabola about the extremum or, without
-    one, about the flatter end: from a linear guess, Newton's method would converge
-    slowly where the extremum is just outside the step. Branch-free.
-    """
-    p0 = p0 - level
-    extremum_inside = (p1 > 0.0) != (end_slope > 0.0)
-    extremum = extreme(p1, p2, p3, p4, p5, end_slope) if extremum_inside else 1.0
-    value_inside, end = value(p0, p1, p2, p3, p4, p5, extremum), value(p0, p1, p2, p3, p4, p5, 1.0)
-    above_start, above_inside, above_end = p0 > 0.0, value_inside > 0.0, end > 0.0
-    about_start = not extremum_inside and abs(p1) < abs(end_slope)
-    steep = p1 if about_start else (0.0 if extremum_inside else -end_slope)
-    guess = zero_of_parabola(
-        p0 if about_start else value_inside, steep, value_inside if about_start else p0
-    )
-    first = root(
-        p0, p1, p2, p3, p4, p5, guess if about_start else extremum * (1.0 - guess), 0.0, extremum
-    )
-    second = root(
-        p0,
-        p1,
-        p2,
-        p3,
-        p4,
-        p5,
-        fma(1.0 - extremum, zero_of_parabola(value_inside, 0.0, end), extremum),
-        extremum,
-        1.0,
-    )
-    first = first if above_start != above_inside else extremum
-    second = second if above_inside != above_end else 1.0
-    return first, second, above_start, above_inside, above_end
-
-
-@inlined
 def above(at_first, at_second, at_end, above_start, above_inside, above_end):  # type: ignore[no-untyped-def]
-    """The part of an integral over the step that belongs to the times above the level,
-    from the integrals from the start to the first and to the second crossing of
-    :func:`divide` and to the end. With theta in place of the integrals it is the
-    fraction of the step."""
+    """The part of an integral over the step that belongs to the times above a level,
+    from the integrals from the start to the first and to the second place that divide
+    the step there, and to the end; and whether the polynomial is above the level before
+    the first, between the two and after the second. With theta in place of the
+    integrals it is the fraction of the step."""
     total = at_first if above_start else 0.0
     total += at_second - at_first if above_inside else 0.0
     return total + (at_end - at_second if above_end else 0.0)

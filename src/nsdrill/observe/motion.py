@@ -14,9 +14,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from numba import types
 
-from nsdrill.compiler.driver import driver, helper
+from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, INTEGERS, compiled, inlined
+from nsdrill.compiler.words import packed
 from nsdrill.observe.thresholds import Motion
 from nsdrill.variables import (
     CHAOTIC,
@@ -52,76 +52,63 @@ def period(returns: Array, state_scales: Array, t: Motion) -> Array:
     the spread of the returns must not change: a motion that spirals into its limit
     comes near earlier returns repeatedly, but its returns contract.
     """
-    periods = np.zeros(len(returns), dtype=np.int16)
-    # The compiled function takes contiguous and writable arrays.
-    returns, state_scales = (
-        np.require(array, requirements=["C", "W"]) for array in (returns, state_scales)
-    )
+    periods = np.zeros(len(returns), dtype=np.int64)
     _make_period()(
-        returns,
-        state_scales,
+        periods,
+        np.ravel(returns),
+        np.ravel(state_scales),
+        np.empty(2 * returns.shape[2]),
+        returns.shape[1],
+        returns.shape[2],
+        t.longest_period,
         t.absolute,
         t.relative,
-        t.longest_period,
-        periods,
-        np.empty((2, returns.shape[2])),
     )
-    return periods
+    return periods.astype(np.int16)
+
+
+@inlined
+def _spread(b, first, end, step):  # type: ignore[no-untyped-def]
+    """The greatest less the least of every ``step``-th number of ``b`` from the place
+    ``first`` to before ``end``."""
+    low, high, k = np.inf, -np.inf, first
+    while k < end:
+        low, high = min(low, b[k]), max(high, b[k])
+        k += step
+    return high - low
 
 
 @lru_cache
 def _make_period() -> Any:
-    @helper
-    def spread(states, j, begin, end):  # type: ignore[no-untyped-def]
-        low, high = np.inf, -np.inf
-        for k in range(begin, end):
-            low, high = min(low, states[k, j]), max(high, states[k, j])
-        return high - low
+    """``S`` states of each of ``room`` returns."""
 
-    @driver(
-        types.void(
-            types.float64[:, :, ::1],
-            types.float64[:, ::1],
-            types.float64,
-            types.float64,
-            types.int64,
-            types.int16[::1],
-            types.float64[:, ::1],
-        )
-    )
-    def least_periods(returns, state_scales, absolute, relative, longest, periods, limits):  # type: ignore[no-untyped-def]
-        for point in range(len(returns)):
-            states = returns[point]
+    @compiled(INTEGERS, *[BUFFER] * 3, *[INTEGER] * 3, FLOAT, FLOAT)
+    def least_periods(  # type: ignore[no-untyped-def]
+        periods, returns, state_scales, limits, room, S, longest, absolute, relative
+    ):
+        for point in range(len(periods)):
+            states, scales = returns[point * room * S :], state_scales[point * S :]
             count = 0
-            while count < len(states) and math.isfinite(states[count, 0]):
+            while count < room and abs(states[count * S]) < np.inf:
                 count += 1
+            end, third = count * S, count // 3 * S
             widest, is_stationary = 0.0, True
-            for j in range(states.shape[1]):
-                low, high = np.inf, -np.inf
-                for k in range(count):
-                    low, high = min(low, states[k, j]), max(high, states[k, j])
-                limits[0, j] = absolute * state_scales[point, j] + relative * (high - low)
-                if count > 0 and (high - low) / state_scales[point, j] > widest:
-                    widest = (high - low) / state_scales[point, j]
-                    first, last = (
-                        spread(states, j, 0, count // 3),
-                        spread(states, j, count - count // 3, count),
-                    )
+            for j in range(S):
+                spread = _spread(states, j, end, S)
+                limits[j] = absolute * scales[j] + relative * spread
+                if count > 0 and spread / scales[j] > widest:
+                    widest = spread / scales[j]
+                    first = _spread(states, j, third, S)
+                    last = _spread(states, end - third + j, end, S)
                     is_stationary = min(first, last) >= LEAST_SPREAD_RATIO * max(first, last)
-            for j in range(states.shape[1]):
-                limits[1, j] = min(limits[0, j], CLUSTER_SCATTER * widest * state_scales[point, j])
+            for j in range(S):
+                limits[S + j] = min(limits[j], CLUSTER_SCATTER * widest * scales[j])
             for n in range(1, (min(longest, count // LEAST_REPEATS) if is_stationary else 1) + 1):
                 repeats = True
-                for j in range(states.shape[1]):
-                    allowed = limits[0 if n == 1 else 1, j]
-                    for place in range(n):
-                        low, high = np.inf, -np.inf
-                        for k in range(place, count, n):
-                            low, high = min(low, states[k, j]), max(high, states[k, j])
-                        if high - low > allowed:
-                            repeats = False
-                            break
-                    if not repeats:
+                for k in range(n * S):  # a state of one of n returns
+                    allowed = limits[k if n == 1 else S + k % S]
+                    if _spread(states, k, end, n * S) > allowed:
+                        repeats = False
                         break
                 if repeats:
                     periods[point] = n
@@ -147,7 +134,6 @@ def zero_one(returns: Array, state_scales: Array) -> Array:
     )
     phase = np.outer(np.arange(1, returns.shape[1] + 1), frequencies)
     cosine, sine = np.cos(phase), np.sin(phase)
-    p, q = np.empty_like(phase), np.empty_like(phase)
     displace = _make_displacement()
     for number, states in enumerate(returns):
         states = states[np.isfinite(states[:, 0])]
@@ -157,7 +143,10 @@ def zero_one(returns: Array, state_scales: Array) -> Array:
         scatter = np.maximum(states.std(axis=0), 1e-9 * state_scales[number])
         observable = ((states - states.mean(axis=0)) / scatter).sum(axis=1)
         displacement = np.zeros((lags, FREQUENCIES))
-        displace(observable, cosine, sine, p, q, displacement)
+        p, q = (
+            np.cumsum(observable[:, np.newaxis] * wave[:count], axis=0) for wave in (cosine, sine)
+        )
+        displace(np.ravel(p), np.ravel(q), np.ravel(displacement), lags)
         # The mean of the observable is zero, and so is the oscillating part of the
         # displacement.
         growth = displacement - displacement.mean(axis=0)
@@ -173,26 +162,20 @@ def zero_one(returns: Array, state_scales: Array) -> Array:
 
 @lru_cache
 def _make_displacement() -> Any:
-    """Mean square displacements after 1, 2, ... returns. The inner loop runs over the
-    frequencies, so it is packed."""
+    """Mean square displacements after 1, 2, ... ``lags`` returns."""
+    F = FREQUENCIES
 
-    @driver(types.void(types.float64[::1], *[types.float64[:, ::1]] * 5))
-    def displace(observable, cosine, sine, p, q, displacement):  # type: ignore[no-untyped-def]
-        for c in range(FREQUENCIES):
-            p[0, c], q[0, c] = observable[0] * cosine[0, c], observable[0] * sine[0, c]
-        for k in range(1, len(observable)):
-            for c in range(FREQUENCIES):
-                p[k, c] = p[k - 1, c] + observable[k] * cosine[k, c]
-                q[k, c] = q[k - 1, c] + observable[k] * sine[k, c]
-        lags = len(displacement)
-        count = len(observable) - lags
+    @compiled(BUFFER, BUFFER, BUFFER, INTEGER)
+    def displace(p, q, displacement, lags):  # type: ignore[no-untyped-def]
+        count = len(p) // F - lags
         for n in range(lags):
             for k in range(count):
-                for c in range(FREQUENCIES):
-                    dp, dq = p[k + n + 1, c] - p[k, c], q[k + n + 1, c] - q[k, c]
-                    displacement[n, c] += dp * dp + dq * dq
-            for c in range(FREQUENCIES):
-                displacement[n, c] /= count
+                begin, end = k * F, (k + n + 1) * F
+                for c in packed(F):
+                    dp, dq = p[end + c] - p[begin + c], q[end + c] - q[begin + c]
+                    displacement[n * F + c] += dp * dp + dq * dq
+            for c in packed(F):
+                displacement[n * F + c] /= float(count)
 
     return displace
 

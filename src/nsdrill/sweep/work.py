@@ -268,7 +268,7 @@ class Work:
             "method": np.full(len(state_scales), self.simulation.method == "implicit", np.int8),
             # numbered once all starts have been run
             **({"attractor": np.zeros(len(state_scales), np.int16)} if self.plan.starts else {}),
-            **_or_nan(ok, model.peaks(done.outcome, record)),
+            **_or_nan(ok, model.peaks(done.outcome, record, self.variant.fixed)),
             "initial_state": self.to_all_states(self.own_state(done.initial)),
             "final_state": self.to_all_states(self.own_state(done.final)),
         }
@@ -296,7 +296,6 @@ def compiled_parts(lanes: int, variant: Variant) -> Compiled:
     """The model and the observer, compiled for a number of lanes or loaded from the
     disk cache. The kernel is compiled too, before several threads need it at once."""
     model, rows = model_named(variant.model), variant.rows
-    make_advance()
     if variant.exponent:
         observer, marker = make_observers(lanes, variant)
         right_hand_side = model.tangent(lanes, variant.fixed, _landing_place(model))
@@ -304,7 +303,7 @@ def compiled_parts(lanes: int, variant: Variant) -> Compiled:
         observer, marker = model.observer(lanes, variant.fixed)
         right_hand_side = model.right_hand_side(lanes, variant.fixed)
     stepper = STEPPERS[variant.stepper].make(lanes, rows)
-    for function in (stepper, right_hand_side, observer, marker):
+    for function in (make_advance(), stepper, right_hand_side, observer, marker):
         address(function)
     return Compiled(right_hand_side, observer, marker)
 

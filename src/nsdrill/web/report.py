@@ -207,7 +207,6 @@ def _add_origin(page: _Page, session: Session, results: Results) -> None:
     versions = (
         "python_version",
         "numpy_version",
-        "numba_version",
         "llvmlite",
         "h5py_version",
         "processor",

@@ -16,8 +16,9 @@ from nsdrill.models.beam.observed import declaration_of, names_of
 from nsdrill.models.beam.options import COMMON, FIRST_MODE, Options, options_of, states_of
 from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.beam.rhs import PARAMETERS, make_right_hand_side, rows_of
-from nsdrill.models.christoforou_yigit import classify, compare, section
+from nsdrill.models.christoforou_yigit import classify, compare
 from nsdrill.models.christoforou_yigit.ensemble import reach_of_collar, string_and_bit
+from nsdrill.models.christoforou_yigit.observed import coordinates, in_the_bit_frame
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
@@ -178,10 +179,10 @@ class ElasticCollar(ScalarModel):
             state[name] = sum(
                 by_name[f"watched_{n}"][:, None] * state[f"{name}_{n}"] for n in modes
             )
-        return section.coordinates(np.stack([state[name] for name in STATE_NAMES], axis=-1))
+        return coordinates(np.stack([state[name] for name in STATE_NAMES], axis=-1))
 
-    def returns(self, section_: Mapping[str, Array]) -> Array:
-        return section.in_the_bit_frame(section_)
+    def returns(self, section: Mapping[str, Array]) -> Array:
+        return in_the_bit_frame(section)
 
     def classify(
         self,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.section import in_the_bit_frame
+from nsdrill.models.christoforou_yigit.observed import in_the_bit_frame
 from nsdrill.observe.labels import motions, responses, severities
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.variables import (

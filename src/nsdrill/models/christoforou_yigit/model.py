@@ -11,26 +11,16 @@ import numpy as np
 from nsdrill.abi import Rows
 from nsdrill.errors import InputError
 from nsdrill.models.base import Array, Level, Model, Ramps, Symmetry, Variant
-from nsdrill.models.christoforou_yigit import (
-    classify,
-    compare,
-    features,
-    layout,
-    ramp,
-    reduce,
-    rhs,
-    section,
-    tangent,
-)
+from nsdrill.models.christoforou_yigit import classify, compare, observed, ramp, rhs, tangent
 from nsdrill.models.christoforou_yigit.ensemble import starting_states
 from nsdrill.models.christoforou_yigit.forces import forces
 from nsdrill.models.christoforou_yigit.options import Options, is_used, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.christoforou_yigit.section import in_the_bit_frame
-from nsdrill.models.christoforou_yigit.variables import PEAKS
 from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
 from nsdrill.models.schedule import Schedule
+from nsdrill.observe.channels import Declaration, Names
+from nsdrill.observe.findings import returns_of
 from nsdrill.observe.thresholds import Record, Thresholds
 
 
@@ -162,29 +152,16 @@ class ChristoforouYigit(Model):
     def first_step(self, table: Array, variant: Variant) -> Array:
         return rhs.first_step(table, Options(*variant))
 
-    @property
-    def observed(self) -> int:
-        return len(layout.OBSERVED)
+    widest = Options(driven=1, stabilizer=1, weight=1, implicit=1)
 
-    def observer(
-        self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0
-    ) -> tuple[Any, Any]:
-        observer: tuple[Any, Any] = features.make_observer(
-            lanes, Options(*variant), tangent, others
-        )
-        return observer
+    def names(self, variant: Variant) -> Names:
+        return observed.names_of(Options(*variant))
 
-    def store(self, lanes: int, parameters: Parameters, record: Record, more: int = 0) -> Array:
-        spacing = section.REVOLUTION / (parameters.bit.lobes if record.section == "lobe" else 1)
-        return layout.new_store(lanes, record.peaks, record.poincare, spacing, more)
+    def declaration(self, variant: Variant) -> Declaration:
+        return observed.declaration_of(Options(*variant))
 
-    def outcome_width(self, record: Record, variant: Variant) -> int:
-        return layout.outcome_width(record.peaks, record.poincare)
-
-    def features(
-        self, outcome: Array, table: Array, observe: float, variant: Variant
-    ) -> dict[str, Array]:
-        return reduce.features(outcome, table, observe, Options(*variant))
+    def section_parts(self, parameters: Parameters, record: Record) -> int:
+        return parameters.bit.lobes if record.section == "lobe" else 1
 
     def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
         parameters, (_, wob, speed) = points.parameters, points.operation
@@ -196,17 +173,16 @@ class ChristoforouYigit(Model):
             )
         return derived
 
-    def peaks(self, outcome: Array, record: Record) -> dict[str, Array]:
-        heights = reduce.peaks(outcome, record.peaks)
-        return {name: heights[:, i] for i, name in enumerate(variable.name for variable in PEAKS)}
-
     def section(
         self, outcome: Array, record: Record, table: Array, variant: Variant
     ) -> dict[str, Array]:
-        return section.coordinates(reduce.section(outcome, record.peaks, record.poincare))
+        names, declaration = self.names(variant), self.declaration(variant)
+        returns = returns_of(names, declaration, outcome, record.peaks, record.poincare)
+        own = [*range(len(rhs.STATES)), -1]  # without those of a drive
+        return observed.coordinates(returns[..., own])
 
     def returns(self, section: Mapping[str, Array]) -> Array:
-        return in_the_bit_frame(section)
+        return observed.in_the_bit_frame(section)
 
     def classify(
         self,

@@ -52,23 +52,6 @@ class Options(NamedTuple):
         return bool(self.stabilizer or self.axial_friction)
 
 
-class ObserverOptions(NamedTuple):
-    """The options that affect an observer, integers too, so that strings which differ
-    in others share its code. ``clearance`` is the index of the stabilisers' clearance
-    among the lane parameters, ``bb`` and ``slope`` are those of these auxiliary
-    outputs; 0 where there are none."""
-
-    lobes: int
-    driven: int
-    friction: int
-    stabilizer: int
-    weight: int
-    implicit: int
-    clearance: int
-    bb: int
-    slope: int
-
-
 def options_of(parameters: Parameters) -> Options:
     """The options of a string. A number that is an array, as along an axis of a sweep,
     counts as used although it may be zero at some points: there its terms change no
