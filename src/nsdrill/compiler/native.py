@@ -25,9 +25,6 @@ _engine: Any = None
 
 
 def initialize() -> None:
-    # An operation stays where it is written: moved behind a branch, it would no longer
-    # overlap with what precedes that.
-    llvm.set_option("nsdrill", "-instcombine-code-sinking=false")
     for name in ("initialize", "initialize_native_target", "initialize_native_asmprinter"):
         try:
             getattr(llvm, name)()
