@@ -24,6 +24,12 @@ def multiple_sine(sine: Any, cosine: Any, lobes: int) -> Any:
 
 def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
     """(slopes of the velocities by name, further outputs)."""
+    # Where the collar is. The floor of the radius has an effect at the hole's centre
+    # only, where no force acts.
+    radius = sqrt(max(s.x * s.x + s.y * s.y, 1e-60))
+    around = s.x * s.vy - s.y * s.vx  # radius times the speed around the hole
+    along = s.vz - p.penetration_rate if o.axial_friction else 0.0
+
     # The bit on the lobed rock.
     sine, cosine = sincos(s.twist + (p.drive_speed * t + phase))
     surface = p.surface_amplitude * multiple_sine(sine, cosine, o.lobes)
@@ -33,11 +39,7 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
         "bit", slip=s.bit_speed, normal=bit_force, law=law, numbers=numbers_of(p, "bit")
     )
 
-    # The wall. The floor of the radius has an effect at the hole's centre only, where
-    # no force acts.
-    radius = sqrt(max(s.x * s.x + s.y * s.y, 1e-60))
-    around = s.x * s.vy - s.y * s.vx  # radius times the speed around the hole
-    along = s.vz - p.penetration_rate if o.axial_friction else 0.0
+    # The wall.
     stiffness = p.bending - p.softening_torque * bit_torque - p.softening_force * bit_force
     radial, tangential, axial_friction, wall_friction = 0.0, 0.0, 0.0, 0.0
     penetration = touching("wall", radius - p.gap)
