@@ -34,10 +34,16 @@ def inputs(graph: Graph, names: Iterable[str], kind: str) -> Named:
 
 
 def traced(
-    function: Callable[..., Any], states: Iterable[str], parameters: Iterable[str], options: Any
+    function: Callable[..., Any],
+    states: Iterable[str],
+    parameters: Iterable[str],
+    options: Any,
+    *,
+    with_slopes: bool = False,
 ) -> tuple[Graph, dict[str, Node], dict[str, Node]]:
-    """(graph, slopes, outputs) of the equations ``function(t, phase, s, p, o)``."""
-    graph = Graph()
+    """(graph, slopes, outputs) of the equations ``function(t, phase, s, p, o)``;
+    ``with_slopes`` if the slopes of the laws of friction will be needed."""
+    graph = Graph(with_slopes=with_slopes)
     s, p = inputs(graph, states, "s"), inputs(graph, parameters, "p")
     slopes, outputs = prepared(function)(graph.input("time"), graph.input("phase"), s, p, options)
     return (
