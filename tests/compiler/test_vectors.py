@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 from machine_code import instructions, packed_and_single, text_of
-
-from nsdrill.kernel.steppers import IMPLICIT, STEPPERS
-from nsdrill.models.beam.options import Options as Beam
 from nsdrill.models.christoforou_yigit.implicit import make_solve
 from nsdrill.models.christoforou_yigit.implicit_along import make_axial_solve
 from nsdrill.models.christoforou_yigit.implicit_held import make_stabilizer_solve
+
+from nsdrill.kernel.steppers import IMPLICIT, STEPPERS
+from nsdrill.models.beam.options import Options as Beam
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.rhs import aux_of, columns_of, make_right_hand_side, rows_of
 from nsdrill.models.registry import model_named

@@ -103,6 +103,9 @@ class Tangents:
     def _select(self, node: Node, args: Any, d: Any) -> Node:
         return self.graph.select(args[0], d[1], d[2])
 
+    def _either(self, node: Node, args: Any, d: Any) -> Node:
+        return self.graph.make("either", d[0], d[1], extra=node.extra)
+
     def _result(self, node: Node, args: Any, d: Any) -> Node:
         function, number = node.extra
         results = function.nodes(self.graph, args)

@@ -135,15 +135,19 @@ class _Writer:
             arg
             for node in needed
             for arg in node.args
-            if node.op not in ("join", "either")
-            and arg.region not in graph.around(node.region)
+            if node.op not in ("join", "either") and arg.region not in graph.around(node.region)
         }
         self.program = self._program(_schedule(graph, outputs))
         rows = {place[node.extra] for node in needed if node.op == "input"}
         self.stored: dict[Node, list[str]] = {}
         last = Piece()
         for name, node in outputs.items():
-            if place[name] in rows or node.op in LEAVES or node.op in ANYWHERE or node.op == "either":
+            if (
+                place[name] in rows
+                or node.op in LEAVES
+                or node.op in ANYWHERE
+                or node.op == "either"
+            ):
                 last.stores.append((name, node))
             else:
                 self.stored.setdefault(node, []).append(name)

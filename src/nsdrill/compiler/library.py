@@ -140,9 +140,7 @@ def _slip_slopes(args: Sequence[Any], results: Sequence[Any]) -> Any:
 
 _slip_factors = Library(
     "slip_factors",
-    lambda speed, unit, smoothing, decay, v: elementary.slip_factors(
-        speed, unit, smoothing, decay
-    ),
+    lambda speed, unit, smoothing, decay, v: elementary.slip_factors(speed, unit, smoothing, decay),
     _slip_factors_of_arrays,
     3,
     45,

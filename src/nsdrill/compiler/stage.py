@@ -9,7 +9,8 @@ friction. All slopes are linear in the loads L of the contacts::
 with u = d slopes / d loads and w = d slips / d velocities, both by differentiation, and
 the slips slip* without friction. Newton's method solves for the slips of all contacts
 jointly, from guesses of each beside the others. The loads are those of its last tangent,
-so that they agree with the velocities to rounding.
+so that they agree with the velocities to rounding. A deviation from the solution is
+the derivative of that tangent, in which slips, matrix and slopes are ``fixed``.
 
 The contacts in a region (the wall) are solved for where some lane needs them, the
 others alone where none does. What a lane does not touch adds zeros to its solution,
@@ -22,7 +23,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from nsdrill.compiler.contacts import Friction
-from nsdrill.compiler.derivative import Tangents
+from nsdrill.compiler.derivative import Tangents, closed
 from nsdrill.compiler.graph import Graph, Loop, Node
 from nsdrill.compiler.library import choose, fma, greater, sqrt
 
@@ -40,9 +41,7 @@ def first_slip(free: Node, relaxed: Node, law: Any) -> Node:
     sliding = greater(speed - relaxed * (law.rise + law.dynamic), 0.0)
     weakening = fma(law.decay, sliding, 1.0)  # all terms times this: one division less
     level = relaxed * fma(weakening, law.dynamic, law.rise)
-    linear = fma(
-        law.smoothing, fma(-weakening, speed, level), SATURATION * weakening
-    )
+    linear = fma(law.smoothing, fma(-weakening, speed, level), SATURATION * weakening)
     constant = (2.0 * SATURATION) * weakening * speed
     twice = (2.0 * law.smoothing) * weakening
     root = sqrt(fma(linear, linear, twice * constant))
@@ -64,10 +63,7 @@ def solved(matrix: Sequence[Sequence[Node]], right: Sequence[Node]) -> list[Node
     a, r = [list(row) for row in matrix], list(right)
     if count == 2:
         per = 1.0 / (a[0][0] * a[1][1] - a[0][1] * a[1][0])
-        return [
-            (a[1][1] * r[0] - a[0][1] * r[1]) * per,
-            (a[0][0] * r[1] - a[1][0] * r[0]) * per,
-        ]
+        return [(a[1][1] * r[0] - a[0][1] * r[1]) * per, (a[0][0] * r[1] - a[1][0] * r[0]) * per]
     inverse = []
     for k in range(count):
         inverse.append(1.0 / a[k][k])
@@ -87,8 +83,15 @@ class Stage:
     """The stage of a traced model. Numbers count the components of all contacts: one of
     each, or two of a slip in a plane."""
 
-    def __init__(self, graph: Graph, slopes: Mapping[str, Node], pushed: Sequence[str]) -> None:
-        self.graph, self.pushed = graph, tuple(pushed)
+    def __init__(
+        self,
+        graph: Graph,
+        slopes: Mapping[str, Node],
+        pushed: Sequence[str],
+        sides: Sequence[str] = (),
+    ) -> None:
+        self.graph, self.pushed, self.sides = graph, tuple(pushed), tuple(sides)
+        self.fixed: list[Node] = []  # what a deviation does not change
         self.zero = graph.node(0.0)
         self.relax = graph.input(RELAX)
         self.contacts: list[Friction] = graph.frictions
@@ -114,8 +117,7 @@ class Stage:
         self.unit = [Tangents(graph, {load: 1.0}).of(pushes) for load in self.loads]
         slips = {str(k): slip for k, slip in enumerate(self.slip)}
         along = {
-            name: Tangents(graph, {graph.input(f"s.{name}"): 1.0}).of(slips)
-            for name in self.pushed
+            name: Tangents(graph, {graph.input(f"s.{name}"): 1.0}).of(slips) for name in self.pushed
         }
         self.K = [
             [
@@ -153,9 +155,7 @@ class Stage:
             given |= {self.loads[k]: found.get(k, self.zero) for k in own}
         return found
 
-    def newton(
-        self, slips: Mapping[int, Node]
-    ) -> tuple[dict[int, Node], dict[int, Node], Node]:
+    def newton(self, slips: Mapping[int, Node]) -> tuple[dict[int, Node], dict[int, Node], Node]:
         """(steps of the slips, loads on the tangent after them, by how much the
         residual is too large)."""
         graph, c, these = self.graph, self.relax, list(slips)
@@ -174,10 +174,10 @@ class Stage:
             ]
             for k in these
         ]
+        self.fixed += [entry for row in matrix for entry in row]
+        self.fixed += [change for changes in slope.values() for change in changes.values()]
         steps = dict(zip(these, solved(matrix, residual), strict=True))
-        after = {
-            i: loads[i] + graph.sum(slope[m][str(i)] * steps[m] for m in these) for i in these
-        }
+        after = {i: loads[i] + graph.sum(slope[m][str(i)] * steps[m] for m in these) for i in these}
         excess: Any = None
         for row, k in enumerate(these):
             bound = 1e-14 * abs(self.slip[k]) + c * graph.sum(
@@ -250,25 +250,23 @@ class Stage:
         if not turns:
             steps, _, _ = self.newton(slips)
             slips = {k: kept(slips[k], slips[k] + steps[k]) for k in these}
+            self.fixed += slips.values()
             steps, loads, _ = self.newton(slips)
             return slips, steps, loads
         region = graph.new_region(None)
         with graph.inside(region):
             now = {k: graph.make("variable", slips[k], extra=(region, k)) for k in these}
+            self.fixed += now.values()
             steps, loads, excess = self.newton(now)
             unfinished = excess > 0.0
-            following = [
-                choose(unfinished, kept(now[k], now[k] + steps[k]), now[k]) for k in these
-            ]
+            following = [choose(unfinished, kept(now[k], now[k] + steps[k]), now[k]) for k in these]
         graph.loops[region] = Loop([now[k] for k in these], following, unfinished, MOST)
         return now, steps, loads
 
     def run(self, turns: bool) -> dict[str, Node]:
         """Slopes, pushes and moved velocities by name, and the slips of the solution."""
         graph, c, every = self.graph, self.relax, range(self.count)
-        always = [
-            k for k in every if not self.contacts[self._contact(k)].region
-        ]
+        always = [k for k in every if not self.contacts[self._contact(k)].region]
         if len(always) == self.count:
             slips, steps, loads = self.solve(always, turns)
         else:
@@ -276,6 +274,7 @@ class Stage:
                 graph.condition[contact.region] for contact in self.contacts if contact.region
             )
             some: Any = None
+            conditions |= {graph.input(closed(side)) > 0.0: None for side in self.sides}
             for condition in conditions:
                 some = condition if some is None else some | condition
             region, other = graph.new_region(some), graph.new_region(None)
@@ -296,9 +295,7 @@ class Stage:
             name: graph.sum(unit[name] * loads[k] for k, unit in enumerate(self.unit))
             for name in self.pushed
         }
-        moved = {
-            name: fma(c, push[name], graph.input(f"s.{name}")) for name in self.pushed
-        }
+        moved = {name: fma(c, push[name], graph.input(f"s.{name}")) for name in self.pushed}
         given: dict[Node, Any] = {graph.input(f"s.{name}"): v for name, v in moved.items()}
         given |= {self.loads[k]: loads[k] for k in every}
         names = list(self.slopes)
@@ -308,3 +305,13 @@ class Stage:
             **{f"push.{name}": node for name, node in push.items()},
             **{f"moved.{name}": node for name, node in moved.items()},
         }
+
+    def falling(self) -> Node:
+        """The growth rate of the slip where friction falls with speed [1/s]."""
+        terms = []
+        for number, (contact, own) in enumerate(zip(self.contacts, self.own, strict=True)):
+            K = self.K[own[0]][own[0]]
+            for k in own[1:]:
+                K = greater(K, self.K[k][k])
+            terms.append(K * self.at_rest(number) * contact.law.steepest_fall(contact.numbers))
+        return self.graph.sum(terms)

@@ -36,9 +36,7 @@ def settled(graph: Graph, outputs: Mapping[str, Node]) -> tuple[Graph, dict[str,
 
     def alone(node: Node, ops: tuple[str, ...], region: int) -> bool:
         """Whether a node of these ``ops`` is a part of one other operation only."""
-        return (
-            node.op in ops and uses[node] == 1 and node.region == region and not node.settled
-        )
+        return node.op in ops and uses[node] == 1 and node.region == region and not node.settled
 
     def terms(node: Node, sign: int, region: int) -> list[tuple[int, Node]]:
         if node.op == "neg":
@@ -62,7 +60,9 @@ def settled(graph: Graph, outputs: Mapping[str, Node]) -> tuple[Graph, dict[str,
             made = [of(factor) for factor in factors]
             parts.append((max(ready[factor] for factor in made), place, sign, made))
         parts.sort(key=lambda part: part[:2])
-        first = next((k for k, part in enumerate(parts[:2]) if len(part[3]) == 1 and part[2] > 0), 0)
+        first = next(
+            (k for k, part in enumerate(parts[:2]) if len(part[3]) == 1 and part[2] > 0), 0
+        )
         time, _, sign, factors = parts.pop(first)
         time += OTHERS * (len(factors) - 1)
         value = factors[0] if len(factors) == 1 else new.mul(*factors)

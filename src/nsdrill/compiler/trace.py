@@ -100,7 +100,9 @@ class _Changes(ast.NodeTransformer):
 
     def visit_Assign(self, node: ast.Assign) -> Any:
         self.generic_visit(node)
-        remembered = [ast.Expr(_call("_remember", ast.Constant(n), _name(n))) for n in _stored([node])]
+        remembered = [
+            ast.Expr(_call("_remember", ast.Constant(n), _name(n))) for n in _stored([node])
+        ]
         return [node, *remembered] if self.remember else node
 
     def visit_If(self, node: ast.If) -> Any:
@@ -119,7 +121,9 @@ class _Changes(ast.NodeTransformer):
             # a name that neither side knows stays absent
             function.body = [*body, back]
             functions.append(function)
-        call = _call("_branch", node.test, *map(_name, sides), ast.Constant(tuple(names)), _call("locals"))
+        call = _call(
+            "_branch", node.test, *map(_name, sides), ast.Constant(tuple(names)), _call("locals")
+        )
         targets = ast.Tuple([ast.Name(n, ast.Store()) for n in names], ast.Store())
         return [*functions, ast.Assign([targets], call)]
 
@@ -156,7 +160,9 @@ def _select(condition: Any, a: Callable[[], Any], b: Callable[[], Any]) -> Any:
         return a() if condition else b()
     one, two = a(), b()
     if isinstance(one, tuple):
-        return tuple(condition.graph.select(condition, *pair) for pair in zip(one, two, strict=True))
+        return tuple(
+            condition.graph.select(condition, *pair) for pair in zip(one, two, strict=True)
+        )
     return condition.graph.select(condition, one, two)
 
 

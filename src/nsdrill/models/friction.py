@@ -60,6 +60,19 @@ def rational(v: Any, numbers: Any) -> Any:
     return numbers.dynamic * tanh + numbers.rise * v * weakened
 
 
+def _fall(numbers: Any) -> Any:
+    """The steepest fall of the coefficient with the slip, without smoothing."""
+    return numbers.rise * numbers.decay
+
+
+for _law in (hyperbolic, linear, exponential):
+    _law.steepest_fall = _fall
+rational.steepest_fall = lambda numbers: 0.125 * numbers.rise
+# Newton's method begins from the law without its hump.
+rational.guess = lambda numbers: Named(
+    smoothing=numbers.smoothing, decay=0.0, rise=0.0, dynamic=numbers.dynamic
+)
+
 LAWS = {
     "hyperbolic": hyperbolic,
     "linear": linear,

@@ -116,12 +116,16 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
             drive_torque = s.motor_torque
             rate = p.motor_damping * (p.drive_speed - s.drive_speed) - s.motor_torque
             if o.regulated:
-                rate = rate + p.regulator_steady_motor_torque - (
-                    p.regulator_torque * (s.motor_torque - p.regulator_steady_motor_torque)
-                    + p.regulator_lag * s.lag
-                    + p.regulator_twist * (s.twist - p.regulator_steady_twist)
-                    + p.regulator_drive_speed * (s.drive_speed - p.drive_speed)
-                    + p.regulator_bit_speed * (s.bit_speed - p.drive_speed)
+                rate = (
+                    rate
+                    + p.regulator_steady_motor_torque
+                    - (
+                        p.regulator_torque * (s.motor_torque - p.regulator_steady_motor_torque)
+                        + p.regulator_lag * s.lag
+                        + p.regulator_twist * (s.twist - p.regulator_steady_twist)
+                        + p.regulator_drive_speed * (s.drive_speed - p.drive_speed)
+                        + p.regulator_bit_speed * (s.bit_speed - p.drive_speed)
+                    )
                 )
             slopes["motor_torque"] = rate * p.per_circuit_time
         if o.limited:

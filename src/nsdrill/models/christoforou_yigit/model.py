@@ -11,7 +11,7 @@ import numpy as np
 from nsdrill.abi import Rows
 from nsdrill.errors import InputError
 from nsdrill.models.base import Array, Level, Model, Ramps, Symmetry, Variant
-from nsdrill.models.christoforou_yigit import classify, compare, observed, ramp, rhs, tangent
+from nsdrill.models.christoforou_yigit import classify, compare, contacts, observed, ramp, rhs
 from nsdrill.models.christoforou_yigit.ensemble import starting_states
 from nsdrill.models.christoforou_yigit.forces import forces
 from nsdrill.models.christoforou_yigit.options import Options, is_used, options_of
@@ -51,7 +51,7 @@ class ChristoforouYigit(Model):
     """The main model; a variant is a tuple of :class:`Options`."""
 
     name = "christoforou_yigit"
-    contacts = tangent.CONTACTS
+    contacts = rhs.SIDES
     ramps = Ramped()
 
     def variant(self, parameters: Parameters) -> Variant:
@@ -77,10 +77,10 @@ class ChristoforouYigit(Model):
         return rhs.make_right_hand_side(lanes, Options(*variant))
 
     def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
-        return tangent.make_tangent(lanes, Options(*variant), place)
+        return rhs.make_tangent(lanes, Options(*variant), place)
 
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
-        return tangent.make_contacts(lanes, Options(*variant), place)
+        return contacts.make_contacts(lanes, Options(*variant), place)
 
     def released(self, table: Array, contact: str) -> Array | None:
         if contact != "wall":

@@ -45,12 +45,6 @@ class Options(NamedTuple):
     axial_friction: int = 0
     implicit: int = 0
 
-    @property
-    def differenced(self) -> bool:
-        """Whether the slopes of a deviation are a difference of two right-hand sides,
-        as these options are not linearised."""
-        return bool(self.stabilizer or self.axial_friction)
-
 
 def options_of(parameters: Parameters) -> Options:
     """The options of a string. A number that is an array, as along an axis of a sweep,
