@@ -23,7 +23,7 @@ from nsdrill.compiler.graph import LEAVES, TRUTHS, Graph, Node
 from nsdrill.compiler.words import fma, local
 from nsdrill.generate import define
 
-PIECE = 300  # operations of 16 lanes
+PIECE = 150  # operations of 16 lanes
 LEAST_PIECE = 60
 ANYWHERE = TRUTHS | {"neg"}  # written where they are used, as they cost little
 NOWHERE = LEAVES | ANYWHERE | {"either", "variable"}  # in no piece
@@ -32,10 +32,10 @@ WINDOW = 0.35  # of a piece: how far from equal shares a cut may be
 
 @dataclass(eq=False)
 class Piece:
-    """A loop over the lanes, of nodes and of short blocks. ``copies`` are pairs (node,
+    """A loop over the lanes, of some nodes. ``copies`` are pairs (node,
     value): the home of the node takes that value at the end."""
 
-    nodes: list[Any] = field(default_factory=list)
+    nodes: list[Node] = field(default_factory=list)
     copies: list[tuple[Node, Node]] = field(default_factory=list)
     flag: Node | None = None  # whether it holds in some lane is found here
     stores: list[tuple[str, Node]] = field(default_factory=list)  # outputs that are also read
@@ -47,10 +47,9 @@ class Block:
     """A region, with the one in its place where no lane needs it."""
 
     region: int
-    inside: list[Any]  # nodes and blocks, then pieces and blocks
+    inside: list[Any]  # nodes and blocks when they are ordered, then pieces and blocks
     other: list[Any]
     following: Piece | None = None  # of a loop: the variables take their next values
-    joins: list[Node] = field(default_factory=list)  # the values that leave it
 
 
 def lane_code(
@@ -65,10 +64,6 @@ def _schedule(graph: Graph, outputs: Mapping[str, Node]) -> list[Any]:
     """Nodes and blocks in an order in which each follows what it needs."""
     needed = graph.live(outputs.values())
     first = {other: region for region, other in graph.otherwise.items()}
-    joins: dict[int, list[Node]] = {}
-    for node in needed:
-        if node.op == "join":
-            joins.setdefault(node.extra, []).append(node)
 
     def item(node: Node, within: int) -> Any:
         """The node, or the number of the region directly inside ``within`` that has it;
@@ -92,8 +87,6 @@ def _schedule(graph: Graph, outputs: Mapping[str, Node]) -> list[Any]:
                 condition = graph.condition[it]
                 assert condition is not None
                 args.add(condition)
-            if isinstance(it, int):  # what a join has in its place is known before
-                args |= {join.args[2] for join in joins.get(it, ())}
             needs[it] = {item(arg, within) for arg in args} - {it, None}
         users: dict[Any, list[Any]] = {it: [] for it in members}
         for it, others in needs.items():
@@ -108,7 +101,7 @@ def _schedule(graph: Graph, outputs: Mapping[str, Node]) -> list[Any]:
             if isinstance(it, int):
                 other = graph.otherwise.get(it)
                 inside = level(it), level(other) if other else []
-                order.append(Block(it, *inside, joins=joins.get(it, [])))
+                order.append(Block(it, *inside))
             else:
                 order.append(it)
             for user in users[it]:
@@ -129,16 +122,8 @@ class _Writer:
         self.graph, self.outputs, self.place, self.lanes = graph, outputs, place, lanes
         self.size = max(LEAST_PIECE, PIECE * 16 // lanes)
         self.functions: dict[str, Any] = {}
-        needed = graph.live(outputs.values())
-        # what leaves a region otherwise than by a join
-        self.leaving = {node for node in outputs.values() if node.region} | {
-            arg
-            for node in needed
-            for arg in node.args
-            if node.op not in ("join", "either") and arg.region not in graph.around(node.region)
-        }
         self.program = self._program(_schedule(graph, outputs))
-        rows = {place[node.extra] for node in needed if node.op == "input"}
+        rows = {place[node.extra] for node in graph.live(outputs.values()) if node.op == "input"}
         self.stored: dict[Node, list[str]] = {}
         last = Piece()
         for name, node in outputs.items():
@@ -161,8 +146,7 @@ class _Writer:
 
     def _program(self, items: list[Any]) -> list[Any]:
         program: list[Any] = []
-        run: list[Any] = []
-        joined: set[Node] = set()  # made by the short blocks
+        run: list[Node] = []
 
         def close() -> Piece:
             """The last piece before a block, with what was collected."""
@@ -178,10 +162,7 @@ class _Writer:
             if isinstance(it, Node) and it.op == "either":
                 eithers.setdefault(it.extra, []).append(it)
         for it in items:
-            if isinstance(it, Block) and self._is_short(it):
-                run.append(it)
-                joined.update(it.joins)
-            elif isinstance(it, Block):
+            if isinstance(it, Block):
                 before = close()
                 block = Block(it.region, self._program(it.inside), self._program(it.other))
                 loop = self.graph.loops.get(it.region)
@@ -197,33 +178,25 @@ class _Writer:
                     _last(block.inside).copies.append((node, node.args[0]))
                     _last(block.other).copies.append((node, node.args[1]))
                 program.append(block)
-            elif it not in joined and it.op not in NOWHERE:
+            elif it.op not in NOWHERE:
                 run.append(it)
         if run:
             close()
         return program
 
-    def _is_short(self, block: Block) -> bool:
-        """Whether the block is a part of a piece: values then stay in registers."""
-        nodes = _flat([block])
-        if block.region in self.graph.loops or block.other or not self.leaving.isdisjoint(nodes):
-            return False
-        blocks = [it for it in block.inside if isinstance(it, Block)]
-        return _size(nodes) <= self.size and all(map(self._is_short, blocks))
-
-    def _cut(self, items: list[Any]) -> Iterator[list[Any]]:
+    def _cut(self, items: list[Node]) -> Iterator[list[Node]]:
         """Pieces of about equal size, cut where few values cross."""
-        sizes = [_size(_flat([it])) for it in items]
+        sizes = [_size([it]) for it in items]
         count = round(sum(sizes) / self.size)
         if count < 2:
             if items:
                 yield items
             return
-        at = {node: k for k, it in enumerate(items) for node in _flat([it])}
+        at = {node: k for k, node in enumerate(items)}
         until = dict.fromkeys(at, len(items))  # values may be needed after all of them
         last: dict[Node, int] = {}
-        for k, it in enumerate(items):
-            for arg in self._read(_needs(it, self.graph)):
+        for k, node in enumerate(items):
+            for arg in self._read(node.args):
                 if arg in at:
                     last[arg] = k
         until |= last
@@ -263,9 +236,9 @@ class _Writer:
         def visit(program: list[Any]) -> None:
             for it in program:
                 if isinstance(it, Piece):
-                    for entry in it.nodes:
-                        use(_needs(entry, self.graph), it.number)
-                        made.update((node, it.number) for node in _flat([entry]))
+                    for node in it.nodes:
+                        use(node.args, it.number)
+                        made[node] = it.number
                     for node, value in it.copies:
                         use([value], it.number)
                         made.setdefault(node, it.number - 1)
@@ -333,8 +306,8 @@ class _Writer:
     def _piece(self, piece: Piece) -> list[str]:
         self.known: dict[Node, str] = {}
         self.body: list[str] = []
-        for entry in piece.nodes:
-            self._make(entry)
+        for node in piece.nodes:
+            self._make(node)
         for node, value in piece.copies:
             self.body.append(f"home[{self._row(self.homes[node])} + i] = {self._name(value)}")
         for name, node in piece.stores:
@@ -365,42 +338,13 @@ class _Writer:
             self.body.append(f"{self.known[node]} = {array}[{self._row(row)} + i]")
         return self.known[node]
 
-    def _make(self, entry: Any) -> None:
-        """Write a node, or a short block."""
-        if isinstance(entry, Block):
-            self._make_block(entry)
-        elif entry.op == "result":
-            self._call(entry)
-            self._keep(entry)
-        elif entry not in self.known:
-            text = self._operation(entry)
-            self.known[entry] = f"v{entry.id}"
-            self.body.append(f"v{entry.id} = {text}")
-            self._keep(entry)
-
-    def _make_block(self, block: Block) -> None:
-        condition = self.graph.condition[block.region]
-        assert condition is not None
-        for join in block.joins:
-            self.body.append(f"v{join.id} = {self._name(join.args[2])}")
-        test = self._name(condition)
-        body, self.body = self.body, []
-        outside = dict(self.known)
-        for entry in block.inside:
-            self._make(entry)
-        for join in block.joins:
-            inner = self._name(join.args[1])
-            if join.args[0] is not condition:
-                inner = f"{inner} if {self._name(join.args[0])} else v{join.id}"
-            self.body.append(f"v{join.id} = {inner}")
-        inside, self.body, self.known = self.body, body, outside
-        self.body += [f"if {test}:", *("    " + line for line in inside)]
-        for join in block.joins:
-            self.known[join] = f"v{join.id}"
-            self._keep(join)
-
-    def _keep(self, node: Node) -> None:
-        """Store a value where it is an output, and where a later piece needs it."""
+    def _make(self, node: Node) -> None:
+        if node.op == "result":
+            self._call(node)
+        else:
+            text = self._operation(node)
+            self.known[node] = f"v{node.id}"
+            self.body.append(f"v{node.id} = {text}")
         for name in self.stored.get(node, ()):
             self.body.append(f"b[{self._row(self.place[name])} + i] = {self.known[node]}")
         if node in self.homes:
@@ -411,7 +355,7 @@ class _Writer:
         function = node.extra[0]
         key = (function, node.args)
         if key not in self.known:
-            given = ", ".join(self._name(arg) for arg in node.args)
+            given = ", ".join(self._name(arg) for arg in node.args[: function.arguments])
             results = [f"r{node.id}_{k}" for k in range(function.results)]
             self.functions[function.name] = function.scalar
             self.body.append(f"{', '.join(results)} = {function.name}({given})")
@@ -444,31 +388,11 @@ def _pieces(program: list[Any]) -> Iterator[Piece]:
                 yield it.following
 
 
-def _flat(items: list[Any]) -> list[Node]:
-    """The nodes of a list of nodes and blocks."""
-    return [
-        node
-        for it in items
-        for node in ([it] if isinstance(it, Node) else [*_flat(it.inside), *it.joins])
-        if node.op not in NOWHERE
-    ]
-
-
 def _size(nodes: list[Node]) -> int:
     """How many operations that is."""
     calls = {(node.extra[0], node.args) for node in nodes if node.op == "result"}
     plain = sum(node.op != "result" for node in nodes)
     return plain + sum(function.operations for function, _ in calls)
-
-
-def _needs(entry: Any, graph: Graph) -> list[Node]:
-    """What a node or a block needs, besides what it makes itself."""
-    if isinstance(entry, Node):
-        return list(entry.args)
-    inner = [need for it in entry.inside for need in _needs(it, graph)]
-    inner += [arg for join in entry.joins for arg in join.args]
-    condition = graph.condition[entry.region]
-    return [*inner, *([condition] if condition is not None else [])]
 
 
 def _last(program: list[Any]) -> Piece:
@@ -479,15 +403,15 @@ def _last(program: list[Any]) -> Piece:
     return last
 
 
-def _together(nodes: list[Any]) -> list[Any]:
+def _together(nodes: list[Node]) -> list[Node]:
     """The results of one call side by side."""
     calls: dict[Any, list[Node]] = {}
     for node in nodes:
-        if isinstance(node, Node) and node.op == "result":
+        if node.op == "result":
             calls.setdefault((node.extra[0], node.args), []).append(node)
-    out: list[Any] = []
+    out: list[Node] = []
     for node in nodes:
-        if not isinstance(node, Node) or node.op != "result":
+        if node.op != "result":
             out.append(node)
         elif (group := calls[node.extra[0], node.args])[0] is node:
             out += group

@@ -10,9 +10,7 @@ integer and truth. No kind becomes another silently: ``float(n)``, ``int(x)`` an
 
 ===============================  =======================================================
 ``for i in packed(W):``           vector code: ``b[row + i]`` is a row of W lanes; no
-                                 branches but ``a if c else b``, which evaluates both,
-                                 and ``if c:``, skipped where c holds in no lane, which
-                                 assigns to names where it holds
+                                 branches but ``a if c else b``, which evaluates both
 ``s |= (1 << i) if c else 0``    the set of lanes in which c holds, as bits
 ``s |= 1 if c else 0``           whether c holds in some lane
 ``for k in range(n):``           written out where n is known and small, else a loop

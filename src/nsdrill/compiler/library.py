@@ -25,7 +25,8 @@ Derivatives = Callable[[Sequence[Any], Sequence[Any]], Sequence[Sequence[Any]]]
 @dataclass(frozen=True, eq=False)
 class Library:
     """A function of some arguments with ``results`` results, ``scalar`` in compiled
-    code and on numbers, ``array`` on arrays; in code so many ``operations``."""
+    code and on numbers, ``array`` on arrays; in code so many ``operations``, of the
+    first ``arguments`` arguments."""
 
     name: str
     scalar: Callable[..., Any]
@@ -33,11 +34,12 @@ class Library:
     results: int
     operations: int
     derivatives: Derivatives
+    arguments: int = 1
 
     def __call__(self, *args: Any) -> Any:
         graph = next((arg.graph for arg in args if isinstance(arg, Node)), None)
         if graph is None:
-            return self.scalar(*args)
+            return self.scalar(*args[: self.arguments])
         made = self.nodes(graph, args)
         return made if self.results > 1 else made[0]
 
@@ -140,11 +142,12 @@ def _slip_slopes(args: Sequence[Any], results: Sequence[Any]) -> Any:
 
 _slip_factors = Library(
     "slip_factors",
-    lambda speed, unit, smoothing, decay, v: elementary.slip_factors(speed, unit, smoothing, decay),
+    elementary.slip_factors,
     _slip_factors_of_arrays,
     3,
     45,
     _slip_slopes,
+    4,
 )
 sincos = Library(
     "sincos",

@@ -54,7 +54,6 @@ class Body(Expressions):
     def __init__(self, module: Any, text: Text, width: int) -> None:
         self.module, self.text, self.width = module, text, width
         self.lane_count = 0
-        self.masked = False  # whether what is written is for some lanes only
         self.loops: list[tuple[str, str] | None] = []  # labels of the next turn and of the end
         self.outermost: FunctionType | None = None
         self.inlining: list[FunctionType] = []
@@ -230,8 +229,6 @@ class Body(Expressions):
     def _set(self, array: Any, index: Any, value: Any) -> None:
         if not isinstance(array, Array):
             raise Refusal("only elements of buffers can be assigned to")
-        if self.masked:
-            raise Refusal("some lanes only store a value; allowed: b[row + i] = x if c else y")
         pointer, count = self.place(array, index)
         if self.lane_count and not count:
             raise Refusal("one element is assigned in every lane; allowed: b[row + i]")
@@ -255,8 +252,6 @@ class Body(Expressions):
             raise Refusal(f"{target.id} is not a variable of this function")
         value = self.eval(node.value, scope)
         if holder is not scope:  # a set of lanes
-            if self.masked:
-                raise Refusal("some lanes only join a set; allowed: s |= 1 if c and d else 0")
             if op is not ast.BitOr:
                 raise Refusal(
                     "lanes accumulate only sets: s |= (1 << i) if c else 0, or a row of the buffer"
@@ -313,7 +308,9 @@ class Body(Expressions):
         if isinstance(test, bool):
             return self.run(node.body if test else node.orelse, scope)
         if self.lane_count:
-            return self._where(test, node, scope)
+            raise Refusal(
+                "a branch in a loop over lanes; allowed: x = a if c else b, or a branch around the loop"
+            )
         text = self.text
         without = self.open(assigned([*node.body, *node.orelse]), scope)
         then, after = text.block("then"), text.block("after")
@@ -335,51 +332,6 @@ class Body(Expressions):
             text.line("unreachable")
             return JUMPED
         return None
-
-    def _where(self, test: Value, node: ast.If, scope: Scope) -> None:
-        """What some lanes need: skipped where none of a vector does. A name that has a
-        value before keeps it in the other lanes; another has none afterwards."""
-        if not test.lanes or node.orelse:
-            raise Refusal(
-                "a branch in a loop over lanes; allowed: x = a if c else b, a branch around the loop, "
-                "or, without else, what the lanes need in which a condition holds"
-            )
-        text, masked = self.text, self.masked
-        names = list(dict.fromkeys(assigned(node.body)))
-        before = {name: scope.names.get(name) for name in names}
-        for name, found in before.items():
-            around = scope.holder(name)
-            outside = around is not None and around is not scope
-            if isinstance(found, (Slot, Fixed)) or (
-                outside and not isinstance(around.names[name], Unassigned)
-            ):
-                raise Refusal(f"{name} is assigned in some lanes only; allowed: names of this loop")
-        old = {
-            name: self.value(found, "d" if isinstance(found, float) else "")
-            for name, found in before.items()
-            if is_number(found) or isinstance(found, Value)
-        }
-        first, then, after = text.at, text.block("where"), text.block("after")
-        bits = text.bits_of(test)
-        text.branch_if(text.comparison("ne", bits, text.constant(0, "i")), then, after)
-        text.begin(then)
-        self.masked = True
-        if self.run(node.body, scope) is not None:
-            raise Refusal("a jump out of what some lanes need")
-        self.masked = masked
-        new = {}
-        for name, value in old.items():
-            made = self.value(scope.names[name], value.kind)
-            new[name] = text.selection(test, made, value)
-        last = text.at
-        text.branch(after)
-        text.begin(after)
-        for name in names:
-            scope.names[name] = (
-                text.merged(old[name], first, new[name], last)
-                if name in old
-                else Unassigned(f"{name} is assigned in some lanes only, and has no value after it")
-            )
 
     def _branch(self, body: list[ast.stmt], scope: Scope) -> bool:
         """Write a branch or the turn of a loop; whether it ended by a jump. What it

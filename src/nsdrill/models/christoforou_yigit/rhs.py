@@ -189,9 +189,8 @@ def _bit_aux(graph: Graph, stage: Stage, options: Options) -> dict[str, Node]:
     Newton's method, as the load is, and how friction holds a creeping bit."""
     slips, steps = stage.solution
     contact, omega = stage.contacts[0], slips[0]
-    factors = dict(
-        zip(("direction", "decay"), FACTORS[LAWS[options.friction]](omega, contact.numbers))
-    )
+    direction, decay = FACTORS[LAWS[options.friction]](omega, contact.numbers)
+    factors = {"direction": direction, "decay": decay}
     rates = Tangents(graph, {omega: 1.0})
     changes = rates.of(factors)
     slope = rates.of({"slope": contact.law(omega, contact.numbers)})
