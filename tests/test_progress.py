@@ -45,6 +45,20 @@ def test_lines_name_failures_and_the_pass(
     assert second.endswith(" left (check: tight)")
 
 
+@pytest.mark.parametrize(
+    ("way", "line"),
+    [("native", "compiled in 11 s; kept for the next run"), ("numba", "compiled in 11 s")],
+)
+def test_a_line_says_whether_the_code_is_kept(
+    way: str, line: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """numba's is not."""
+    monkeypatch.setattr(progress, "route", lambda: way)
+    with reporting(True) as watch:
+        watch(Counts(total=40, before=0, done=0, failed=0, compiling=11.0))
+    assert capsys.readouterr().err.splitlines() == [line]
+
+
 def test_a_bar_in_a_terminal(
     small: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
+from nsdrill.compiler.functions import route
 from nsdrill.errors import InputError
 
 if TYPE_CHECKING:
@@ -139,7 +140,8 @@ def _lines() -> Watch:
         now = time.monotonic()
         if counts.compiling > told + LINE_SECONDS:
             told = counts.compiling
-            print(f"compiled in {told:.0f} s; kept for the next run", file=sys.stderr, flush=True)
+            kept = "; kept for the next run" if route() == "native" else ""
+            print(f"compiled in {told:.0f} s{kept}", file=sys.stderr, flush=True)
         if now - printed < LINE_SECONDS:
             return
         printed = now

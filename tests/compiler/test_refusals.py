@@ -161,7 +161,14 @@ def test_no_kind_becomes_another_silently() -> None:
 # the message.
 REFUSED: list[tuple[str, str]] = [
     # operations
-    ("x = x ** 2", "not defined for a float; allowed: a product"),
+    ("x = x ** 2", "not defined for a float; allowed: a product."),
+    ("x = x ** 2.5", "allowed: np.sqrt and products, or exp2(p * log2(x)) with exp2 and log2 of nsdrill.elementary"),
+    ("x **= x", "allowed: np.sqrt and products, or exp2"),
+    ("x = 1.0 + (x > 0.0)", "a float and a truth meet in one operation; allowed: float(x > 0.0)."),
+    ("b[0] -= x > 0.0", "a float and a truth meet in one operation; allowed: float(x > 0.0)."),
+    ("n *= x > 0.0", "an integer and a truth meet in one operation; allowed: int(x > 0.0)."),
+    ("n = (x > 0.0) * 3", "an integer and a truth meet in one operation; allowed: int(x > 0.0)."),
+    ("if x + (n > 0) > 1.0:\n    pass", "f: if x + (n > 0) > 1.0: a float and a truth meet"),
     ("x = float(n / 2)", "allowed: a division of floats"),
     ("x = x // 2.0", "allowed: of integers; of floats np.floor"),
     ("x = x % 2.0", "allowed: of integers; of floats np.fmod"),
@@ -280,15 +287,15 @@ REFUSED: list[tuple[str, str]] = [
     ("x = helper(x, x, x)", "too many positional arguments"),
     ("x = helper(x, z=2.0)", "unexpected keyword argument 'z'"),
     ("x = helper(x, x=2.0)", "multiple values for argument 'x'"),
-    ("x = sum((x, x))", "a call of sum is not in the language"),
-    ("x = np.tan(x)", "a call of tan is not in the language"),
+    ("x = sum((x, x))", "a call of sum is not in the language of compiled functions; allowed: a loop, or the terms"),
+    ("x = np.tan(x)", "a call of tan is not in the language of compiled functions; allowed: arithmetic, np.sqrt, "),
     ("x = float(len(x))", "a call of len is not in the language"),
     ("x = float((x, x))", "where a number is needed"),
     ("print(x)", "a call of print is not in the language"),
     ("b.sum()", "b.sum is not defined"),
     # what Python has besides
     *[
-        (text, "not in the language of compiled functions")
+        (text, "not in the language of compiled functions; allowed: assignments, calls, if, for")
         for text in (
             "del x", "try:\n    pass\nexcept ValueError:\n    pass", "raise ValueError", "assert x > 0.0",
             "import math", "global z", "with x:\n    pass", "def h():\n    pass", "class C:\n    pass",
@@ -296,8 +303,15 @@ REFUSED: list[tuple[str, str]] = [
         )
     ],
     *[
-        (f"x = {text}", "is no expression of the language of compiled functions")
-        for text in ("[y for y in (1.0, 2.0)][0]", "(lambda y: y)(x)", "float(f'{n}')", "(y := x)", "{1: 2}[n]")
+        (f"x = {text}", f"is no expression of the language of compiled functions; allowed: {instead}")
+        for text, instead in (
+            ("[y for y in (1.0, 2.0)][0]", "a loop, or the terms written out"),
+            ("sum(x * y for y in (1.0, 2.0))", "a loop, or the terms written out"),
+            ("(lambda y: y)(x)", "a function with a name"),
+            ("float(f'{n}')", "numbers, names, arithmetic"),
+            ("(y := x)", "an assignment before it"),
+            ("{1: 2}[n]", "numbers, names, arithmetic"),
+        )
     ],
 ]  # fmt: skip
 

@@ -53,6 +53,7 @@ def test_plain_python_takes_the_same_steps() -> None:
         text=True,
         check=True,
     )
+    assert not done.stderr  # no warnings of numpy's numbers
     cases = ((SMOOTH, 1e-12), (BOUNCING, 1e-12), (RUBBING, 1e-8))
     for (case, bound), mine, plain in zip(cases, few_steps(), json.loads(done.stdout), strict=True):
         assert mine[9:] == plain[9:]

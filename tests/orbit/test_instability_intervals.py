@@ -91,6 +91,36 @@ def test_multipliers_that_meet_inside_the_circle_make_no_interval(share):
     assert half.inserted == 0
 
 
+@dataclass(frozen=True)
+class Failing(Meeting):
+    """Newton's method fails within ``reach`` of each of these numbers."""
+
+    numbers: tuple[float, ...] = ()
+    reach: float = 0.0
+
+    def evaluate(self, x):
+        if any(abs(x[1] - number) < self.reach for number in self.numbers):
+            return None
+        return (yield from super().evaluate(x))
+
+
+def test_a_search_goes_on_where_newtons_method_fails_at_one_place():
+    """An interval that is wider than a step, whose borders the steps straddle."""
+    whole = followed(Meeting(1.5, 0.3), search=False)
+    places = [k for k, one in enumerate(whole.points) if one.label]
+    around = [(whole.points[k - 1].point.x[1], whole.points[k + 1].point.x[1]) for k in places]
+    middles = tuple(0.5 * (a + b) for a, b in around)
+    there = followed(Failing(1.5, 0.3, middles, 1e-4), search=False)
+    borders = pytest.approx(Meeting(1.5, 0.3).borders, abs=1e-6)
+    for half in (whole, there):
+        assert [one.point.x[1] for one in half.points if one.label] == borders
+        assert {one.words for one in half.points if one.label} == {""}
+    blocked = followed(Failing(1.5, 0.3, Meeting(1.5, 0.3).borders, 1e-3), search=False)
+    found = [one for one in blocked.points if one.label]
+    assert [one.words for one in found] == [arclength.UNRESOLVED] * 2
+    assert [one.point.x[1] for one in found] == pytest.approx(Meeting(1.5, 0.3).borders, abs=0.1)
+
+
 def test_the_bounce_is_unstable_near_2_97():
     """The bounce over one lobe at 5000 m and 22.24 kN, followed as in the study of
     branches, against motions computed at equal distances. Its multipliers at the points

@@ -170,7 +170,19 @@ HUGE = 10**400
         ("local", {"key": "wob", "changes": {"depth": 1e308}}, r"depth: found 1e\+308"),
         ("live", {"changes": {"bit.lobes": HUGE}}, "bit.lobes: found 1000"),
         ("live", {"state": [HUGE] * 9}, "state: found something else"),
-        ("saved", {"state": [1e308] * 9}, "state: found 9 numbers; allowed: 9 finite ones"),
+        *[
+            (
+                name,
+                {"state": state},
+                rf"state: found {found}; allowed: 9 numbers between -1e\+12 and 1e\+12 in SI units",
+            )
+            for name in ("live", "saved")
+            for state, found in (
+                ([1e300] + [0] * 8, r"9 numbers up to 1e\+300"),
+                ([0] * 8 + [-1e308], r"9 numbers up to 1e\+308"),
+                ([0] * 8, "8 numbers up to 0"),
+            )
+        ],
         ("live", {"state": [float("1e309")]}, "no JSON object"),
         ("live", {"seconds": HUGE}, "seconds: found 1000"),
         ("replay", {"place": [HUGE, 0, 0, 0]}, r"place: found \[1000"),

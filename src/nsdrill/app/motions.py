@@ -323,9 +323,10 @@ class Motions:
         names = self.states(study)
         # the comparison is false for NaN
         if state.shape != (len(names),) or not np.all(np.abs(state) < LARGEST_STATE):
+            largest = np.max(np.abs(state), initial=0.0)
             raise InputError(
-                f"state: found {state.size} numbers; allowed: {len(names)} finite ones. Choose a "
-                f"point again."
+                f"state: found {state.size} numbers up to {largest:.3g}; allowed: {len(names)} numbers "
+                f"between {-LARGEST_STATE:.0e} and {LARGEST_STATE:.0e} in SI units. Choose a point again."
             )
         return state
 

@@ -82,12 +82,24 @@ COMPARISONS: dict[type, dict[str, str]] = {
     ast.Eq: {"d": "oeq", "i": "eq", "b": "eq"},
     ast.NotEq: {"d": "une", "i": "ne", "b": "ne"},
 }
-INSTEAD = {
-    ast.Pow: "a product",
+INSTEAD: dict[type, str] = {
     ast.Div: "a division of floats: float(a) / float(b)",
     ast.Mod: "of integers; of floats np.fmod",
     ast.FloorDiv: "of integers; of floats np.floor(a / b)",
 }
+SUM = "a loop, or the terms written out"
+INSTEAD_OF_EXPRESSIONS: dict[type, str] = {
+    **dict.fromkeys((ast.ListComp, ast.GeneratorExp, ast.SetComp, ast.DictComp), SUM),
+    ast.Lambda: "a function with a name",
+    ast.NamedExpr: "an assignment before it",
+}
+EXPRESSIONS = (
+    "numbers, names, arithmetic, comparisons, a if c else b, tuples, elements of buffers and calls"
+)
+CALLS = (
+    "arithmetic, np.sqrt, np.floor, np.rint, min, max, abs, the functions of nsdrill.elementary and plain "
+    "functions of this language; of scalars also sin, cos, exp, log, atan2, hypot and fmod of math"
+)
 # Functions that are instructions, and functions of the C library, for scalars.
 INSTRUCTIONS = {np.sqrt: "sqrt", math.sqrt: "sqrt", np.floor: "floor", np.rint: "rint"}
 LIBRARY = {
@@ -188,7 +200,8 @@ class Expressions:
         method: Any = getattr(self, f"eval_{type(node).__name__}", None)
         if method is None:
             raise Refusal(
-                f"{ast.unparse(node)} is no expression of the language of compiled functions"
+                f"{ast.unparse(node)} is no expression of the language of compiled functions; "
+                f"allowed: {INSTEAD_OF_EXPRESSIONS.get(type(node), EXPRESSIONS)}"
             )
         return method(node, scope)
 
@@ -216,9 +229,11 @@ class Expressions:
         return plain(getattr(owner, node.attr))
 
     def eval_BinOp(self, node: ast.BinOp, scope: Scope) -> Any:
-        return self.binary(type(node.op), self.eval(node.left, scope), self.eval(node.right, scope))
+        a, b = self.eval(node.left, scope), self.eval(node.right, scope)
+        return self.binary(type(node.op), a, b, (node.left, node.right))
 
-    def binary(self, op: type, a: Any, b: Any) -> Any:
+    def binary(self, op: type, a: Any, b: Any, nodes: tuple[ast.expr, ...] = ()) -> Any:
+        """The operation on ``a`` and ``b``, which come from ``nodes``."""
         if not isinstance(a, RUNTIME) and not isinstance(b, RUNTIME):
             return plain(CONSTANT_OPERATIONS[op](a, b))
         if isinstance(a, Lane) or isinstance(b, Lane):
@@ -231,10 +246,14 @@ class Expressions:
                 if a.weight is None
                 else replace(a, weight=a.weight << b)
             )
+        if "b" not in OPERATIONS.get(op, {}):
+            for truth, node, other in zip((a, b), nodes, (b, a), strict=False):
+                _check_no_truth(truth, node, other)
         one, two = self.pair(a, b)
         instruction = OPERATIONS.get(op, {}).get(one.kind)
         if instruction is None:
-            allowed = f"; allowed: {INSTEAD[op]}" if op in INSTEAD else ""
+            instead = _instead_of_power(b) if op is ast.Pow else INSTEAD.get(op)
+            allowed = f"; allowed: {instead}" if instead else ""
             raise Refusal(f"this operation is not defined for {KINDS[one.kind]}{allowed}")
         if op in (ast.Mod, ast.FloorDiv):  # a division by zero would end the process
             zero = self.text.comparison("eq", two, self.text.constant(0, "i", two.lanes))
@@ -500,7 +519,8 @@ class Expressions:
             return self.inline(source, arguments, named)
         if any(_has_runtime(a) for a in (*arguments, *named.values())):
             raise Refusal(
-                f"a call of {_described(function)} is not in the language of compiled functions"
+                f"a call of {_described(function)} is not in the language of compiled functions; "
+                f"allowed: {SUM if function is sum else CALLS}"
             )
         return plain(function(*arguments, **named))
 
@@ -603,6 +623,26 @@ def _is_zero(v: Any) -> bool:
 
 def _hashable(f: Any) -> bool:
     return getattr(type(f), "__hash__", None) is not None
+
+
+def _check_no_truth(v: Any, node: ast.expr, other: Any) -> None:
+    """Refuse a truth, written as ``node``, in arithmetic with the number ``other``."""
+    kind = other.kind if isinstance(other, Value) else "i" if _is_integer(other) else "d"
+    if (
+        isinstance(v, Value)
+        and v.kind == "b" != kind
+        and (isinstance(other, Value) or is_number(other))
+    ):
+        number = "int" if kind == "i" else "float"
+        raise Refusal(
+            f"{KINDS[kind]} and a truth meet in one operation; allowed: {number}({ast.unparse(node)})"
+        )
+
+
+def _instead_of_power(exponent: Any) -> str:
+    if not isinstance(exponent, RUNTIME) and float(exponent).is_integer():
+        return "a product"
+    return "np.sqrt and products, or exp2(p * log2(x)) with exp2 and log2 of nsdrill.elementary"
 
 
 def check_not_carried(name: str, scope: Scope) -> None:

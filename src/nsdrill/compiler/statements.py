@@ -141,7 +141,10 @@ class Body(Expressions):
             method = getattr(self, f"do_{type(statement).__name__}", None)
             try:
                 if method is None:
-                    raise Refusal("this statement is not in the language of compiled functions")
+                    raise Refusal(
+                        "this statement is not in the language of compiled functions; allowed: "
+                        "assignments, calls, if, for, while, break, continue, pass and return"
+                    )
                 result = method(statement, scope)
             except Refusal as refusal:
                 raise _placed(refusal, statement, scope) from None
@@ -242,7 +245,8 @@ class Body(Expressions):
         if isinstance(target, ast.Subscript):
             array, index = self.eval(target.value, scope), self.eval(target.slice, scope)
             old = self.element(array, index)
-            self._set(array, index, self.binary(op, old, self.eval(node.value, scope)))
+            value = self.eval(node.value, scope)
+            self._set(array, index, self.binary(op, old, value, (target, node.value)))
             return
         if not isinstance(target, ast.Name):
             raise Refusal(f"{ast.unparse(target)} cannot be assigned to")
@@ -260,7 +264,8 @@ class Body(Expressions):
             if target.id in scope.read:
                 check_not_carried(target.id, scope)
             value = self._reduced(value)
-        result = self.binary(op, self.lookup(target.id, holder), value)
+        old = self.lookup(target.id, holder)
+        result = self.binary(op, old, value, (target, node.value))
         self._assign(target.id, result, holder, bool(self.lane_count) and holder is scope)
 
     def _reduced(self, value: Any) -> Any:
@@ -544,6 +549,5 @@ def _placed(error: Exception, statement: ast.stmt, scope: Scope) -> LanguageErro
     code = scope.function.__code__
     text = str(error) or type(error).__name__
     line = f"{code.co_filename}, line {statement.lineno}"
-    return LanguageError(
-        f"{line}: {code.co_name}: {ast.unparse(statement).splitlines()[0]}: {text}."
-    )
+    quoted = ast.unparse(statement).splitlines()[0].removesuffix(":")
+    return LanguageError(f"{line}: {code.co_name}: {quoted}: {text}.")

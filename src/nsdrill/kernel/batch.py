@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 import time
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -20,6 +21,7 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.abi import Rows, aligned_zeros
+from nsdrill.compiler.functions import route
 from nsdrill.errors import InputError
 from nsdrill.kernel.loop import (
     COUNTERS,
@@ -155,6 +157,12 @@ def _times(transient: Any, observe: Any) -> dict[str, Any]:
     }
 
 
+def _as_quiet_as_machine_code() -> Any:
+    """The interpreter computes with numpy's numbers, which warn of a division by zero also
+    in the side of a condition that is not chosen."""
+    return np.errstate(all="ignore") if route() == "interpreter" else nullcontext()
+
+
 class Batch:
     """``lanes`` lanes with room for ``slots`` runs.
 
@@ -286,25 +294,26 @@ class Batch:
         places = places_of(self.lanes, self.rows, self._outbox.shape[1])
         while True:
             before = self.packed_steps
-            advance(
-                places,
-                self._lane,
-                self._successor,
-                self._queue,
-                self._finished,
-                self._counters,
-                self._buffer,
-                self._store,
-                self._table.ravel(),
-                self._state.ravel(),
-                self._outbox.ravel(),
-                drain,
-                STEPS_PER_CALL,
-                parts.right_hand_side,
-                parts.observer,
-                parts.marker,
-                stepper,
-            )
+            with _as_quiet_as_machine_code():
+                advance(
+                    places,
+                    self._lane,
+                    self._successor,
+                    self._queue,
+                    self._finished,
+                    self._counters,
+                    self._buffer,
+                    self._store,
+                    self._table.ravel(),
+                    self._state.ravel(),
+                    self._outbox.ravel(),
+                    drain,
+                    STEPS_PER_CALL,
+                    parts.right_hand_side,
+                    parts.observer,
+                    parts.marker,
+                    stepper,
+                )
             if self.packed_steps - before < STEPS_PER_CALL or time.perf_counter() >= deadline:
                 return self._collect()
 

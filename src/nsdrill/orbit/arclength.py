@@ -201,6 +201,10 @@ class TestFunction:
     jumps: bool = False
 
 
+UNRESOLVED = "not located more closely"
+ELSEWHERE = (0.4, 0.65)  # of a bracket, where Newton's method fails at the place that is due
+
+
 @dataclass(frozen=True)
 class LabelledPoint:
     """A point of a branch with its label, 0 for none, and its note in ``words``."""
@@ -483,9 +487,11 @@ def special_points(
     arclength."""
     points = []
     for test in test_functions(previous, current):
-        point = yield from _located_zero(problem, previous, current, test, tolerance)
-        if point is not None:
-            points.append(LabelledPoint(point, test.code, test.words))
+        found = yield from _located_zero(problem, previous, current, test, tolerance)
+        if found is not None:
+            point, is_resolved = found
+            words = test.words if is_resolved else UNRESOLVED
+            points.append(LabelledPoint(point, test.code, words))
     return sorted(points, key=lambda entry: entry.point.s)
 
 
@@ -591,10 +597,12 @@ def _greatest_excess(
 
 def _located_zero(
     problem: Problem, previous: Point, current: Point, test: TestFunction, tolerance: float
-) -> Task[Point | None]:
+) -> Task[tuple[Point, bool] | None]:
     """The zero of ``test``, by the method of Chandrupatla (1997), bisection and
-    inverse quadratic interpolation. None where both ends have the same sign, a value
-    is not finite, or Newton's method fails at once."""
+    inverse quadratic interpolation, and whether it is resolved to the ``tolerance``.
+    None where both ends have the same sign, a value is not finite, or Newton's method
+    fails at once. Where it fails at one place only, as it may at a contact, the search
+    goes on at another."""
     a, b = current, previous
     sa, sb = float(previous.tangent @ (current.x - previous.x)), 0.0
     fa, fb = test.value(a), test.value(b)
@@ -602,11 +610,14 @@ def _located_zero(
         return None
     fraction, best = 0.5, None
     for _ in range(60):
-        s = sa + fraction * (sb - sa)
         low, high = (a, b) if sa < sb else (b, a)
-        point = yield from corrected_between(problem, previous, low, high, s)
+        for share in (fraction, *ELSEWHERE):
+            s = sa + share * (sb - sa)
+            point = yield from corrected_between(problem, previous, low, high, s)
+            if point is not None:
+                break
         if point is None:
-            return best
+            return None if best is None else (best, False)
         f = test.value(point)
         if not np.isfinite(f):
             return None
@@ -620,7 +631,7 @@ def _located_zero(
         width = abs(sb - sa)
         is_resolved = test.jumps and abs(a.x[-1] - b.x[-1]) < 10.0 * LOCATION_TOLERANCE
         if width < tolerance or fa == 0.0 or is_resolved:
-            return best
+            return best, True
         xi, phi = (sa - sb) / (sc - sb), (fa - fb) / (fc - fb) if fc != fb else 2.0
         fraction = 0.5
         if phi * phi < xi and (1.0 - phi) ** 2 < 1.0 - xi:
@@ -629,4 +640,4 @@ def _located_zero(
             ) * fb / (fc - fb)
         least = 0.5 * tolerance / width
         fraction = min(max(fraction, least), 1.0 - least)
-    return best
+    return None if best is None else (best, False)

@@ -32,7 +32,7 @@
     };
     const timers = [setTimeout(() => showProgress(`${PROGRESS[name]} …`), 1500)];
     if (RUNNING.includes(name))
-      timers.push(setTimeout(() => showProgress(`${PROGRESS[name]} … If this kind of string has not been run on this machine before, its equations are compiled first, which takes some seconds; the machine code is kept.`), 6000));
+      timers.push(setTimeout(() => showProgress(`${PROGRESS[name]} … If this kind of string has not been run on this machine before, its equations are compiled first, which takes a moment; the machine code is kept.`), 6000));
     pending += 1;
     try {
       return await send(name, request);
