@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
-from nsdrill.abi import MARKER, Rows
+from nsdrill.abi import MARKER, OBSERVER, Rows
 from nsdrill.compiler.functions import BUFFER, compiled, inlined
 from nsdrill.generate import constants, define
 
@@ -28,7 +28,7 @@ def unobserved(lanes: int) -> tuple[Any, Any]:
     """A compiled observer and a marker that do nothing, for runs of which only the
     final state is needed."""
 
-    @compiled(BUFFER, BUFFER)
+    @compiled(OBSERVER)
     def observe_nothing(b, store):  # type: ignore[no-untyped-def]
         pass
 

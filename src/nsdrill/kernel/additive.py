@@ -35,8 +35,8 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.abi import Rows
-from nsdrill.compiler.functions import BUFFER, FUNCTION, compiled
+from nsdrill.abi import STEPPER, Rows
+from nsdrill.compiler.functions import compiled
 from nsdrill.compiler.words import fma
 from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import decide
@@ -96,7 +96,7 @@ class AdditivePair(TableauStepper):
 @lru_cache
 def _make(pair: Additive, lanes: int, rows: Rows) -> Any:
     step = define("step", _text(pair, lanes, rows), fma=fma, decide=decide)
-    return compiled(BUFFER, FUNCTION, FUNCTION, BUFFER)(step)
+    return compiled(STEPPER)(step)
 
 
 def _text(pair: Additive, lanes: int, rows: Rows) -> str:

@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.abi import CLOSES, MARKER, OPENS, Rows
+from nsdrill.abi import CLOSES, MARKER, OBSERVER, OPENS, Rows
 from nsdrill.compiler.functions import BUFFER, FLOAT, INTEGER, compiled
 from nsdrill.compiler.words import lowest_bit, packed
 from nsdrill.elementary import sincos
@@ -130,7 +130,7 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
             sine, _ = sincos((k + 1.0) * angle)
             b[wave_ + k * W + i] += sine * rise
 
-    @compiled(BUFFER, BUFFER)
+    @compiled(OBSERVER)
     def growth(b, store):  # type: ignore[no-untyped-def]
         due = 0
         for i in packed(W):

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.abi import RATES, Rows
+from nsdrill.abi import OBSERVER, RATES, Rows
 from nsdrill.compiler.functions import BUFFER, INTEGER, compiled
 from nsdrill.compiler.words import lowest_bit, packed
 from nsdrill.kernel.scheme import Scheme
@@ -46,7 +46,7 @@ def scratch_size(rows: Rows, contacts: int) -> int:
 def _no_landing(lanes: int, rows: Rows, first: int, *variant: int) -> Any:
     """The observer of a model without contacts."""
 
-    @compiled(BUFFER, BUFFER)
+    @compiled(OBSERVER)
     def no_landing(b, store):  # type: ignore[no-untyped-def]
         pass
 
@@ -212,7 +212,7 @@ def make_landing(
         for p in range(M + own_pushes, A):
             b[(slope + p) * W + i] = s[slope + p]
 
-    @compiled(BUFFER, BUFFER)
+    @compiled(OBSERVER)
     def landing(b, store):  # type: ignore[no-untyped-def]
         measure(b)
         due = 0

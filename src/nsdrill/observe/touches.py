@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.abi import CLOSES, MARKER, RATES, Rows
-from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.abi import CLOSES, MARKER, OBSERVER, RATES, Rows
+from nsdrill.compiler.functions import compiled
 from nsdrill.observe.interpolant import extreme, quintic, value
 
 TOUCHES = ("least", "greatest", "begins")  # the rows of each contact
@@ -41,7 +41,7 @@ def make_touches(
     step_, moves_ = W * rows.step, W * rows.moves
     width = len(TOUCHES)
 
-    @compiled(BUFFER, BUFFER)
+    @compiled(OBSERVER)
     def touches(b, store):  # type: ignore[no-untyped-def]
         for c in range(contacts):
             start_, end_ = functions_start + c * W * RATES, functions_end + c * W * RATES
@@ -105,7 +105,7 @@ def make_levels(
         rows.parameter,
     )
 
-    @compiled(BUFFER, BUFFER)
+    @compiled(OBSERVER)
     def follow_levels(b, store):  # type: ignore[no-untyped-def]
         for c in range(count):
             place, least_ = velocity[c], first_row + width * c * W

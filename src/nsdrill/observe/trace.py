@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.abi import MARKER, Rows
-from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.abi import MARKER, OBSERVER, Rows
+from nsdrill.compiler.functions import compiled
 from nsdrill.compiler.words import fma
 from nsdrill.observe.interpolant import quintic, slope, value
 
@@ -52,7 +52,7 @@ def _make(lanes: int, rows: Rows) -> tuple[Any, Any]:
     )
     time_, step_, moves_ = W * rows.time, W * rows.step, W * rows.moves
 
-    @compiled(BUFFER, BUFFER)
+    @compiled(OBSERVER)
     def tracer(b, store):  # type: ignore[no-untyped-def]
         h = b[step_]
         if b[moves_] == 0.0 or h == 0.0:

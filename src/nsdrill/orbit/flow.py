@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.abi import MARKER, RATES, Rows, aligned_zeros
-from nsdrill.compiler.functions import BUFFER, compiled
+from nsdrill.abi import MARKER, OBSERVER, RATES, Rows, aligned_zeros
+from nsdrill.compiler.functions import compiled
 from nsdrill.errors import InputError
 from nsdrill.kernel.batch import FEW, Batch, Compiled, Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
@@ -351,7 +351,7 @@ def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
     observe_touches, touches_marker = make_touches(lanes, rows, touch_row, 0, contacts)
     level_column = touch_rows(contacts)
 
-    @compiled(BUFFER, BUFFER)
+    @compiled(OBSERVER)
     def observe_orbit(b, store):  # type: ignore[no-untyped-def]
         """Observe an accepted step of all lanes of the buffer ``b``."""
         contact_functions(b)

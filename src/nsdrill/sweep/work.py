@@ -10,8 +10,8 @@ from typing import Any, Literal, Self
 
 import numpy as np
 
-from nsdrill.abi import MARKER, RATES, Rows
-from nsdrill.compiler.functions import BUFFER, address, compiled
+from nsdrill.abi import MARKER, OBSERVER, RATES, Rows
+from nsdrill.compiler.functions import address, compiled
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
@@ -332,7 +332,7 @@ def make_observers(lanes: int, variant: Variant) -> tuple[Any, Any]:
     growth, growth_marker = make_growth(lanes, rows, model.observed, GROWTH_HEADER)
     columns = len(GROWTH_COLUMNS)
 
-    @compiled(BUFFER, BUFFER)
+    @compiled(OBSERVER)
     def observe(b, store):  # type: ignore[no-untyped-def]
         landing(b, store)
         observer(b, store)

@@ -20,11 +20,13 @@ from nsdrill.generate import define
 from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
 from nsdrill.models.beam.rhs import aux_of, columns_of, total
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
+from nsdrill.models.christoforou_yigit.observed import SHARED, wall_force
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
     Derived,
     Extremes,
+    Feature,
     Mean,
     Names,
     Outputs,
@@ -145,15 +147,11 @@ def _ratio(numerator: Any, denominator: Any, otherwise: float) -> Any:
     )
 
 
-def _wall_force(hertz: int) -> Any:
-    def wall_force_max(wall_stiffness: Any, clearance_max: Any) -> Any:
-        depth = np.maximum(clearance_max, 0.0)
-        return wall_stiffness * depth * (np.sqrt(depth) if hertz else 1.0)
-
-    return wall_force_max
+def _wall_force_max(hertz: int) -> Any:
+    return lambda wall_stiffness, clearance_max: wall_force(hertz, wall_stiffness, clearance_max)
 
 
-FEATURES = (
+FEATURES: tuple[Feature, ...] = (
     Extremes(
         "bit speed",
         greatest="bit_speed_max",
@@ -185,12 +183,6 @@ FEATURES = (
             50.0 * (bit_speed_max - bit_speed_min), np.abs(bit_speed_mean), np.inf
         ),
     ),
-    Derived("stuck_fraction", lambda unstuck: 1.0 - unstuck),
-    Derived("lift_off_fraction", lambda on_rock: 1.0 - on_rock),
-    Derived(
-        "bit_force_max",
-        lambda rock_stiffness, interference_max: rock_stiffness * np.maximum(interference_max, 0.0),
-    ),
     Derived(
         "whirl_ratio",
         lambda whirl_speed_mean, bit_speed_mean: _ratio(whirl_speed_mean, bit_speed_mean, np.nan),
@@ -203,18 +195,7 @@ FEATURES = (
             0.0,
         ),
     ),
-    Derived(
-        "surface_torque_min",
-        lambda torsional_stiffness, twist_max: -torsional_stiffness * twist_max,
-    ),
-    Derived(
-        "surface_torque_max",
-        lambda torsional_stiffness, twist_min: -torsional_stiffness * twist_min,
-    ),
-    Derived(
-        "surface_torque_mean",
-        lambda torsional_stiffness, twist_mean: -torsional_stiffness * twist_mean,
-    ),
+    *SHARED,
     Derived("lateral_acceleration_rms", lambda lateral_square_mean: np.sqrt(lateral_square_mean)),
     Derived("axial_acceleration_rms", lambda axial_square_mean: np.sqrt(axial_square_mean)),
 )
@@ -225,7 +206,7 @@ def declaration_of(options: Options) -> Declaration:
     """The declaration of a collar with these options."""
     return Declaration(
         channels=CHANNELS,
-        features=(*FEATURES, Derived("wall_force_max", _wall_force(options.hertz))),
+        features=(*FEATURES, Derived("wall_force_max", _wall_force_max(options.hertz))),
         outputs=Outputs(OUTPUTS, outputs_of(options)),
         section=Section("bit angle", 2.0 * math.pi),
     )

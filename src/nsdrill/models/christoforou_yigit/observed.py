@@ -194,6 +194,23 @@ def _least_amplitude(surface_amplitude: Any) -> Any:
     return np.maximum(surface_amplitude, 1e-6)
 
 
+# Derived features that the elastic collar has as well.
+SHARED: tuple[Derived, ...] = (
+    Derived("stuck_fraction", lambda unstuck: 1.0 - unstuck),
+    Derived("lift_off_fraction", lambda on_rock: 1.0 - on_rock),
+    Derived(
+        "bit_force_max",
+        lambda rock_stiffness, interference_max: rock_stiffness * np.maximum(interference_max, 0.0),
+    ),
+    *(
+        Derived(f"surface_torque_{name}", function)
+        for name, function in (
+            ("min", lambda torsional_stiffness, twist_max: -torsional_stiffness * twist_max),
+            ("max", lambda torsional_stiffness, twist_min: -torsional_stiffness * twist_min),
+            ("mean", lambda torsional_stiffness, twist_mean: -torsional_stiffness * twist_mean),
+        )
+    ),
+)
 FEATURES: tuple[Feature, ...] = (
     Extremes(
         "bit position",
@@ -223,12 +240,6 @@ FEATURES: tuple[Feature, ...] = (
             50.0 * (bit_speed_max - bit_speed_min), np.abs(bit_speed_mean)
         ),
     ),
-    Derived("stuck_fraction", lambda unstuck: 1.0 - unstuck),
-    Derived("lift_off_fraction", lambda on_rock: 1.0 - on_rock),
-    Derived(
-        "bit_force_max",
-        lambda rock_stiffness, interference_max: rock_stiffness * np.maximum(interference_max, 0.0),
-    ),
     Derived(
         "whirl_ratio",
         lambda whirl_speed_mean, bit_speed_mean: _ratio(whirl_speed_mean, bit_speed_mean),
@@ -239,24 +250,21 @@ FEATURES: tuple[Feature, ...] = (
             rotated != 0.0, _ratio(-rolled, rotated * collar_radius), 0.0
         ),
     ),
-    *(
-        Derived(f"surface_torque_{name}", function)
-        for name, function in (
-            ("min", lambda torsional_stiffness, twist_max: -torsional_stiffness * twist_max),
-            ("max", lambda torsional_stiffness, twist_min: -torsional_stiffness * twist_min),
-            ("mean", lambda torsional_stiffness, twist_mean: -torsional_stiffness * twist_mean),
-        )
-    ),
+    *SHARED,
 )
 
 
-def _wall_force(hertz: int) -> Any:
-    def wall_force_max(wall_stiffness: Any, gap: Any, radius_max: Any) -> Any:
-        depth = np.maximum(radius_max - gap, 0.0)
-        # as in the right-hand side; the bits of numpy's power depend on the processor
-        return wall_stiffness * depth * (np.sqrt(depth) if hertz else 1.0)
+def wall_force(hertz: int, stiffness: Any, penetration: Any) -> Any:
+    """The force of the wall [N] at these penetrations [m], 0 where they are negative."""
+    depth = np.maximum(penetration, 0.0)
+    # as in the right-hand side; the bits of numpy's power depend on the processor
+    return stiffness * depth * (np.sqrt(depth) if hertz else 1.0)
 
-    return wall_force_max
+
+def _wall_force_max(hertz: int) -> Any:
+    return lambda wall_stiffness, gap, radius_max: wall_force(
+        hertz, wall_stiffness, radius_max - gap
+    )
 
 
 @lru_cache
@@ -330,7 +338,7 @@ def declaration_of(options: Options) -> Declaration:
             bit_speed,
             torque,
             *features,
-            Derived("wall_force_max", _wall_force(options.hertz)),
+            Derived("wall_force_max", _wall_force_max(options.hertz)),
         ),
         outputs=Outputs(OUTPUTS, _outputs(options.lobes, options.friction)),
         section=Section("bit angle", REVOLUTION),
