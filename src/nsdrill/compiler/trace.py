@@ -45,7 +45,8 @@ def traced(
     ``with_slopes`` if the slopes of the laws of friction will be needed."""
     graph = Graph(with_slopes=with_slopes)
     s, p = inputs(graph, states, "s"), inputs(graph, parameters, "p")
-    slopes, outputs = prepared(function)(graph.input("time"), graph.input("phase"), s, p, options)
+    found = prepared(function)(graph.input("time"), graph.input("phase"), s, p, options)
+    slopes, outputs = found if isinstance(found, tuple) else (found, {})
     return (
         graph,
         {name: graph.node(value) for name, value in slopes.items()},

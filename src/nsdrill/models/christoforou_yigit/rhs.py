@@ -13,14 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.abi import RATES, Rows
-from nsdrill.compiler.derivative import Tangents, closed
-from nsdrill.compiler.functions import BUFFER, generated, identity
+from nsdrill.abi import Rows
+from nsdrill.compiler.derivative import Tangents
 from nsdrill.compiler.graph import Graph, Node
-from nsdrill.compiler.lanes import lane_code
+from nsdrill.compiler.motion import Motion
 from nsdrill.compiler.stage import Stage
-from nsdrill.compiler.sums import settled
-from nsdrill.compiler.trace import traced
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
 from nsdrill.models.christoforou_yigit.equations import motion
@@ -146,44 +143,6 @@ def rows_of(
 MAIN = Options()
 
 
-def places_of(options: Options, rows: Rows) -> dict[str, int]:
-    """The row of each input and output of the equations."""
-    states = states_of(options)
-    return {
-        "time": rows.stage_time,
-        "phase": rows.phase,
-        **{f"s.{name}": rows.stage + k for k, name in enumerate(states)},
-        **{f"p.{name}": rows.parameter + k for k, name in enumerate(columns_of(options))},
-        **{
-            f"slope.{name}": rows.acceleration + k
-            for k, name in enumerate(states[1 : rows.own : 2])
-        },
-        **{f"aux.{name}": rows.aux_now + k for k, name in enumerate(aux_of(options))},
-    }
-
-
-@lru_cache
-def _equations(options: Options, sides: tuple[str, ...] = ()) -> tuple[Any, Any, Any]:
-    """(graph, outputs, what a deviation does not change) of the equations, with
-    friction that is solved for if it is implicit. ``sides`` are contacts that a
-    deviation may see closed."""
-    graph, slopes, outputs = traced(
-        motion, states_of(options), columns_of(options), options, with_slopes=bool(options.implicit)
-    )
-    wanted = {f"aux.{name}": node for name, node in outputs.items()}
-    fixed: dict[str, Node] = {}
-    if options.implicit:
-        stage = Stage(graph, slopes, pushed_of(options), sides)
-        wanted |= stage.run(turns=stage.count > 2)
-        wanted["falling"] = stage.falling()
-        wanted |= _bit_aux(graph, stage, options)
-        fixed = {f"fixed.{k}": node for k, node in enumerate(stage.fixed)}
-    else:
-        wanted |= {f"slope.{name}": node for name, node in slopes.items()}
-    graph, found = settled(graph, wanted | fixed)
-    return graph, {name: found[name] for name in wanted}, [found[name] for name in fixed]
-
-
 def _bit_aux(graph: Graph, stage: Stage, options: Options) -> dict[str, Node]:
     """What the observer reads of the bit: the factors of its law on the last tangent of
     Newton's method, as the load is, and how friction holds a creeping bit."""
@@ -195,84 +154,41 @@ def _bit_aux(graph: Graph, stage: Stage, options: Options) -> dict[str, Node]:
     changes = rates.of(factors)
     slope = rates.of({"slope": contact.law(omega, contact.numbers)})
     return {
-        **{f"aux.{name}": node + changes[name] * steps[0] for name, node in factors.items()},
-        "aux.slope": slope["slope"],
-        "aux.bb": stage.relax * stage.K[0][0] * stage.normal[0],
+        **{name: node + changes[name] * steps[0] for name, node in factors.items()},
+        "slope": slope["slope"],
+        "bb": stage.relax * stage.K[0][0] * stage.normal[0],
     }
 
 
-def _place(options: Options, rows: Rows) -> dict[str, int]:
-    """The row of each input and output of the equations."""
+@lru_cache
+def motion_of(options: Options) -> Motion:
+    """The equations with these options."""
     states = states_of(options)
-    place = {
-        "time": rows.stage_time,
-        "phase": rows.phase,
-        **{f"s.{name}": rows.stage + k for k, name in enumerate(states)},
-        **{f"d.{name}": rows.stage + rows.own + k for k, name in enumerate(states)},
-        **{f"p.{name}": rows.parameter + k for k, name in enumerate(columns_of(options))},
-        **{f"aux.{name}": rows.aux_now + k for k, name in enumerate(aux_of(options))},
-    }
-    for k, name in enumerate(states[1::2]):
-        place[f"slope.{name}"] = rows.acceleration + k
-        place[f"dslope.{name}"] = rows.acceleration + rows.own_slopes + k
-    if options.implicit:
-        pushed = pushed_of(options)
-        place |= {"relax": rows.relax, "falling": rows.falling}
-        for k, name in enumerate(pushed):
-            place[f"moved.{name}"] = place[f"s.{name}"]
-            place[f"dmoved.{name}"] = place[f"d.{name}"]
-            place[f"push.{name}"] = rows.push + k
-            place[f"dpush.{name}"] = rows.push + len(pushed) + k
-    return place
+    return Motion(
+        motion,
+        options,
+        states,
+        columns_of(options),
+        states[1::2],
+        aux_of(options),
+        pushed_of(options) if options.implicit else (),
+        SIDES,
+        _bit_aux if options.implicit else None,
+    )
 
 
 @lru_cache
 def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool = False) -> Any:
     """The compiled right-hand side for a number of lanes and these options; with
     ``tangent`` for a buffer with a deviation, which it does not change."""
-    rows = rows_of(options, tangent=tangent)
-
-    def make() -> Any:
-        graph, outputs, _ = _equations(options)
-        return lane_code("right_hand_side", graph, outputs, _place(options, rows), lanes)
-
-    return generated("right_hand_side", BUFFER, (identity(motion), options, rows, lanes), make)
+    return motion_of(options).right_hand_side(lanes, rows_of(options, tangent=tangent))
 
 
 @lru_cache
 def make_tangent(lanes: int, options: Options, place: int) -> Any:
-    """The compiled right-hand side of the motion and of one deviation from it.
-
-    The deviation follows the states, in their order, and its slopes follow theirs. The
-    functions of the contacts at the start of the step are among the observer's rows,
-    from ``place`` on: within a step each contact is as it was then, and a step in which
-    one changes is repeated for the deviation (:mod:`nsdrill.observe.landing`). Where a
-    contact closes or opens, the Jacobian jumps but not the vector field, so the
-    deviation does not (di Bernardo et al., Piecewise-smooth Dynamical Systems, 2008,
-    chapter 2).
-    """
-    rows = rows_of(options, tangent=True)
-
-    def make() -> Any:
-        graph, outputs, fixed = _equations(options, SIDES)
-        seeds: dict[Node, Any] = {
-            graph.input(f"s.{name}"): graph.input(f"d.{name}") for name in states_of(options)
-        }
-        seeds |= dict.fromkeys(fixed, 0.0)
-        followed = {
-            name: node
-            for name, node in outputs.items()
-            if name.partition(".")[0] in ("slope", "push", "moved")
-        }
-        changes = Tangents(graph, seeds, SIDES).of(followed)
-        outputs = outputs | {f"d{name}": node for name, node in changes.items()}
-        graph, outputs = settled(graph, outputs)
-        where = _place(options, rows)
-        where |= {closed(name): rows.observer + place + RATES * k for k, name in enumerate(SIDES)}
-        return lane_code("tangent", graph, outputs, where, lanes)
-
-    key = (identity(motion), options, rows, lanes, place)
-    return generated("tangent", BUFFER, key, make)
+    """The compiled right-hand side of the motion and of one deviation from it
+    (:meth:`nsdrill.compiler.motion.Motion.tangent`)."""
+    return motion_of(options).tangent(lanes, rows_of(options, tangent=True), place)
 
 
 def pack(
