@@ -25,11 +25,11 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 TRUTHS = frozenset({"lt", "le", "gt", "ge", "eq", "and", "or", "not"})
 LEAVES = frozenset({"const", "input"})
-Number = "Node | float"
+Number: TypeAlias = "Node | float"
 
 
 class Node:
