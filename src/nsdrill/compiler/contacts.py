@@ -15,6 +15,24 @@ from nsdrill.compiler.graph import Node
 from nsdrill.compiler.library import sqrt
 
 
+@dataclass(frozen=True, eq=False)
+class Law:
+    """A law of friction: the coefficient at a slip, with the slip's sign.
+
+    ``factors(v, numbers)`` are its expensive parts, of which ``coefficient(v, factors,
+    numbers)`` makes it; ``steepest_fall(numbers)`` is the steepest fall with the slip;
+    ``guess(numbers)`` gives the numbers with which Newton's method begins.
+    """
+
+    factors: Callable[[Any, Any], tuple[Any, Any]]
+    coefficient: Callable[[Any, tuple[Any, Any], Any], Any]
+    steepest_fall: Callable[[Any], Any]
+    guess: Callable[[Any], Any] = lambda numbers: numbers
+
+    def __call__(self, v: Any, numbers: Any) -> Any:
+        return self.coefficient(v, self.factors(v, numbers), numbers)
+
+
 @dataclass
 class Friction:
     """A contact with friction: one component, or two for a slip in a plane."""
@@ -22,7 +40,7 @@ class Friction:
     name: str
     slips: tuple[Any, ...]
     normal: Any
-    law: Callable[..., Any]
+    law: Law
     numbers: Any
     loads: tuple[Any, ...] = ()
     region: int = 0
@@ -46,14 +64,14 @@ def touching(name: str, gap: Any) -> Any:
     return gap.graph.make("max", gap, 0.0, extra=name)
 
 
-def friction(name: str, *, slip: Any, normal: Any, law: Any, numbers: Any) -> Any:
+def friction(name: str, *, slip: Any, normal: Any, law: Law, numbers: Any) -> Any:
     """The load against a ``slip`` under a ``normal`` load: that times the coefficient
     ``law(slip, numbers)``, which has the slip's sign."""
     return _declared(Friction(name, (slip,), normal, law, numbers))[0]
 
 
 def friction_along(
-    name: str, *, slip: tuple[Any, Any], normal: Any, law: Any, numbers: Any
+    name: str, *, slip: tuple[Any, Any], normal: Any, law: Law, numbers: Any
 ) -> tuple[Any, ...]:
     """The two components of the load against a slip in a plane."""
     return _declared(Friction(name, slip, normal, law, numbers))

@@ -16,7 +16,8 @@ def closed(name: str) -> str:
 
 
 class Tangents:
-    """The changes of nodes that follow from those of some others, ``seeds``.
+    """The changes of nodes that follow from those of some others, ``seeds``: made in the
+    present region, or, in none, where the nodes are.
 
     A unilateral contact in ``sides`` counts as open or closed, as its input
     :func:`closed` says, so that the derivative does not jump within a step; any other
@@ -35,7 +36,7 @@ class Tangents:
         """The changes of ``outputs``."""
         for node in self._followed(outputs.values()):
             if node not in self.found:
-                with self.graph.inside(node.region):
+                with self.graph.inside(self.graph.region or node.region):
                     self.found[node] = self._change(node)
         return {name: self.found[node] for name, node in outputs.items()}
 

@@ -54,7 +54,7 @@ class Node:
     def __truediv__(self, other: Number) -> Node: return self.graph.div(self, other)
     def __rtruediv__(self, other: Number) -> Node: return self.graph.div(other, self)
     def __neg__(self) -> Node: return self.graph.neg(self)
-    def __abs__(self) -> Node: return self.graph.make("abs", self)
+    def __abs__(self) -> Node: return self.graph.abs(self)
     def __lt__(self, other: Number) -> Node: return self.graph.make("lt", self, other)
     def __le__(self, other: Number) -> Node: return self.graph.make("le", self, other)
     def __gt__(self, other: Number) -> Node: return self.graph.make("gt", self, other)
@@ -180,7 +180,7 @@ class Graph:
             return self.node(a.extra / b.extra)
         if a.op == "neg":
             return self.neg(self.div(a.args[0], b))
-        if b.op == "sqrt" and not a.is_number(1.0):  # a length: its reciprocal is shared
+        if b.op == "sqrt":  # a length: its reciprocal is shared
             return self.mul(a, self.reciprocal(b))
         return self.make("div", a, b)
 
@@ -203,6 +203,10 @@ class Graph:
         if a.op == "neg":
             return a.args[0]
         return self.make("sub", a.args[1], a.args[0]) if a.op == "sub" else self.make("neg", a)
+
+    def abs(self, a: Number) -> Node:
+        a = self.node(a)
+        return self.node(abs(a.extra)) if a.op == "const" else self.make("abs", a)
 
     def select(self, condition: Node, a: Number, b: Number) -> Node:
         a, b = self.node(a), self.node(b)
@@ -258,7 +262,7 @@ class Graph:
     def again(self, op: str, args: Sequence[Node], extra: Any) -> Node:
         """The operation on other arguments, simplified where that is possible."""
         simple = {"add": self.add, "sub": self.sub, "mul": self.mul, "div": self.div,
-                  "neg": self.neg, "select": self.select}  # fmt: skip
+                  "neg": self.neg, "abs": self.abs, "select": self.select}  # fmt: skip
         return simple[op](*args) if op in simple else self.make(op, *args, extra=extra)
 
     def substituted(

@@ -23,7 +23,7 @@ from nsdrill.compiler.graph import LEAVES, TRUTHS, Graph, Node
 from nsdrill.compiler.words import fma, local
 from nsdrill.generate import define
 
-PIECE = 150  # operations of 16 lanes
+PIECE = 150
 LEAST_PIECE = 60
 ANYWHERE = TRUTHS | {"neg"}  # written where they are used, as they cost little
 NOWHERE = LEAVES | ANYWHERE | {"either", "variable"}  # in no piece
@@ -122,20 +122,18 @@ class _Writer:
         self.graph, self.outputs, self.place, self.lanes = graph, outputs, place, lanes
         self.size = max(LEAST_PIECE, PIECE * 16 // lanes)
         self.functions: dict[str, Any] = {}
+        self.found: set[Node | None] = set()  # conditions of which it is known whether they hold
         self.program = self._program(_schedule(graph, outputs))
         rows = {place[node.extra] for node in graph.live(outputs.values()) if node.op == "input"}
-        self.stored: dict[Node, list[str]] = {}
+        # What is stored where a value is made: (row, the value or what is made of it).
+        self.stored: dict[Node, list[tuple[int, Node]]] = {}
         last = Piece()
         for name, node in outputs.items():
-            if (
-                place[name] in rows
-                or node.op in LEAVES
-                or node.op in ANYWHERE
-                or node.op == "either"
-            ):
+            made = node.args[0] if node.op == "neg" else node
+            if place[name] in rows or made.op in NOWHERE:
                 last.stores.append((name, node))
             else:
-                self.stored.setdefault(node, []).append(name)
+                self.stored.setdefault(made, []).append((place[name], node))
         if last.stores:
             self.program.append(last)
         for number, piece in enumerate(_pieces(self.program)):
@@ -164,7 +162,9 @@ class _Writer:
         for it in items:
             if isinstance(it, Block):
                 before = close()
+                outside = set(self.found)
                 block = Block(it.region, self._program(it.inside), self._program(it.other))
+                self.found = outside
                 loop = self.graph.loops.get(it.region)
                 if loop is not None:
                     before.copies += [(node, node.args[0]) for node in loop.variables]
@@ -172,8 +172,9 @@ class _Writer:
                     block.following = Piece(
                         copies=list(zip(loop.variables, loop.following, strict=True))
                     )
-                else:
-                    before.flag = self.graph.condition[it.region]
+                elif (condition := self.graph.condition[it.region]) not in self.found:
+                    before.flag = condition
+                    self.found.add(condition)
                 for node in eithers.get(it.region, []):
                     _last(block.inside).copies.append((node, node.args[0]))
                     _last(block.other).copies.append((node, node.args[1]))
@@ -208,12 +209,17 @@ class _Writer:
                 j
                 for j in range(cuts[-1] + 1, len(items))
                 if abs(reached[j] - target) <= WINDOW * self.size
+                and not _one_call(items[j - 1], items[j])
             ]
             if places:
                 crossing = {j: sum(at[n] < j <= until[n] for n in at) for j in places}
                 cuts.append(min(places, key=lambda j: (crossing[j], abs(reached[j] - target))))
         for begin, end in pairwise([*cuts, len(items)]):
             yield items[begin:end]
+
+    def _own_row(self, node: Node) -> int | None:
+        """The row of the buffer that has the value, as it is an output."""
+        return next((row for row, stored in self.stored.get(node, ()) if stored is node), None)
 
     def _read(self, nodes: Iterable[Node]) -> Iterator[Node]:
         """What is in registers or at home when ``nodes`` are used."""
@@ -254,7 +260,11 @@ class _Writer:
                     loops.append((begin, it.following.number))
 
         visit(self.program)
-        crossing = [node for node, number in made.items() if last.get(node, -1) > number]
+        crossing = [
+            node
+            for node, number in made.items()
+            if last.get(node, -1) > number and self._own_row(node) is None
+        ]
         for begin, end in loops:
             for node in crossing:  # what a loop reads, its next turn reads as well
                 if made[node] < begin <= last[node]:
@@ -290,18 +300,21 @@ class _Writer:
 
     def _block(self, block: Block) -> list[str]:
         if block.following:
+            loop = self.graph.loops[block.region]
             return [
                 "turns = 0",
                 "again = True",
                 "while again:",
                 *self._text(block.inside, 1),
                 "    turns += 1",
-                f"    again = some != 0 and turns < {self.graph.loops[block.region].most}",
+                f"    again = {_flag(loop.unfinished)} != 0 and turns < {loop.most}",
                 "    if again:",
                 *self._text([block.following], 2),
             ]
         other = ["else:", *self._text(block.other, 1)] if block.other else []
-        return ["if some != 0:", *(self._text(block.inside, 1) or ["    pass"]), *other]
+        condition = self.graph.condition[block.region]
+        assert condition is not None
+        return [f"if {_flag(condition)} != 0:", *(self._text(block.inside, 1) or ["    pass"]), *other]
 
     def _piece(self, piece: Piece) -> list[str]:
         self.known: dict[Node, str] = {}
@@ -314,8 +327,9 @@ class _Writer:
             self.body.append(f"b[{self._row(self.place[name])} + i] = {self._name(node)}")
         before = []
         if piece.flag is not None:
-            before = ["some = 0"]
-            self.body.append(f"some |= 1 if {self._name(piece.flag)} else 0")
+            flag = _flag(piece.flag)
+            before = [f"{flag} = 0"]
+            self.body.append(f"{flag} |= 1 if {self._name(piece.flag)} else 0")
         if not self.body:
             return []
         return [*before, "for i in packed(W):", *("    " + line for line in self.body)]
@@ -333,6 +347,8 @@ class _Writer:
             array, row = "home", self.homes.get(node, -1)
             if node.op == "input":
                 array, row = "b", self.place[node.extra]
+            elif (kept := self._own_row(node)) is not None:
+                array, row = "b", kept
             assert row >= 0, f"{node} has no home"
             self.known[node] = f"{'x' if array == 'b' else 'v'}{node.id}"
             self.body.append(f"{self.known[node]} = {array}[{self._row(row)} + i]")
@@ -345,8 +361,8 @@ class _Writer:
             text = self._operation(node)
             self.known[node] = f"v{node.id}"
             self.body.append(f"v{node.id} = {text}")
-        for name in self.stored.get(node, ()):
-            self.body.append(f"b[{self._row(self.place[name])} + i] = {self.known[node]}")
+        for row, stored in self.stored.get(node, ()):
+            self.body.append(f"b[{self._row(row)} + i] = {self._name(stored)}")
         if node in self.homes:
             self.body.append(f"home[{self._row(self.homes[node])} + i] = {self.known[node]}")
 
@@ -377,6 +393,11 @@ _FORMS = {"neg": "-{0}", "not": "not {0}", "abs": "abs({0})", "sqrt": "np.sqrt({
           "fma": "fma({0}, {1}, {2})", "max": "max({0}, {1})", "min": "min({0}, {1})"}  # fmt: skip
 
 
+def _flag(condition: Node) -> str:
+    """The name of the number that says whether a condition holds in some lane."""
+    return f"some_{condition.id}"
+
+
 def _pieces(program: list[Any]) -> Iterator[Piece]:
     for it in program:
         if isinstance(it, Piece):
@@ -401,6 +422,13 @@ def _last(program: list[Any]) -> Piece:
         program.append(Piece())
     last: Piece = program[-1]
     return last
+
+
+def _one_call(one: Node, other: Node) -> bool:
+    return one.op == other.op == "result" and (one.extra[0], one.args) == (
+        other.extra[0],
+        other.args,
+    )
 
 
 def _together(nodes: list[Node]) -> list[Node]:

@@ -22,12 +22,9 @@ from nsdrill.compiler.derivative import Tangents, closed
 from nsdrill.compiler.functions import BUFFER, generated, identity
 from nsdrill.compiler.graph import Graph, Node
 from nsdrill.compiler.lanes import lane_code
-from nsdrill.compiler.stage import RELAX, Stage
+from nsdrill.compiler.stage import RELAX, Further, Stage
 from nsdrill.compiler.sums import settled
 from nsdrill.compiler.trace import traced
-
-# The further outputs of an implicit stage: function(graph, stage, options).
-Solved = Callable[[Graph, Stage, Any], Mapping[str, Node]]
 
 
 @dataclass(frozen=True)
@@ -47,7 +44,7 @@ class Motion:
     aux: tuple[str, ...] = ()
     pushed: tuple[str, ...] = ()
     sides: tuple[str, ...] = ()
-    solved: Solved | None = None
+    solved: Further | None = None
 
     def right_hand_side(self, lanes: int, rows: Rows) -> Any:
         """The compiled right-hand side for a number of lanes in a buffer of these
@@ -111,14 +108,23 @@ class Motion:
         fixed: dict[str, Node] = {}
         if implicit:
             stage = Stage(graph, slopes, self.pushed, sides)
-            wanted = stage.run(turns=stage.count > 2) | {"falling": stage.falling()}
-            if self.solved is not None:
-                outputs |= self.solved(graph, stage, self.options)
+            wanted = stage.run(stage.count > 2, self._further)
+            outputs |= {
+                name.removeprefix("aux."): wanted.pop(name)
+                for name in [*wanted]
+                if name.startswith("aux.")
+            }
             fixed = {f"fixed.{k}": node for k, node in enumerate(stage.fixed)}
         self._check(slopes, outputs)
         wanted |= {f"aux.{name}": node for name, node in outputs.items()}
         graph, found = settled(graph, wanted | fixed)
         return graph, {name: found[name] for name in wanted}, [found[name] for name in fixed]
+
+    def _further(
+        self, stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]
+    ) -> Mapping[str, Node]:
+        found = {} if self.solved is None else self.solved(stage, slips, steps)
+        return {f"aux.{name}": node for name, node in found.items()}
 
     def _check(self, slopes: Mapping[str, Node], outputs: Mapping[str, Node]) -> None:
         for what, found, wanted in (

@@ -19,7 +19,7 @@ whose bits therefore do not depend on its neighbours.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from nsdrill.compiler.contacts import Friction
@@ -79,6 +79,10 @@ def solved(matrix: Sequence[Sequence[Node]], right: Sequence[Node]) -> list[Node
     return x[::-1]
 
 
+# function(stage, slips, steps) -> nodes by name
+Further = Callable[["Stage", Mapping[int, Node], Mapping[int, Node]], Mapping[str, Node]]
+
+
 class Stage:
     """The stage of a traced model. Numbers count the components of all contacts: one of
     each, or two of a slip in a plane."""
@@ -102,30 +106,65 @@ class Stage:
         self.count = sum(map(len, self.own))
         self.loads = [graph.input(f"load.{k}") for k in range(self.count)]
         every = [load for contact in self.contacts for load in contact.loads]
-        names = list(slopes)
-        wanted = [slopes[name] for name in names] + [contact.normal for contact in self.contacts]
-        free = graph.substituted(wanted, dict(zip(every, self.loads, strict=True)), {})
-        self.slopes = dict(zip(names, free, strict=False))
+        given: dict[Node, Any] = dict(zip(every, self.loads, strict=True))
+        self.normal = self._normals(given)
+        # Where a normal load depends on no other, its product with what it pushes is taken
+        # once: the load is then that of a unit.
+        factors = [
+            None if set(self.loads) & set(graph.live([normal])) else normal
+            for normal in self.normal
+        ]
+        for factor, own in zip(factors, self.own, strict=True):
+            if factor is not None:
+                given |= {every[k]: self.loads[k] * factor for k in own}
         self.normal = [
+            normal if factor is None else graph.node(1.0)
+            for factor, normal in zip(factors, self._normals(given), strict=True)
+        ]
+        names = list(slopes)
+        free = graph.substituted([slopes[name] for name in names], given, {})
+        self.slopes = dict(zip(names, free, strict=True))
+        self.slip: dict[int, Node] = {}  # without friction, of each component
+        self.unit: dict[int, dict[str, Node]] = {}  # what a load pushes
+        self.K: dict[tuple[int, int], Node] = {}
+        self.relaxed: dict[tuple[int, int], Node] = {}  # c K
+        self._along: dict[int, dict[str, Node]] = {}  # how a slip follows the velocities
+        self.always = [k for k in range(self.count) if not self._contact(k).region]
+        self._couple(self.always)
+
+    def _normals(self, given: Mapping[Node, Any]) -> list[Node]:
+        wanted = [contact.normal for contact in self.contacts]
+        found = self.graph.substituted(wanted, given, {})
+        return [
             self._outside(node, contact)
-            for node, contact in zip(free[len(names) :], self.contacts, strict=True)
+            for node, contact in zip(found, self.contacts, strict=True)
         ]
-        self.slip = [
-            self._outside(slip, contact) for contact in self.contacts for slip in contact.slips
-        ]
-        pushes = {name: self.slopes[name] for name in self.pushed}
-        self.unit = [Tangents(graph, {load: 1.0}).of(pushes) for load in self.loads]
-        slips = {str(k): slip for k, slip in enumerate(self.slip)}
-        along = {
-            name: Tangents(graph, {graph.input(f"s.{name}"): 1.0}).of(slips) for name in self.pushed
-        }
-        self.K = [
-            [
-                -graph.sum(along[name][str(k)] * unit[name] for name in self.pushed)
-                for unit in self.unit
-            ]
-            for k in range(self.count)
-        ]
+
+    def _couple(self, these: Sequence[int]) -> None:
+        """What the components ``these`` need, made in the present region."""
+        graph, pushes = self.graph, {name: self.slopes[name] for name in self.pushed}
+        for contact, own in zip(self.contacts, self.own, strict=True):
+            if own[0] not in these:
+                continue
+            for k, slip in zip(own, contact.slips, strict=True):
+                self.slip[k] = self._outside(slip, contact)
+                self.unit[k] = Tangents(graph, {self.loads[k]: 1.0}).of(pushes)
+                self._along[k] = {
+                    name: Tangents(graph, {graph.input(f"s.{name}"): 1.0}).of({"": self.slip[k]})[""]
+                    for name in self.pushed
+                }
+        for k, along in self._along.items():
+            for i, unit in self.unit.items():
+                if (k, i) not in self.K:
+                    self.K[k, i] = -self._dot((along[name], unit[name]) for name in self.pushed)
+                    self.relaxed[k, i] = self._product(self.relax, self.K[k, i])
+
+    def _product(self, a: Node, b: Node) -> Node:
+        return self.zero if a.zero or b.zero else a * b
+
+    def _dot(self, pairs: Iterable[tuple[Node, Node]]) -> Node:
+        """The sum of products; those with a zero are left out."""
+        return self.graph.sum(a * b for a, b in pairs if not (a.zero or b.zero))
 
     def _outside(self, node: Node, contact: Friction) -> Node:
         """A value of the contact's region outside of it, 0 where that is not needed."""
@@ -158,17 +197,17 @@ class Stage:
     def newton(self, slips: Mapping[int, Node]) -> tuple[dict[int, Node], dict[int, Node], Node]:
         """(steps of the slips, loads on the tangent after them, by how much the
         residual is too large)."""
-        graph, c, these = self.graph, self.relax, list(slips)
+        graph, these = self.graph, list(slips)
         loads = self._loads(slips)
         named = {str(k): load for k, load in loads.items()}
         slope = {m: Tangents(graph, {slips[m]: 1.0}).of(named) for m in these}
         residual = [
-            self.slip[k] - slips[k] - c * graph.sum(self.K[k][i] * loads[i] for i in these)
+            self.slip[k] - slips[k] - self._dot((self.relaxed[k, i], loads[i]) for i in these)
             for k in these
         ]
         matrix = [
             [
-                c * graph.sum(self.K[k][i] * slope[m][str(i)] for i in these)
+                self._dot((self.relaxed[k, i], slope[m][str(i)]) for i in these)
                 + (1.0 if k == m else 0.0)
                 for m in these
             ]
@@ -177,11 +216,13 @@ class Stage:
         self.fixed += [entry for row in matrix for entry in row]
         self.fixed += [change for changes in slope.values() for change in changes.values()]
         steps = dict(zip(these, solved(matrix, residual), strict=True))
-        after = {i: loads[i] + graph.sum(slope[m][str(i)] * steps[m] for m in these) for i in these}
+        after = {
+            i: loads[i] + self._dot((slope[m][str(i)], steps[m]) for m in these) for i in these
+        }
         excess: Any = None
         for row, k in enumerate(these):
-            bound = 1e-14 * abs(self.slip[k]) + c * graph.sum(
-                abs(self.K[k][i]) * (TOLERANCE * self._greatest(i)) for i in these
+            bound = 1e-14 * abs(self.slip[k]) + graph.sum(
+                abs(self.relaxed[k, i]) * (TOLERANCE * self._greatest(i)) for i in these
             )
             over = abs(residual[row]) - bound
             excess = over if excess is None else graph.make("max", excess, over)
@@ -189,17 +230,19 @@ class Stage:
 
     def _greatest(self, k: int) -> Node:
         """The greatest size of a load, without those of other contacts."""
-        number = self._contact(k)
+        number = self._number(k)
         law = self.contacts[number].numbers
         return self.at_rest(number) * (law.rise + law.dynamic)
 
-    def _contact(self, k: int) -> int:
+    def _number(self, k: int) -> int:
         return next(number for number, own in enumerate(self.own) if k in own)
+
+    def _contact(self, k: int) -> Friction:
+        return self.contacts[self._number(k)]
 
     def guesses(self, these: Sequence[int]) -> dict[int, Node]:
         """The slips from which Newton's method begins: of each contact beside the
         loads that the others have, those in regions first."""
-        graph, c = self.graph, self.relax
         found: dict[int, Node] = {}
         present = [number for number, own in enumerate(self.own) if own[0] in these]
         present.sort(key=lambda number: not self.contacts[number].region)
@@ -212,15 +255,15 @@ class Stage:
                 if other == number:
                     continue
                 if contact.region and self.contacts[other].region:  # where this one sticks
-                    sticking = free[0] / greater(self.K[own[0]][own[0]], LEAST)
-                    at = [self.slip[k] - self.K[k][own[0]] * sticking for k in theirs]
+                    sticking = free[0] / greater(self.K[own[0], own[0]], LEAST)
+                    at = [self.slip[k] - self.K[k, own[0]] * sticking for k in theirs]
                 elif theirs[0] in found:
                     at = [found[k] for k in theirs]
                 else:
                     continue
                 loads = self.contacts[other].loads_at(tuple(at), self.at_rest(other))
                 free = [
-                    f - c * graph.sum(self.K[k][o] * v for o, v in zip(theirs, loads, strict=True))
+                    f - self._dot((self.relaxed[k, o], v) for o, v in zip(theirs, loads, strict=True))
                     for k, f in zip(own, free, strict=True)
                 ]
             found |= dict(zip(own, self._guess(number, free), strict=True))
@@ -228,8 +271,8 @@ class Stage:
 
     def _guess(self, number: int, free: Sequence[Node]) -> list[Node]:
         contact, own = self.contacts[number], self.own[number]
-        law = getattr(contact.law, "guess", lambda numbers: numbers)(contact.numbers)
-        relaxed = [self.relax * self.K[k][k] * self.at_rest(number) for k in own]
+        law = contact.law.guess(contact.numbers)
+        relaxed = [self.relaxed[k, k] * self.at_rest(number) for k in own]
         if len(own) == 1:
             return [first_slip(free[0], relaxed[0], law)]
         # In a plane: the size, then the components, whose masses may differ.
@@ -242,9 +285,10 @@ class Stage:
             ratio = fma(relaxed[0], f, size) / fma(relaxed[1], f, size)
         return [v * size / fma(r, f, size) for v, r in zip(free, relaxed, strict=True)]
 
-    def solve(self, these: Sequence[int], turns: bool) -> tuple[dict[int, Node], ...]:
-        """(slips, steps, loads) of the last tangent of Newton's method: its second, or,
-        with ``turns``, the first that is exact enough in all lanes."""
+    def solve(self, these: Sequence[int], turns: bool, further: Further) -> dict[Any, Node]:
+        """The loads on the last tangent of Newton's method by their numbers, and what
+        is ``further`` found there, by name. It is the second tangent, or, with
+        ``turns``, the first that is exact enough in all lanes."""
         graph = self.graph
         slips = self.guesses(these)
         if not turns:
@@ -252,23 +296,45 @@ class Stage:
             slips = {k: kept(slips[k], slips[k] + steps[k]) for k in these}
             self.fixed += slips.values()
             steps, loads, _ = self.newton(slips)
-            return slips, steps, loads
+            return self._found(loads) | further(self, slips, steps)
         region = graph.new_region(None)
         with graph.inside(region):
             now = {k: graph.make("variable", slips[k], extra=(region, k)) for k in these}
             self.fixed += now.values()
             steps, loads, excess = self.newton(now)
+            found = self._found(loads) | further(self, now, steps)
             unfinished = excess > 0.0
             following = [choose(unfinished, kept(now[k], now[k] + steps[k]), now[k]) for k in these]
         graph.loops[region] = Loop([now[k] for k in these], following, unfinished, MOST)
-        return now, steps, loads
+        return found
 
-    def run(self, turns: bool) -> dict[str, Node]:
-        """Slopes, pushes and moved velocities by name, and the slips of the solution."""
+    def _found(self, loads: Mapping[int, Node]) -> dict[Any, Node]:
+        """The loads, the pushes by them and the growth rate of the slip where friction
+        falls with speed [1/s]."""
+        growths = []
+        for number, (contact, own) in enumerate(zip(self.contacts, self.own, strict=True)):
+            if own[0] in loads:
+                K = self.K[own[0], own[0]]
+                for k in own[1:]:
+                    K = greater(K, self.K[k, k])
+                growths.append(K * self.at_rest(number) * contact.law.steepest_fall(contact.numbers))
+        return {
+            **loads,
+            **{
+                f"push.{name}": self._dot((self.unit[k][name], load) for k, load in loads.items())
+                for name in self.pushed
+            },
+            "falling": self.graph.sum(growths),
+        }
+
+    def run(self, turns: bool, further: Further = lambda *_: {}) -> dict[str, Node]:
+        """Slopes, pushes, moved velocities and ``falling`` by name; with them what
+        ``further(stage, slips, steps)`` makes of the last tangent, at these slips and
+        the steps from them."""
         graph, c, every = self.graph, self.relax, range(self.count)
-        always = [k for k in every if not self.contacts[self._contact(k)].region]
+        always = self.always
         if len(always) == self.count:
-            slips, steps, loads = self.solve(always, turns)
+            found = self.solve(always, turns, further)
         else:
             conditions = dict.fromkeys(
                 graph.condition[contact.region] for contact in self.contacts if contact.region
@@ -280,38 +346,24 @@ class Stage:
             region, other = graph.new_region(some), graph.new_region(None)
             graph.otherwise[region] = other
             with graph.inside(region):
-                touching = self.solve(every, turns)
+                self._couple(every)
+                touching = self.solve(every, turns, further)
             with graph.inside(other):
-                alone = self.solve(always, turns) if always else ({}, {}, {})
-            slips, steps, loads = (
-                {
-                    k: graph.make("either", one[k], two.get(k, self.zero), extra=region)
-                    for k in every
-                }
-                for one, two in zip(touching, alone, strict=True)
-            )
-        self.solution = slips, steps
-        push = {
-            name: graph.sum(unit[name] * loads[k] for k, unit in enumerate(self.unit))
-            for name in self.pushed
+                alone = self.solve(always, turns, further) if always else {}
+            found = {
+                name: graph.make("either", value, alone.get(name, self.zero), extra=region)
+                for name, value in touching.items()
+            }
+        loads = {self.loads[k]: found.pop(k) for k in every}
+        moved = {
+            name: fma(c, found[f"push.{name}"], graph.input(f"s.{name}")) for name in self.pushed
         }
-        moved = {name: fma(c, push[name], graph.input(f"s.{name}")) for name in self.pushed}
         given: dict[Node, Any] = {graph.input(f"s.{name}"): v for name, v in moved.items()}
-        given |= {self.loads[k]: loads[k] for k in every}
+        given |= loads
         names = list(self.slopes)
         new = graph.substituted([self.slopes[name] for name in names], given, {})
         return {
             **{f"slope.{name}": node for name, node in zip(names, new, strict=True)},
-            **{f"push.{name}": node for name, node in push.items()},
             **{f"moved.{name}": node for name, node in moved.items()},
+            **found,
         }
-
-    def falling(self) -> Node:
-        """The growth rate of the slip where friction falls with speed [1/s]."""
-        terms = []
-        for number, (contact, own) in enumerate(zip(self.contacts, self.own, strict=True)):
-            K = self.K[own[0]][own[0]]
-            for k in own[1:]:
-                K = greater(K, self.K[k][k])
-            terms.append(K * self.at_rest(number) * contact.law.steepest_fall(contact.numbers))
-        return self.graph.sum(terms)

@@ -16,68 +16,57 @@ from __future__ import annotations
 
 from typing import Any
 
+from nsdrill.compiler.contacts import Law
 from nsdrill.compiler.library import direction, expm1, slip_factors
 from nsdrill.compiler.trace import Named, part
 
 
-def hyperbolic_factors(v: Any, numbers: Any) -> Any:
+def _hyperbolic(v: Any, numbers: Any) -> tuple[Any, Any]:
     return slip_factors(v, numbers.smoothing, numbers.decay)
 
 
 @part
-def linear_factors(v: Any, numbers: Any) -> Any:
+def _linear(v: Any, numbers: Any) -> tuple[Any, Any]:
     return direction(numbers.smoothing * v), max(1.0 - numbers.decay * abs(v), 0.0)
 
 
-def exponential_factors(v: Any, numbers: Any) -> Any:
+def _exponential(v: Any, numbers: Any) -> tuple[Any, Any]:
     return direction(numbers.smoothing * v), 1.0 + expm1(-(numbers.decay * abs(v)))
 
 
 @part
-def rational_factors(v: Any, numbers: Any) -> Any:
+def _rational(v: Any, numbers: Any) -> tuple[Any, Any]:
     e = expm1(-2.0 * abs(numbers.smoothing * v))
-    size = -e / (2.0 + e)
-    return -size if v < 0.0 else size, 1.0 / (1.0 + numbers.decay * v * v)
+    tanh = -e / (2.0 + e)
+    return -tanh if v < 0.0 else tanh, 1.0 / (1.0 + numbers.decay * v * v)
 
 
-def hyperbolic(v: Any, numbers: Any) -> Any:
-    g, weakened = hyperbolic_factors(v, numbers)
-    return g * (numbers.rise * weakened + numbers.dynamic)
+def _falling(v: Any, factors: tuple[Any, Any], numbers: Any) -> Any:
+    direction, weakened = factors
+    return direction * (numbers.rise * weakened + numbers.dynamic)
 
 
-def linear(v: Any, numbers: Any) -> Any:
-    g, weakened = linear_factors(v, numbers)
-    return g * (numbers.rise * weakened + numbers.dynamic)
-
-
-def exponential(v: Any, numbers: Any) -> Any:
-    g, weakened = exponential_factors(v, numbers)
-    return g * (numbers.rise * weakened + numbers.dynamic)
-
-
-def rational(v: Any, numbers: Any) -> Any:
-    tanh, weakened = rational_factors(v, numbers)
+def _humped(v: Any, factors: tuple[Any, Any], numbers: Any) -> Any:
+    tanh, weakened = factors
     return numbers.dynamic * tanh + numbers.rise * v * weakened
 
 
+def _without_hump(numbers: Any) -> Named:
+    """The numbers of a hyperbolic law that is like the rational one without its hump."""
+    return Named(smoothing=numbers.smoothing, decay=0.0, rise=0.0, dynamic=numbers.dynamic)
+
+
 def _fall(numbers: Any) -> Any:
-    """The steepest fall of the coefficient with the slip, without smoothing."""
+    """Without smoothing."""
     return numbers.rise * numbers.decay
 
 
-for _law in (hyperbolic, linear, exponential):
-    _law.steepest_fall = _fall
-rational.steepest_fall = lambda numbers: 0.125 * numbers.rise
-# Newton's method begins from the law without its hump.
-rational.guess = lambda numbers: Named(
-    smoothing=numbers.smoothing, decay=0.0, rise=0.0, dynamic=numbers.dynamic
-)
-
+hyperbolic = Law(_hyperbolic, _falling, _fall)
 LAWS = {
     "hyperbolic": hyperbolic,
-    "linear": linear,
-    "exponential": exponential,
-    "rational": rational,
+    "linear": Law(_linear, _falling, _fall),
+    "exponential": Law(_exponential, _falling, _fall),
+    "rational": Law(_rational, _humped, lambda n: 0.125 * n.rise, _without_hump),
 }
 
 
@@ -85,11 +74,3 @@ def numbers_of(p: Any, contact: str) -> Named:
     """The numbers of the law of a contact, among the lane parameters ``p``."""
     names = ("smoothing", "decay", "rise", "dynamic")
     return Named(**{name: getattr(p, f"{contact}_{name}") for name in names})
-
-
-FACTORS = {
-    "hyperbolic": hyperbolic_factors,
-    "linear": linear_factors,
-    "exponential": exponential_factors,
-    "rational": rational_factors,
-}

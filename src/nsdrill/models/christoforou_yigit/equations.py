@@ -11,7 +11,7 @@ from typing import Any
 from nsdrill.compiler.contacts import friction, friction_along, touching
 from nsdrill.compiler.library import sincos, sqrt
 from nsdrill.models.christoforou_yigit.laws import LAWS as BIT_LAWS
-from nsdrill.models.friction import FACTORS, LAWS, hyperbolic, numbers_of
+from nsdrill.models.friction import LAWS, hyperbolic, numbers_of
 
 
 def multiple_sine(sine: Any, cosine: Any, lobes: int) -> Any:
@@ -41,7 +41,7 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
 
     # The wall.
     stiffness = p.bending - p.softening_torque * bit_torque - p.softening_force * bit_force
-    radial, tangential, axial_friction, wall_friction = 0.0, 0.0, 0.0, 0.0
+    radial, tangential, axial_friction, wall_friction, per_radius = 0.0, 0.0, 0.0, 0.0, 0.0
     penetration = touching("wall", radius - p.gap)
     if penetration > 0.0:
         wall_force = p.wall_stiffness * penetration
@@ -58,7 +58,8 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
                 "wall", slip=slip, normal=wall_force, law=hyperbolic, numbers=numbers
             )
         radial = wall_force / radius
-        tangential = wall_friction / radius
+        per_radius = 1.0 / radius
+    tangential = wall_friction * per_radius
 
     # The stabilisers carry the force of the bent span, which is the normal load of
     # their friction.
@@ -148,11 +149,7 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
     slopes["vy"] = p.unbalance_arm * (square * sine - angular * cosine) + F_y * p.per_lateral_mass
     slopes["vz"] = (axial_force - p.axial_damping * s.vz) * p.per_axial_mass
     slopes["bit_speed"] = angular
-    bit_direction, bit_weakened = FACTORS[BIT_LAWS[o.friction]](s.bit_speed, numbers_of(p, "bit"))
-    return slopes, {
-        "cosine": cosine,
-        "sine": sine,
-        "radius": radius,
-        "direction": bit_direction,
-        "decay": bit_weakened,
-    }
+    outputs = {"cosine": cosine, "sine": sine, "radius": radius}
+    if not o.implicit:  # else as they are where friction is solved for
+        outputs["direction"], outputs["decay"] = law.factors(s.bit_speed, numbers_of(p, "bit"))
+    return slopes, outputs

@@ -8,6 +8,7 @@ vz, twist, bit_speed, all SI.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -15,7 +16,7 @@ import numpy as np
 
 from nsdrill.abi import Rows
 from nsdrill.compiler.derivative import Tangents
-from nsdrill.compiler.graph import Graph, Node
+from nsdrill.compiler.graph import Node
 from nsdrill.compiler.motion import Motion
 from nsdrill.compiler.stage import Stage
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
@@ -28,10 +29,9 @@ from nsdrill.models.christoforou_yigit.lateral import (
     WEIGHT_PARAMETERS,
     lane_parameters,
 )
-from nsdrill.models.christoforou_yigit.laws import LAWS, bit_numbers
+from nsdrill.models.christoforou_yigit.laws import bit_numbers
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.friction import FACTORS
 
 STATES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
 # Auxiliary outputs, which the observer reads: cosine and sine of the bit angle, the
@@ -143,20 +143,21 @@ def rows_of(
 MAIN = Options()
 
 
-def _bit_aux(graph: Graph, stage: Stage, options: Options) -> dict[str, Node]:
+def _bit_aux(
+    stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]
+) -> dict[str, Node]:
     """What the observer reads of the bit: the factors of its law on the last tangent of
-    Newton's method, as the load is, and how friction holds a creeping bit."""
-    slips, steps = stage.solution
+    Newton's method, as the load is, the slope of the law, and by how much a load
+    relaxes the bit speed."""
     contact, omega = stage.contacts[0], slips[0]
-    direction, decay = FACTORS[LAWS[options.friction]](omega, contact.numbers)
+    direction, decay = contact.law.factors(omega, contact.numbers)
     factors = {"direction": direction, "decay": decay}
-    rates = Tangents(graph, {omega: 1.0})
-    changes = rates.of(factors)
-    slope = rates.of({"slope": contact.law(omega, contact.numbers)})
+    rates = Tangents(stage.graph, {omega: 1.0})
+    changes = rates.of(factors | {"slope": contact.law(omega, contact.numbers)})
     return {
         **{name: node + changes[name] * steps[0] for name, node in factors.items()},
-        "slope": slope["slope"],
-        "bb": stage.relax * stage.K[0][0] * stage.normal[0],
+        "slope": changes["slope"],
+        "bb": stage.relaxed[0, 0] * stage.normal[0],
     }
 
 
