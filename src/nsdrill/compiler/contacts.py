@@ -57,7 +57,8 @@ class Friction:
 
 def touching(name: str, gap: Any) -> Any:
     """How far a unilateral contact is closed, 0 where it is open; ``gap`` is positive
-    where it is closed."""
+    where it is closed. What leaves an ``if`` on it does not jump where it closes: a
+    deviation may take the other side there."""
     if not isinstance(gap, Node):
         return max(gap, 0.0)
     gap.graph.gaps[name] = gap

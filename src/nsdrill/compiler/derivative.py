@@ -7,6 +7,7 @@ from typing import Any
 
 from nsdrill.compiler.graph import TRUTHS, Graph, Node
 
+UNCHANGED = TRUTHS | {"fixed", "variable"}
 TINY = 1e-150  # in place of the root of zero, where its argument does not change either
 
 
@@ -21,13 +22,17 @@ class Tangents:
 
     A unilateral contact in ``sides`` counts as open or closed, as its input
     :func:`closed` says, so that the derivative does not jump within a step; any other
-    as it is.
+    as it is. A node in ``instead`` changes as the one that stands there.
     """
 
     def __init__(
-        self, graph: Graph, seeds: Mapping[Node, Node | float], sides: tuple[str, ...] = ()
+        self,
+        graph: Graph,
+        seeds: Mapping[Node, Node | float],
+        sides: tuple[str, ...] = (),
+        instead: Mapping[Node, Node] | None = None,
     ) -> None:
-        self.graph, self.sides = graph, sides
+        self.graph, self.sides, self.instead = graph, sides, instead or {}
         self.zero = graph.node(0.0)
         self.found = {node: graph.node(value) for node, value in seeds.items()}
         self.widened: set[int] = set()
@@ -35,7 +40,9 @@ class Tangents:
     def of(self, outputs: Mapping[str, Node]) -> dict[str, Node]:
         """The changes of ``outputs``."""
         for node in self._followed(outputs.values()):
-            if node not in self.found:
+            if node in self.instead:
+                self.found[node] = self.of({"": self.instead[node]})[""]
+            elif node not in self.found:
                 with self.graph.inside(self.graph.region or node.region):
                     self.found[node] = self._change(node)
         return {name: self.found[node] for name, node in outputs.items()}
@@ -45,9 +52,10 @@ class Tangents:
         todo = list(outputs)
         while todo:
             node = todo.pop()
-            if node not in seen:
+            if node not in seen and node not in self.found:
                 seen.add(node)
-                todo += node.args
+                if node not in self.instead and node.op not in UNCHANGED:
+                    todo += node.args
         return sorted(seen, key=lambda node: node.id)
 
     def _side(self, node: Node) -> Node | None:
@@ -57,8 +65,10 @@ class Tangents:
         return None
 
     def _change(self, node: Node) -> Node:
+        if node.op in UNCHANGED:
+            return self.zero
         changes = [self.found[arg] for arg in node.args]
-        if node.op in TRUTHS or all(change.zero for change in changes):
+        if all(change.zero for change in changes):
             return self.zero
         rule = getattr(self, f"_{node.op}", None)
         if rule is None:

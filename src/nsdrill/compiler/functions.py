@@ -108,7 +108,7 @@ class LaneFunction:
         self._address = 0
 
     @property
-    def py_func(self) -> FunctionType:
+    def py_func(self) -> Any:
         """What the interpreter would run."""
         if self._function is None:
             assert self._make is not None

@@ -16,6 +16,7 @@ needs it. A value leaves its region by a ``join``.
 ``either``                     (inner, other): the value of the region ``extra`` or, where
                                no lane needs that, of the region in place of it
 ``variable``                   (start): what the loop ``extra`` repeats
+``fixed``                      (value): the value, which a deviation does not change
 =============================  =========================================================
 """
 
@@ -34,15 +35,16 @@ Number: TypeAlias = "Node | float"
 
 class Node:
     """A value of a graph. ``settled`` says that :mod:`.sums` keeps its operation as it
-    stands."""
+    stands; ``needs`` are the regions, not around its own, that it depends on."""
 
-    __slots__ = ("args", "extra", "graph", "id", "op", "region", "settled")
+    __slots__ = ("args", "extra", "graph", "id", "needs", "op", "region", "settled")
 
     def __init__(
         self, graph: Graph, op: str, args: tuple[Node, ...], extra: Any, region: int
     ) -> None:
         self.graph, self.op, self.args, self.extra, self.region = graph, op, args, extra, region
         self.id, self.settled = len(graph.nodes), False
+        self.needs: frozenset[int] = graph.needs(args, region)
 
     # fmt: off
     def __add__(self, other: Number) -> Node: return self.graph.add(self, other)
@@ -132,7 +134,8 @@ class Graph:
         mark = (math.copysign(1.0, extra), extra) if op == "const" else extra
         at = region
         while at >= 0:  # known here or in a region around this one
-            if (found := self.known.get((op, nodes, mark, at))) is not None:
+            found = self.known.get((op, nodes, mark, at))
+            if found is not None and (at == region or found.needs.isdisjoint(self.around(region))):
                 return found
             at = self.parent[at]
         made = Node(self, op, nodes, extra, region)
@@ -208,6 +211,10 @@ class Graph:
         a = self.node(a)
         return self.node(abs(a.extra)) if a.op == "const" else self.make("abs", a)
 
+    def fixed(self, a: Number) -> Node:
+        a = self.node(a)
+        return a if a.op in ("const", "fixed") else self.make("fixed", a)
+
     def select(self, condition: Node, a: Number, b: Number) -> Node:
         a, b = self.node(a), self.node(b)
         return a if a is b else self.make("select", condition, a, b)
@@ -239,6 +246,15 @@ class Graph:
             yield region
             region = self.parent[region]
 
+    def needs(self, args: Iterable[Node], region: int) -> frozenset[int]:
+        """The regions, not around ``region``, that the ``args`` depend on."""
+        found: frozenset[int] = frozenset()
+        for arg in args:
+            if arg.region and arg.region != region:
+                found |= frozenset(self.around(arg.region))
+            found |= arg.needs
+        return found - frozenset(self.around(region)) if found else found
+
     # What depends on what.
 
     def live(self, outputs: Iterable[Node]) -> list[Node]:
@@ -261,8 +277,8 @@ class Graph:
 
     def again(self, op: str, args: Sequence[Node], extra: Any) -> Node:
         """The operation on other arguments, simplified where that is possible."""
-        simple = {"add": self.add, "sub": self.sub, "mul": self.mul, "div": self.div,
-                  "neg": self.neg, "abs": self.abs, "select": self.select}  # fmt: skip
+        simple: dict[str, Callable[..., Node]] = {"add": self.add, "sub": self.sub, "mul": self.mul, "div": self.div,
+                                                  "neg": self.neg, "abs": self.abs, "select": self.select}  # fmt: skip
         return simple[op](*args) if op in simple else self.make(op, *args, extra=extra)
 
     def substituted(

@@ -25,7 +25,7 @@ from nsdrill.generate import define
 
 PIECE = 150
 LEAST_PIECE = 60
-ANYWHERE = TRUTHS | {"neg"}  # written where they are used, as they cost little
+ANYWHERE = TRUTHS | {"neg", "fixed"}  # written where they are used, as they cost little
 NOWHERE = LEAVES | ANYWHERE | {"either", "variable"}  # in no piece
 WINDOW = 0.35  # of a piece: how far from equal shares a cut may be
 
@@ -318,6 +318,7 @@ class _Writer:
 
     def _piece(self, piece: Piece) -> list[str]:
         self.known: dict[Node, str] = {}
+        self.calls: dict[Any, list[str]] = {}
         self.body: list[str] = []
         for node in piece.nodes:
             self._make(node)
@@ -370,13 +371,12 @@ class _Writer:
         """The call that gives this result, and all its others."""
         function = node.extra[0]
         key = (function, node.args)
-        if key not in self.known:
+        if key not in self.calls:
             given = ", ".join(self._name(arg) for arg in node.args[: function.arguments])
-            results = [f"r{node.id}_{k}" for k in range(function.results)]
+            self.calls[key] = [f"r{node.id}_{k}" for k in range(function.results)]
             self.functions[function.name] = function.scalar
-            self.body.append(f"{', '.join(results)} = {function.name}({given})")
-            self.known[key] = results
-        self.known[node] = self.known[key][node.extra[1]]
+            self.body.append(f"{', '.join(self.calls[key])} = {function.name}({given})")
+        self.known[node] = self.calls[key][node.extra[1]]
 
     def _operation(self, node: Node) -> str:
         a = [self._name(arg) for arg in node.args]
@@ -389,7 +389,7 @@ class _Writer:
 
 _INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/", "lt": "<", "le": "<=", "gt": ">",
           "ge": ">=", "eq": "==", "and": "and", "or": "or"}  # fmt: skip
-_FORMS = {"neg": "-{0}", "not": "not {0}", "abs": "abs({0})", "sqrt": "np.sqrt({0})",
+_FORMS = {"neg": "-{0}", "fixed": "{0}", "not": "not {0}", "abs": "abs({0})", "sqrt": "np.sqrt({0})",
           "fma": "fma({0}, {1}, {2})", "max": "max({0}, {1})", "min": "min({0}, {1})"}  # fmt: skip
 
 

@@ -69,17 +69,16 @@ class Motion:
         """
 
         def make() -> Any:
-            graph, outputs, fixed = self._graph(self.sides)
+            graph, outputs, instead = self._graph(self.sides)
             seeds: dict[Node, Any] = {
                 graph.input(f"s.{name}"): graph.input(f"d.{name}") for name in self.states
             }
-            seeds |= dict.fromkeys(fixed, 0.0)
             followed = {
                 name: node
                 for name, node in outputs.items()
                 if name.partition(".")[0] in ("slope", "push", "moved")
             }
-            changes = Tangents(graph, seeds, self.sides).of(followed)
+            changes = Tangents(graph, seeds, self.sides, instead).of(followed)
             outputs = outputs | {f"d{name}": node for name, node in changes.items()}
             graph, outputs = settled(graph, outputs)
             where = self._place(rows)
@@ -95,9 +94,11 @@ class Motion:
         names = self.states, self.parameters, self.slopes, self.aux, self.pushed, self.sides
         return identity(self.equations), solved, self.options, names, rows, lanes
 
-    @lru_cache
-    def _graph(self, sides: tuple[str, ...]) -> tuple[Graph, dict[str, Node], list[Node]]:
-        """(graph, outputs, what a deviation does not change), with friction that is
+    @lru_cache  # noqa: B019  # motions live as long as the process
+    def _graph(
+        self, sides: tuple[str, ...]
+    ) -> tuple[Graph, dict[str, Node], dict[Node, Node]]:
+        """(graph, outputs, nodes and what changes instead of them), with friction that is
         solved for if it is implicit. ``sides`` are contacts that a deviation may see
         closed."""
         implicit = bool(self.pushed)
@@ -105,7 +106,7 @@ class Motion:
             self.equations, self.states, self.parameters, self.options, with_slopes=implicit
         )
         wanted = {f"slope.{name}": node for name, node in slopes.items()}
-        fixed: dict[str, Node] = {}
+        pairs: list[tuple[Node, Node]] = []
         if implicit:
             stage = Stage(graph, slopes, self.pushed, sides)
             wanted = stage.run(stage.count > 2, self._further)
@@ -114,11 +115,13 @@ class Motion:
                 for name in [*wanted]
                 if name.startswith("aux.")
             }
-            fixed = {f"fixed.{k}": node for k, node in enumerate(stage.fixed)}
+            pairs = stage.instead
         self._check(slopes, outputs)
         wanted |= {f"aux.{name}": node for name, node in outputs.items()}
-        graph, found = settled(graph, wanted | fixed)
-        return graph, {name: found[name] for name in wanted}, [found[name] for name in fixed]
+        others = {f"{side}.{k}": pair[side] for k, pair in enumerate(pairs) for side in (0, 1)}
+        graph, found = settled(graph, wanted | others)
+        instead = {found[f"0.{k}"]: found[f"1.{k}"] for k in range(len(pairs))}
+        return graph, {name: found[name] for name in wanted}, instead
 
     def _further(
         self, stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]

@@ -95,7 +95,7 @@ class Stage:
         sides: Sequence[str] = (),
     ) -> None:
         self.graph, self.pushed, self.sides = graph, tuple(pushed), tuple(sides)
-        self.fixed: list[Node] = []  # what a deviation does not change
+        self.instead: list[tuple[Node, Node]] = []  # residuals, and how they change
         self.zero = graph.node(0.0)
         self.relax = graph.input(RELAX)
         self.contacts: list[Friction] = graph.frictions
@@ -200,7 +200,13 @@ class Stage:
         graph, these = self.graph, list(slips)
         loads = self._loads(slips)
         named = {str(k): load for k, load in loads.items()}
-        slope = {m: Tangents(graph, {slips[m]: 1.0}).of(named) for m in these}
+        slope = {
+            m: {
+                name: graph.fixed(change)
+                for name, change in Tangents(graph, {slips[m]: 1.0}).of(named).items()
+            }
+            for m in these
+        }
         residual = [
             self.slip[k] - slips[k] - self._dot((self.relaxed[k, i], loads[i]) for i in these)
             for k in these
@@ -213,12 +219,19 @@ class Stage:
             ]
             for k in these
         ]
-        self.fixed += [entry for row in matrix for entry in row]
-        self.fixed += [change for changes in slope.values() for change in changes.values()]
+        matrix = [[graph.fixed(entry) for entry in row] for row in matrix]
         steps = dict(zip(these, solved(matrix, residual), strict=True))
         after = {
             i: loads[i] + self._dot((slope[m][str(i)], steps[m]) for m in these) for i in these
         }
+        # The loads of the solution change with what they slow down, and with their normal
+        # loads.
+        for k, r in zip(these, residual, strict=True):
+            change = self.slip[k] - self._dot(
+                (self.relaxed[k, i], graph.fixed(after[i])) for i in these
+            )
+            change = change - self._dot((graph.fixed(self.relaxed[k, i]), loads[i]) for i in these)
+            self.instead.append((r, change))
         excess: Any = None
         for row, k in enumerate(these):
             bound = 1e-14 * abs(self.slip[k]) + graph.sum(
@@ -293,20 +306,18 @@ class Stage:
         slips = self.guesses(these)
         if not turns:
             steps, _, _ = self.newton(slips)
-            slips = {k: kept(slips[k], slips[k] + steps[k]) for k in these}
-            self.fixed += slips.values()
+            slips = {k: graph.fixed(kept(slips[k], slips[k] + steps[k])) for k in these}
             steps, loads, _ = self.newton(slips)
-            return self._found(loads) | further(self, slips, steps)
+            return {**self._found(loads), **further(self, slips, steps)}
         region = graph.new_region(None)
         with graph.inside(region):
             now = {k: graph.make("variable", slips[k], extra=(region, k)) for k in these}
-            self.fixed += now.values()
             steps, loads, excess = self.newton(now)
-            found = self._found(loads) | further(self, now, steps)
+            others = further(self, now, steps)
             unfinished = excess > 0.0
             following = [choose(unfinished, kept(now[k], now[k] + steps[k]), now[k]) for k in these]
         graph.loops[region] = Loop([now[k] for k in these], following, unfinished, MOST)
-        return found
+        return {**self._found(loads), **others}
 
     def _found(self, loads: Mapping[int, Node]) -> dict[Any, Node]:
         """The loads, the pushes by them and the growth rate of the slip where friction
@@ -346,7 +357,7 @@ class Stage:
             region, other = graph.new_region(some), graph.new_region(None)
             graph.otherwise[region] = other
             with graph.inside(region):
-                self._couple(every)
+                self._couple([k for k in every if k not in always])
                 touching = self.solve(every, turns, further)
             with graph.inside(other):
                 alone = self.solve(always, turns, further) if always else {}

@@ -56,8 +56,8 @@ def settled(graph: Graph, outputs: Mapping[str, Node]) -> tuple[Graph, dict[str,
     def total(new: Graph, of: Callable[[Node], Node], node: Node) -> tuple[Node, int]:
         parts = []
         for place, (sign, term) in enumerate(terms(node, 1, node.region)):
-            factors = term.args if alone(term, ("mul",), node.region) else (term,)
-            made = [of(factor) for factor in factors]
+            operands = term.args if alone(term, ("mul",), node.region) else (term,)
+            made = [of(operand) for operand in operands]
             parts.append((max(ready[factor] for factor in made), place, sign, made))
         parts.sort(key=lambda part: part[:2])
         first = next(

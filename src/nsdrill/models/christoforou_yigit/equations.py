@@ -41,7 +41,7 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
 
     # The wall.
     stiffness = p.bending - p.softening_torque * bit_torque - p.softening_force * bit_force
-    radial, tangential, axial_friction, wall_friction, per_radius = 0.0, 0.0, 0.0, 0.0, 0.0
+    radial, tangential, axial_friction, wall_friction = 0.0, 0.0, 0.0, 0.0
     penetration = touching("wall", radius - p.gap)
     if penetration > 0.0:
         wall_force = p.wall_stiffness * penetration
@@ -58,8 +58,7 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
                 "wall", slip=slip, normal=wall_force, law=hyperbolic, numbers=numbers
             )
         radial = wall_force / radius
-        per_radius = 1.0 / radius
-    tangential = wall_friction * per_radius
+        tangential = wall_friction / radius
 
     # The stabilisers carry the force of the bent span, which is the normal load of
     # their friction.
