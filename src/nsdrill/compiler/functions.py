@@ -14,6 +14,7 @@ import ctypes
 import hashlib
 import os
 from collections.abc import Callable
+from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType
@@ -256,6 +257,9 @@ def _content(value: Any, names: set[str], depth: int = 4) -> Any:
         return [(repr(key), _content(part, names, depth)) for key, part in value.items()]
     if value is None or isinstance(value, (int, float, str, np.generic)):
         return repr(value)
+    if is_dataclass(value) and not isinstance(value, type):
+        parts = {field.name: getattr(value, field.name) for field in fields(value)}
+        return type(value).__qualname__, _content(parts, names, depth)
     kind = value if isinstance(value, type) or callable(value) else type(value)
     return (
         getattr(value, "__name__", ""),
