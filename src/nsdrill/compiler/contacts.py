@@ -15,6 +15,27 @@ from nsdrill.compiler.graph import Node
 from nsdrill.compiler.library import sqrt
 
 
+@dataclass(frozen=True, eq=False)
+class SteepLaw:
+    """A law that may rise with an infinite slope, so that an implicit stage solves for
+    another unknown in place of the slip.
+
+    ``value(slip, numbers)`` is the coefficient; ``at(unknown, free, numbers)`` gives
+    slip and coefficient, and ``begin(free, relaxed, numbers)`` the unknown from which
+    Newton's method begins. ``free`` is the slip without friction, and ``relaxed`` by
+    how much a coefficient of 1 would reduce it. ``steepest_fall(numbers)`` is that of
+    the coefficient with the slip.
+    """
+
+    value: Callable[[Any, Any], Any]
+    at: Callable[[Any, Any, Any], tuple[Any, Any]]
+    begin: Callable[[Any, Any, Any], Any]
+    steepest_fall: Callable[[Any], Any]
+
+    def __call__(self, slip: Any, numbers: Any) -> Any:
+        return self.value(slip, numbers)
+
+
 @dataclass
 class Friction:
     """A contact with friction: one component, or two for a slip in a plane."""

@@ -112,7 +112,7 @@ class Motion:
         fixed: dict[str, Node] = {}
         if implicit:
             stage = Stage(graph, wanted, self.pushed, sides)
-            wanted = stage.run(turns=stage.count > 2) | {"falling": stage.falling()}
+            wanted = stage.run(stage.turns) | {"falling": stage.falling()}
             if self.solved is not None:
                 more = self.solved(graph, stage, self.options)
                 wanted |= {f"aux.{name}": node for name, node in more.items()}

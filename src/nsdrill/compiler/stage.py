@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from nsdrill.compiler.contacts import Friction
+from nsdrill.compiler.contacts import Friction, SteepLaw
 from nsdrill.compiler.derivative import Tangents, closed
 from nsdrill.compiler.graph import Graph, Loop, Node
 from nsdrill.compiler.library import choose, fma, greater, sqrt
@@ -143,25 +143,31 @@ class Stage:
         """The size of the normal load of a contact while no other has friction."""
         return abs(self._without(number, dict.fromkeys(self.loads, 0.0)))
 
-    def _loads(self, slips: Mapping[int, Node]) -> dict[int, Node]:
-        """The loads of the components ``slips`` at these slips; others are absent."""
+    def _loads(self, unknowns: Mapping[int, Node]) -> tuple[dict[int, Node], dict[int, Node]]:
+        """(slips, loads) of the components ``unknowns``; others are absent. An unknown
+        is the slip, but for a :class:`SteepLaw`."""
         given: dict[Node, Any] = {}
-        found: dict[int, Node] = {}
+        slips, found = dict(unknowns), dict[int, Node]()
         for number, (contact, own) in enumerate(zip(self.contacts, self.own, strict=True)):
-            if own[0] in slips:
-                normal = self._without(number, given)
-                values = contact.loads_at(tuple(slips[k] for k in own), normal)
-                found |= dict(zip(own, values, strict=True))
+            if own[0] in unknowns:
+                normal, law, k = self._without(number, given), contact.law, own[0]
+                if isinstance(law, SteepLaw):
+                    slips[k], value = law.at(unknowns[k], self.slip[k], contact.numbers)
+                    found[k] = normal * value
+                else:
+                    values = contact.loads_at(tuple(slips[k] for k in own), normal)
+                    found |= dict(zip(own, values, strict=True))
             given |= {self.loads[k]: found.get(k, self.zero) for k in own}
-        return found
+        return slips, found
 
-    def newton(self, slips: Mapping[int, Node]) -> tuple[dict[int, Node], dict[int, Node], Node]:
-        """(steps of the slips, loads on the tangent after them, by how much the
+    def newton(self, unknowns: Mapping[int, Node]) -> tuple[dict[int, Node], dict[int, Node], Node]:
+        """(steps of the unknowns, loads on the tangent after them, by how much the
         residual is too large)."""
-        graph, c, these = self.graph, self.relax, list(slips)
-        loads = self._loads(slips)
+        graph, c, these = self.graph, self.relax, list(unknowns)
+        slips, loads = self._loads(unknowns)
         named = {str(k): load for k, load in loads.items()}
-        slope = {m: Tangents(graph, {slips[m]: 1.0}).of(named) for m in these}
+        slope = {m: Tangents(graph, {unknowns[m]: 1.0}).of(named) for m in these}
+        per_unknown = {m: Tangents(graph, {unknowns[m]: 1.0}).of({"": slips[m]})[""] for m in these}
         residual = [
             self.slip[k] - slips[k] - c * graph.sum(self.K[k][i] * loads[i] for i in these)
             for k in these
@@ -169,7 +175,7 @@ class Stage:
         matrix = [
             [
                 c * graph.sum(self.K[k][i] * slope[m][str(i)] for i in these)
-                + (1.0 if k == m else 0.0)
+                + (per_unknown[m] if k == m else 0.0)
                 for m in these
             ]
             for k in these
@@ -181,15 +187,18 @@ class Stage:
         excess: Any = None
         for row, k in enumerate(these):
             bound = 1e-14 * abs(self.slip[k]) + c * graph.sum(
-                abs(self.K[k][i]) * (TOLERANCE * self._greatest(i)) for i in these
+                abs(self.K[k][i]) * (TOLERANCE * self._greatest(i, loads[i])) for i in these
             )
             over = abs(residual[row]) - bound
             excess = over if excess is None else graph.make("max", excess, over)
         return steps, after, excess
 
-    def _greatest(self, k: int) -> Node:
-        """The greatest size of a load, without those of other contacts."""
+    def _greatest(self, k: int, load: Node) -> Node:
+        """The greatest size of a load, without those of other contacts; with a
+        :class:`SteepLaw` its present size."""
         number = self._contact(k)
+        if isinstance(self.contacts[number].law, SteepLaw):
+            return abs(load)
         law = self.contacts[number].numbers
         return self.at_rest(number) * (law.rise + law.dynamic)
 
@@ -228,8 +237,10 @@ class Stage:
 
     def _guess(self, number: int, free: Sequence[Node]) -> list[Node]:
         contact, own = self.contacts[number], self.own[number]
-        law = getattr(contact.law, "guess", lambda numbers: numbers)(contact.numbers)
         relaxed = [self.relax * self.K[k][k] * self.at_rest(number) for k in own]
+        if isinstance(contact.law, SteepLaw):
+            return [contact.law.begin(free[0], relaxed[0], contact.numbers)]
+        law = getattr(contact.law, "guess", lambda numbers: numbers)(contact.numbers)
         if len(own) == 1:
             return [first_slip(free[0], relaxed[0], law)]
         # In a plane: the size, then the components, whose masses may differ.
@@ -262,6 +273,11 @@ class Stage:
             following = [choose(unfinished, kept(now[k], now[k] + steps[k]), now[k]) for k in these]
         graph.loops[region] = Loop([now[k] for k in these], following, unfinished, MOST)
         return now, steps, loads
+
+    @property
+    def turns(self) -> bool:
+        """Whether two tangents of Newton's method are not enough."""
+        return self.count > 2 or any(isinstance(c.law, SteepLaw) for c in self.contacts)
 
     def run(self, turns: bool) -> dict[str, Node]:
         """The values at the solution, pushes and moved velocities by name."""

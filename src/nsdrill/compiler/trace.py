@@ -15,7 +15,7 @@ import inspect
 import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache
-from types import FunctionType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 from nsdrill.compiler.graph import Graph, Node
@@ -54,7 +54,7 @@ def traced(
     )
 
 
-def part(function: FunctionType) -> Any:
+def part(function: Callable[..., Any]) -> Any:
     """A function that equations call and that has conditions itself, such as a law."""
     return _prepared(function, False)
 
@@ -65,7 +65,7 @@ def prepared(function: Any) -> Any:
 
 
 @lru_cache
-def _prepared(function: FunctionType, remember: bool) -> Any:
+def _prepared(function: Any, remember: bool) -> Any:
     tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
     definition = tree.body[0]
     assert isinstance(definition, ast.FunctionDef)
