@@ -93,6 +93,36 @@ class Motion:
 
         return generated("tangent", BUFFER, (*self._key(rows, lanes), place), make)
 
+    def contact_functions(self, lanes: int, rows: Rows, place: int) -> Any:
+        """The compiled function that writes the gap of each contact in ``sides``, its
+        rate and its second derivative at the end of the step to the observer's rows
+        from ``place`` on: by differentiation along the motion."""
+
+        def make() -> Any:
+            graph, _, _ = traced(self.equations, self.states, self.parameters, self.options)
+            rates: dict[Node, Any] = {graph.input("time"): 1.0}
+            for k, (x, v) in enumerate(zip(self.states[::2], self.states[1::2], strict=False)):
+                if k < rows.pairs:
+                    rates[graph.input(f"s.{x}")] = graph.input(f"s.{v}") + graph.input(f"frame.{x}")
+            for name in self.slopes:
+                rates[graph.input(f"s.{name}")] = graph.input(f"slope.{name}")
+            found = {f"0.{name}": graph.gaps[name] for name in self.sides}
+            for order in range(RATES - 1):
+                last = {name: found[f"{order}.{name}"] for name in self.sides}
+                changes = Tangents(graph, rates).of(last)
+                found |= {f"{order + 1}.{name}": node for name, node in changes.items()}
+            graph, found = settled(graph, found)
+            where = self._place(rows)
+            for k in range(rows.pairs):
+                where[f"frame.{self.states[2 * k]}"] = rows.frame_rate + k
+            for k, name in enumerate(self.sides):
+                for order in range(RATES):
+                    where[f"{order}.{name}"] = rows.observer + place + RATES * k + order
+            return lane_code("contact_functions", graph, found, where, lanes)
+
+        key = (*self._key(rows, lanes), place)
+        return generated("contact_functions", BUFFER, key, make)
+
     def _key(self, rows: Rows, lanes: int) -> tuple[Any, ...]:
         solved = self.solved and identity(self.solved)
         names = self.states, self.parameters, self.slopes, self.aux, self.pushed, self.sides
