@@ -171,3 +171,11 @@ expm1 = Library(
 exp2 = Library(
     "exp2", elementary.exp2, np.exp2, 1, 20, lambda args, results: ((results[0] * math.log(2.0),),)
 )
+tanh = Library(
+    "tanh",
+    elementary.tanh,
+    np.tanh,
+    1,
+    30,
+    lambda args, results: ((fma(-results[0], results[0], 1.0),),),
+)
