@@ -141,13 +141,7 @@ def _slip_slopes(args: Sequence[Any], results: Sequence[Any]) -> Any:
 
 
 _slip_factors = Library(
-    "slip_factors",
-    elementary.slip_factors,
-    _slip_factors_of_arrays,
-    3,
-    45,
-    _slip_slopes,
-    4,
+    "slip_factors", elementary.slip_factors, _slip_factors_of_arrays, 3, 45, _slip_slopes, 4
 )
 sincos = Library(
     "sincos",
