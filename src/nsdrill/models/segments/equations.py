@@ -64,13 +64,11 @@ class Options(NamedTuple):
     by_torque: int
 
 
-def differences(positions: Any, velocities: Any, time: Any) -> list[Any]:
-    """Of each segment the lower node's value less the upper one's, with ``time`` times
-    its rate."""
-    ends = range(len(positions) - 1)
-    return [
-        positions[i + 1] - positions[i] + time * (velocities[i + 1] - velocities[i]) for i in ends
-    ]
+def strain(positions: Any, velocities: Any, time: Any, i: int) -> Any:
+    """Of the segment below node i: the lower node's value less the upper one's, with
+    ``time`` times its rate."""
+    rate = velocities[i + 1] - velocities[i]
+    return positions[i + 1] - positions[i] + time * rate
 
 
 def drag(p: Any, part: str, flow: Any, v: Any) -> Any:
@@ -91,7 +89,6 @@ def equations(t: Any, phase: Any, s: Any, p: Any, o: Options) -> Any:
 
     # The chains. A node within pipe or collars has the mass and the inertia of a
     # segment; at either end a share is half of these over those of the node.
-    stretch, twisted = differences(u, v, p.axial_time), differences(th, w, p.torsional_time)
     axial, angular = [0.0] * (last + 1), [0.0] * (last + 1)
     for part, first, end, shares, inertia_shares in (
         ("pipe", 0, o.pipes, ("top_share", "joint_pipe_share"),
@@ -99,9 +96,12 @@ def equations(t: Any, phase: Any, s: Any, p: Any, o: Options) -> Any:
         ("collar", o.pipes, last, ("joint_collar_share", "bit_share"),
          ("joint_collar_inertia_share", "bit_inertia_share")),
     ):  # fmt: skip
+        stretch, twist = 0.0, 0.0
         for i in range(first, end + 1):
-            pull = (stretch[i] if i < end else 0.0) - (stretch[i - 1] if i > first else 0.0)
-            turn = (twisted[i] if i < end else 0.0) - (twisted[i - 1] if i > first else 0.0)
+            pull, turn = -stretch, -twist
+            if i < end:
+                stretch, twist = strain(u, v, p.axial_time, i), strain(th, w, p.torsional_time, i)
+                pull, turn = pull + stretch, turn + twist
             pull, turn = getattr(p, f"{part}_axial") * pull, getattr(p, f"{part}_torsional") * turn
             mud, wall = drag(p, part, flow, v[i]), getattr(p, f"{part}_drag") * w[i]
             if first < i < end:
