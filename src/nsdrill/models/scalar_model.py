@@ -162,6 +162,14 @@ class ScalarModel(Model):
 
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
         """Those of the gaps of ``contacts``."""
+        if not self.contacts:
+            from nsdrill.compiler.functions import BUFFER, compiled
+
+            @compiled(BUFFER)
+            def none(b):  # type: ignore[no-untyped-def]
+                pass
+
+            return none
         rows = self.rows(variant, tangent=True)
         return self.motion(variant).contact_functions(lanes, rows, place)
 
