@@ -196,3 +196,10 @@ def expm1(x: float) -> float:
     odd = fma(r2, odd, 1 / 6)
     power = bits_float(4607182418800017408 + (float_bits(shifted) << 52))
     return fma(power, fma(r2, fma(r, odd, even), r), power - 1.0)
+
+
+@inlined
+def tanh(x: float) -> float:
+    """Hyperbolic tangent, to 1e-9 absolute: 1 - 2 / (1 + 2^(2 x log2 e))."""
+    limited = min(max(x, -20.0), 20.0)  # beyond, it is 1 to rounding
+    return 1.0 - 2.0 / (1.0 + exp2(2.885390081777926814719849 * limited))

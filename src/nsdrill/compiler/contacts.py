@@ -33,6 +33,27 @@ class Law:
         return self.coefficient(v, self.factors(v, numbers), numbers)
 
 
+@dataclass(frozen=True, eq=False)
+class SteepLaw:
+    """A law that may rise with an infinite slope, so that an implicit stage solves for
+    another unknown in place of the slip.
+
+    ``value(slip, numbers)`` is the coefficient; ``at(unknown, free, numbers)`` gives
+    slip and coefficient, and ``begin(free, relaxed, numbers)`` the unknown from which
+    Newton's method begins. ``free`` is the slip without friction, and ``relaxed`` by
+    how much a coefficient of 1 would reduce it. ``steepest_fall(numbers)`` is that of
+    the coefficient with the slip.
+    """
+
+    value: Callable[[Any, Any], Any]
+    at: Callable[[Any, Any, Any], tuple[Any, Any]]
+    begin: Callable[[Any, Any, Any], Any]
+    steepest_fall: Callable[[Any], Any]
+
+    def __call__(self, slip: Any, numbers: Any) -> Any:
+        return self.value(slip, numbers)
+
+
 @dataclass
 class Friction:
     """A contact with friction: one component, or two for a slip in a plane."""
@@ -40,7 +61,7 @@ class Friction:
     name: str
     slips: tuple[Any, ...]
     normal: Any
-    law: Law
+    law: Law | SteepLaw
     numbers: Any
     loads: tuple[Any, ...] = ()
     region: int = 0
@@ -65,14 +86,14 @@ def touching(name: str, gap: Any) -> Any:
     return gap.graph.make("max", gap, 0.0, extra=name)
 
 
-def friction(name: str, *, slip: Any, normal: Any, law: Law, numbers: Any) -> Any:
+def friction(name: str, *, slip: Any, normal: Any, law: Law | SteepLaw, numbers: Any) -> Any:
     """The load against a ``slip`` under a ``normal`` load: that times the coefficient
     ``law(slip, numbers)``, which has the slip's sign."""
     return _declared(Friction(name, (slip,), normal, law, numbers))[0]
 
 
 def friction_along(
-    name: str, *, slip: tuple[Any, Any], normal: Any, law: Law, numbers: Any
+    name: str, *, slip: tuple[Any, Any], normal: Any, law: Law | SteepLaw, numbers: Any
 ) -> tuple[Any, ...]:
     """The two components of the load against a slip in a plane."""
     return _declared(Friction(name, slip, normal, law, numbers))

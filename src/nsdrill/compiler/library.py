@@ -141,13 +141,7 @@ def _slip_slopes(args: Sequence[Any], results: Sequence[Any]) -> Any:
 
 
 _slip_factors = Library(
-    "slip_factors",
-    elementary.slip_factors,
-    _slip_factors_of_arrays,
-    3,
-    45,
-    _slip_slopes,
-    4,
+    "slip_factors", elementary.slip_factors, _slip_factors_of_arrays, 3, 45, _slip_slopes, 4
 )
 sincos = Library(
     "sincos",
@@ -170,4 +164,12 @@ expm1 = Library(
 )
 exp2 = Library(
     "exp2", elementary.exp2, np.exp2, 1, 20, lambda args, results: ((results[0] * math.log(2.0),),)
+)
+tanh = Library(
+    "tanh",
+    elementary.tanh,
+    np.tanh,
+    1,
+    30,
+    lambda args, results: ((fma(-results[0], results[0], 1.0),),),
 )

@@ -12,7 +12,7 @@ follow from it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -89,6 +89,36 @@ class Motion:
 
         return generated("tangent", BUFFER, (*self._key(rows, lanes), place), make)
 
+    def contact_functions(self, lanes: int, rows: Rows, place: int) -> Any:
+        """The compiled function that writes the gap of each contact in ``sides``, its
+        rate and its second derivative at the end of the step to the observer's rows
+        from ``place`` on: by differentiation along the motion."""
+
+        def make() -> Any:
+            graph, _, _ = traced(self.equations, self.states, self.parameters, self.options)
+            rates: dict[Node, Any] = {graph.input("time"): 1.0}
+            for k, (x, v) in enumerate(zip(self.states[::2], self.states[1::2], strict=False)):
+                if k < rows.pairs:
+                    rates[graph.input(f"s.{x}")] = graph.input(f"s.{v}") + graph.input(f"frame.{x}")
+            for name in self.slopes:
+                rates[graph.input(f"s.{name}")] = graph.input(f"slope.{name}")
+            found = {f"0.{name}": graph.gaps[name] for name in self.sides}
+            for order in range(RATES - 1):
+                last = {name: found[f"{order}.{name}"] for name in self.sides}
+                changes = Tangents(graph, rates).of(last)
+                found |= {f"{order + 1}.{name}": node for name, node in changes.items()}
+            graph, found = settled(graph, found)
+            where = self._place(rows)
+            for k in range(rows.pairs):
+                where[f"frame.{self.states[2 * k]}"] = rows.frame_rate + k
+            for k, name in enumerate(self.sides):
+                for order in range(RATES):
+                    where[f"{order}.{name}"] = rows.observer + place + RATES * k + order
+            return lane_code("contact_functions", graph, found, where, lanes)
+
+        key = (*self._key(rows, lanes), place)
+        return generated("contact_functions", BUFFER, key, make)
+
     def _key(self, rows: Rows, lanes: int) -> tuple[Any, ...]:
         solved = self.solved and identity(self.solved)
         names = self.states, self.parameters, self.slopes, self.aux, self.pushed, self.sides
@@ -106,18 +136,13 @@ class Motion:
             self.equations, self.states, self.parameters, self.options, with_slopes=implicit
         )
         wanted = {f"slope.{name}": node for name, node in slopes.items()}
+        wanted |= {f"aux.{name}": node for name, node in outputs.items()}
         pairs: list[tuple[Node, Node]] = []
         if implicit:
-            stage = Stage(graph, slopes, self.pushed, sides)
-            wanted = stage.run(stage.count > 2, self._further)
-            outputs |= {
-                name.removeprefix("aux."): wanted.pop(name)
-                for name in [*wanted]
-                if name.startswith("aux.")
-            }
+            stage = Stage(graph, wanted, self.pushed, sides)
+            wanted = stage.run(self._further)
             pairs = stage.instead
-        self._check(slopes, outputs)
-        wanted |= {f"aux.{name}": node for name, node in outputs.items()}
+        self._check(slopes, [name[4:] for name in wanted if name.startswith("aux.")])
         others = {f"{side}.{k}": pair[side] for k, pair in enumerate(pairs) for side in (0, 1)}
         graph, found = settled(graph, wanted | others)
         instead = {found[f"0.{k}"]: found[f"1.{k}"] for k in range(len(pairs))}
@@ -129,7 +154,7 @@ class Motion:
         found = {} if self.solved is None else self.solved(stage, slips, steps)
         return {f"aux.{name}": node for name, node in found.items()}
 
-    def _check(self, slopes: Mapping[str, Node], outputs: Mapping[str, Node]) -> None:
+    def _check(self, slopes: Mapping[str, Node], outputs: Iterable[str]) -> None:
         for what, found, wanted in (
             ("slopes", set(slopes), set(self.slopes)),
             ("outputs", set(outputs), set(self.aux)),

@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from nsdrill.compiler.contacts import Friction
+from nsdrill.compiler.contacts import Friction, SteepLaw
 from nsdrill.compiler.derivative import Tangents, closed
 from nsdrill.compiler.graph import Graph, Loop, Node
 from nsdrill.compiler.library import choose, fma, greater, sqrt
@@ -84,13 +84,14 @@ Further = Callable[["Stage", Mapping[int, Node], Mapping[int, Node]], Mapping[st
 
 
 class Stage:
-    """The stage of a traced model. Numbers count the components of all contacts: one of
-    each, or two of a slip in a plane."""
+    """The stage of a traced model, whose slopes, and whatever else the loads or the
+    moved velocities change, are ``values``. Numbers count the components of all
+    contacts: one of each, or two of a slip in a plane."""
 
     def __init__(
         self,
         graph: Graph,
-        slopes: Mapping[str, Node],
+        values: Mapping[str, Node],
         pushed: Sequence[str],
         sides: Sequence[str] = (),
     ) -> None:
@@ -121,9 +122,8 @@ class Stage:
             normal if factor is None else graph.node(1.0)
             for factor, normal in zip(factors, self._normals(given), strict=True)
         ]
-        names = list(slopes)
-        free = graph.substituted([slopes[name] for name in names], given, {})
-        self.slopes = dict(zip(names, free, strict=True))
+        free = graph.substituted(values.values(), given, {})
+        self.values = dict(zip(values, free, strict=True))
         self.slip: dict[int, Node] = {}  # without friction, of each component
         self.unit: dict[int, dict[str, Node]] = {}  # what a load pushes
         self.K: dict[tuple[int, int], Node] = {}
@@ -142,7 +142,8 @@ class Stage:
 
     def _couple(self, these: Sequence[int]) -> None:
         """What the components ``these`` need, made in the present region."""
-        graph, pushes = self.graph, {name: self.slopes[name] for name in self.pushed}
+        graph = self.graph
+        pushes = {name: self.values[f"slope.{name}"] for name in self.pushed}
         for contact, own in zip(self.contacts, self.own, strict=True):
             if own[0] not in these:
                 continue
@@ -182,28 +183,50 @@ class Stage:
         """The size of the normal load of a contact while no other has friction."""
         return abs(self._without(number, dict.fromkeys(self.loads, 0.0)))
 
-    def _loads(self, slips: Mapping[int, Node]) -> dict[int, Node]:
-        """The loads of the components ``slips`` at these slips; others are absent."""
+    def _loads(self, unknowns: Mapping[int, Node]) -> tuple[dict[int, Node], dict[int, Node]]:
+        """(slips, loads) of the components ``unknowns``; others are absent. An unknown
+        is the slip, but for a :class:`SteepLaw`."""
         given: dict[Node, Any] = {}
-        found: dict[int, Node] = {}
+        slips, found = dict(unknowns), dict[int, Node]()
         for number, (contact, own) in enumerate(zip(self.contacts, self.own, strict=True)):
-            if own[0] in slips:
-                normal = self._without(number, given)
-                values = contact.loads_at(tuple(slips[k] for k in own), normal)
-                found |= dict(zip(own, values, strict=True))
+            if own[0] in unknowns:
+                normal, law, k = self._without(number, given), contact.law, own[0]
+                if isinstance(law, SteepLaw):
+                    slips[k], value = law.at(unknowns[k], self.slip[k], contact.numbers)
+                    found[k] = normal * value
+                else:
+                    values = contact.loads_at(tuple(slips[k] for k in own), normal)
+                    found |= dict(zip(own, values, strict=True))
             given |= {self.loads[k]: found.get(k, self.zero) for k in own}
-        return found
+        return slips, found
 
-    def newton(self, slips: Mapping[int, Node]) -> tuple[dict[int, Node], dict[int, Node], Node]:
-        """(steps of the slips, loads on the tangent after them, by how much the
+    def bounds(self, these: Sequence[int]) -> dict[int, Node]:
+        """By how much the residual of each component may be off, from the greatest loads;
+        that of a :class:`SteepLaw` is not known."""
+        loads = {}
+        for number, (contact, own) in enumerate(zip(self.contacts, self.own, strict=True)):
+            if own[0] in these and not isinstance(contact.law, SteepLaw):
+                greatest = contact.numbers.rise + contact.numbers.dynamic
+                loads |= dict.fromkeys(own, self.at_rest(number) * greatest)
+        return {k: 1e-14 * abs(self.slip[k]) + self._share(k, loads) for k in these}
+
+    def _share(self, k: int, loads: Mapping[int, Node]) -> Node:
+        """What the tolerance of these ``loads`` is worth as a slip."""
+        return self._dot((abs(self.relaxed[k, i]), TOLERANCE * load) for i, load in loads.items())
+
+    def newton(
+        self, unknowns: Mapping[int, Node], bounds: Mapping[int, Node]
+    ) -> tuple[dict[int, Node], dict[int, Node], Node]:
+        """(steps of the unknowns, loads on the tangent after them, by how much the
         residual is too large)."""
-        graph, these = self.graph, list(slips)
-        loads = self._loads(slips)
-        named = {str(k): load for k, load in loads.items()}
+        graph, these = self.graph, list(unknowns)
+        slips, loads = self._loads(unknowns)
+        named = {f"load.{k}": load for k, load in loads.items()}
+        named |= {f"slip.{k}": slip for k, slip in slips.items()}
         slope = {
             m: {
                 name: graph.fixed(change)
-                for name, change in Tangents(graph, {slips[m]: 1.0}).of(named).items()
+                for name, change in Tangents(graph, {unknowns[m]: 1.0}).of(named).items()
             }
             for m in these
         }
@@ -213,8 +236,8 @@ class Stage:
         ]
         matrix = [
             [
-                self._dot((self.relaxed[k, i], slope[m][str(i)]) for i in these)
-                + (1.0 if k == m else 0.0)
+                self._dot((self.relaxed[k, i], slope[m][f"load.{i}"]) for i in these)
+                + slope[m][f"slip.{k}"]
                 for m in these
             ]
             for k in these
@@ -222,30 +245,23 @@ class Stage:
         matrix = [[graph.fixed(entry) for entry in row] for row in matrix]
         steps = dict(zip(these, solved(matrix, residual), strict=True))
         after = {
-            i: loads[i] + self._dot((slope[m][str(i)], steps[m]) for m in these) for i in these
+            i: loads[i] + self._dot((slope[m][f"load.{i}"], steps[m]) for m in these) for i in these
         }
         # The loads of the solution change with what they slow down, and with their normal
         # loads.
         for k, r in zip(these, residual, strict=True):
-            change = self.slip[k] - self._dot(
+            change = self.slip[k] - slips[k]
+            change = change - self._dot(
                 (self.relaxed[k, i], graph.fixed(after[i])) for i in these
             )
             change = change - self._dot((graph.fixed(self.relaxed[k, i]), loads[i]) for i in these)
             self.instead.append((r, change))
+        steep = {i: abs(loads[i]) for i in these if isinstance(self._contact(i).law, SteepLaw)}
         excess: Any = None
         for row, k in enumerate(these):
-            bound = 1e-14 * abs(self.slip[k]) + graph.sum(
-                abs(self.relaxed[k, i]) * (TOLERANCE * self._greatest(i)) for i in these
-            )
-            over = abs(residual[row]) - bound
+            over = abs(residual[row]) - bounds[k] - self._share(k, steep)
             excess = over if excess is None else graph.make("max", excess, over)
         return steps, after, excess
-
-    def _greatest(self, k: int) -> Node:
-        """The greatest size of a load, without those of other contacts."""
-        number = self._number(k)
-        law = self.contacts[number].numbers
-        return self.at_rest(number) * (law.rise + law.dynamic)
 
     def _number(self, k: int) -> int:
         return next(number for number, own in enumerate(self.own) if k in own)
@@ -255,7 +271,8 @@ class Stage:
 
     def guesses(self, these: Sequence[int]) -> dict[int, Node]:
         """The slips from which Newton's method begins: of each contact beside the
-        loads that the others have, those in regions first."""
+        loads that the others have, those in regions first; of each alone where more
+        than two are in regions, as the work for all pairs exceeds the turns it saves."""
         found: dict[int, Node] = {}
         present = [number for number, own in enumerate(self.own) if own[0] in these]
         present.sort(key=lambda number: not self.contacts[number].region)
@@ -263,7 +280,7 @@ class Stage:
         for number in present:
             contact, own = self.contacts[number], self.own[number]
             free = [self.slip[k] for k in own]
-            for other in present if len(optional) > 1 else ():
+            for other in present if len(optional) == 2 else ():
                 theirs = self.own[other]
                 if other == number:
                     continue
@@ -284,8 +301,10 @@ class Stage:
 
     def _guess(self, number: int, free: Sequence[Node]) -> list[Node]:
         contact, own = self.contacts[number], self.own[number]
-        law = contact.law.guess(contact.numbers)
         relaxed = [self.relaxed[k, k] * self.at_rest(number) for k in own]
+        if isinstance(contact.law, SteepLaw):
+            return [contact.law.begin(free[0], relaxed[0], contact.numbers)]
+        law = contact.law.guess(contact.numbers)
         if len(own) == 1:
             return [first_slip(free[0], relaxed[0], law)]
         # In a plane: the size, then the components, whose masses may differ.
@@ -298,21 +317,21 @@ class Stage:
             ratio = fma(relaxed[0], f, size) / fma(relaxed[1], f, size)
         return [v * size / fma(r, f, size) for v, r in zip(free, relaxed, strict=True)]
 
-    def solve(self, these: Sequence[int], turns: bool, further: Further) -> dict[Any, Node]:
+    def solve(self, these: Sequence[int], further: Further) -> dict[Any, Node]:
         """The loads on the last tangent of Newton's method by their numbers, and what
         is ``further`` found there, by name. It is the second tangent, or, with
-        ``turns``, the first that is exact enough in all lanes."""
+        :attr:`turns`, the first that is exact enough in all lanes."""
         graph = self.graph
-        slips = self.guesses(these)
-        if not turns:
-            steps, _, _ = self.newton(slips)
+        slips, bounds = self.guesses(these), self.bounds(these)
+        if not self.turns:
+            steps, _, _ = self.newton(slips, bounds)
             slips = {k: graph.fixed(kept(slips[k], slips[k] + steps[k])) for k in these}
-            steps, loads, _ = self.newton(slips)
+            steps, loads, _ = self.newton(slips, bounds)
             return {**self._found(loads), **further(self, slips, steps)}
         region = graph.new_region(None)
         with graph.inside(region):
             now = {k: graph.make("variable", slips[k], extra=(region, k)) for k in these}
-            steps, loads, excess = self.newton(now)
+            steps, loads, excess = self.newton(now, bounds)
             others = further(self, now, steps)
             unfinished = excess > 0.0
             following = [choose(unfinished, kept(now[k], now[k] + steps[k]), now[k]) for k in these]
@@ -338,14 +357,19 @@ class Stage:
             "falling": self.graph.sum(growths),
         }
 
-    def run(self, turns: bool, further: Further = lambda *_: {}) -> dict[str, Node]:
-        """Slopes, pushes, moved velocities and ``falling`` by name; with them what
+    @property
+    def turns(self) -> bool:
+        """Whether two tangents of Newton's method are not enough."""
+        return self.count > 2 or any(isinstance(c.law, SteepLaw) for c in self.contacts)
+
+    def run(self, further: Further = lambda *_: {}) -> dict[str, Node]:
+        """The values at the solution, pushes, moved velocities and ``falling`` by name; what
         ``further(stage, slips, steps)`` makes of the last tangent, at these slips and
         the steps from them."""
         graph, c, every = self.graph, self.relax, range(self.count)
         always = self.always
         if len(always) == self.count:
-            found = self.solve(always, turns, further)
+            found = self.solve(always, further)
         else:
             conditions = dict.fromkeys(
                 graph.condition[contact.region] for contact in self.contacts if contact.region
@@ -358,9 +382,9 @@ class Stage:
             graph.otherwise[region] = other
             with graph.inside(region):
                 self._couple([k for k in every if k not in always])
-                touching = self.solve(every, turns, further)
+                touching = self.solve(every, further)
             with graph.inside(other):
-                alone = self.solve(always, turns, further) if always else {}
+                alone = self.solve(always, further) if always else {}
             found = {
                 name: graph.make("either", value, alone.get(name, self.zero), extra=region)
                 for name, value in touching.items()
@@ -371,10 +395,9 @@ class Stage:
         }
         given: dict[Node, Any] = {graph.input(f"s.{name}"): v for name, v in moved.items()}
         given |= loads
-        names = list(self.slopes)
-        new = graph.substituted([self.slopes[name] for name in names], given, {})
+        new = graph.substituted(self.values.values(), given, {})
         return {
-            **{f"slope.{name}": node for name, node in zip(names, new, strict=True)},
+            **dict(zip(self.values, new, strict=True)),
             **{f"moved.{name}": node for name, node in moved.items()},
             **found,
         }

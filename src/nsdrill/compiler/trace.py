@@ -15,7 +15,7 @@ import inspect
 import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache
-from types import FunctionType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 from nsdrill.compiler.graph import Graph, Node
@@ -54,7 +54,7 @@ def traced(
     )
 
 
-def part(function: Any) -> Any:
+def part(function: Callable[..., Any]) -> Any:
     """A function that equations call and that has conditions itself, such as a law."""
     return _prepared(function, False)
 
@@ -65,7 +65,7 @@ def prepared(function: Any) -> Any:
 
 
 @lru_cache
-def _prepared(function: FunctionType, remember: bool) -> Any:
+def _prepared(function: Any, remember: bool) -> Any:
     tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
     definition = tree.body[0]
     assert isinstance(definition, ast.FunctionDef)
@@ -130,15 +130,15 @@ class _Changes(ast.NodeTransformer):
 
 
 def _stored(statements: list[Any]) -> list[str]:
-    """The names that statements assign."""
-    return sorted(
-        {
-            inner.id
-            for statement in statements
-            for inner in ast.walk(statement)
-            if isinstance(inner, ast.Name) and isinstance(inner.ctx, ast.Store)
-        }
-    )
+    """The names that statements assign, less those of comprehensions."""
+    names, todo = set(), list(statements)
+    while todo:
+        node = todo.pop()
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            names.add(node.id)
+        if not isinstance(node, ast.comprehension):
+            todo += ast.iter_child_nodes(node)
+    return sorted(names)
 
 
 def _name(name: str) -> ast.Name:

@@ -40,8 +40,6 @@ class ScalarModel(Model):
     equations: ClassVar[Callable[..., Any]]
     """The equations of motion, as a static method: slopes, and outputs for the observer,
     from ``(t, phase, s, p, o)``."""
-    sides: ClassVar[tuple[str, ...]] = ()
-    """The unilateral contacts whose side a deviation keeps within a step."""
 
     def options(self, variant: Variant) -> Any:
         """The options ``o`` of the equations: hashable, and all that they are."""
@@ -153,7 +151,7 @@ class ScalarModel(Model):
             self.slope_names(variant),
             names.aux,
             self.pushed(variant) if self.is_implicit(variant) else (),
-            self.sides,
+            self.contacts,
         )
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
@@ -163,14 +161,17 @@ class ScalarModel(Model):
         return self.motion(variant).tangent(lanes, self.rows(variant, tangent=True), place)
 
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
-        """Does nothing: no side of a contact is followed."""
-        from nsdrill.compiler.functions import BUFFER, compiled
+        """Those of the gaps of ``contacts``."""
+        if not self.contacts:
+            from nsdrill.compiler.functions import BUFFER, compiled
 
-        @compiled(BUFFER)
-        def none(b):  # type: ignore[no-untyped-def]
-            pass
+            @compiled(BUFFER)
+            def none(b):  # type: ignore[no-untyped-def]
+                pass
 
-        return none
+            return none
+        rows = self.rows(variant, tangent=True)
+        return self.motion(variant).contact_functions(lanes, rows, place)
 
     def pack(self, points: Values, thresholds: Thresholds) -> Array:
         values = self.columns(points, thresholds)

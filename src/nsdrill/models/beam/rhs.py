@@ -40,7 +40,8 @@ from nsdrill.models.beam import implicit
 from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
 from nsdrill.models.christoforou_yigit.friction import slip_factors
 from nsdrill.models.christoforou_yigit.lobes import multiple_sine
-from nsdrill.scalar import STEP
+
+STEP = 2.0**-20  # of a deviation, at whose ends a difference is taken
 
 # Auxiliary outputs for the observer: cosine and sine of the bit angle, force and torque
 # of the rock; the sum of friction over the stations on the wall, their number, and the
@@ -127,7 +128,7 @@ def make_right_hand_side(lanes: int, options: Options, *, tangent: bool = False)
     """The compiled right-hand side for a number of lanes and these options; with
     ``tangent`` also that of a deviation: the central difference of the slopes at two
     states, ``STEP`` times the deviation to either side of the motion, as in
-    :func:`nsdrill.scalar.in_lanes`."""
+    a central difference."""
     helpers = {
         "np": np,
         "fma": fma,

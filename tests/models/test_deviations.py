@@ -1,5 +1,5 @@
-"""Deviations by the difference of two right-hand sides: stabilisers, friction along the
-axis, segments."""
+"""Deviations, against neighbouring runs: of the main model with stabilisers and with
+friction along the axis, of a string of segments."""
 
 from __future__ import annotations
 
@@ -34,24 +34,25 @@ initial: {bit_speed: 9 rad/s}
 IDEAL = SEGMENTS + "drive: {kind: ideal}\n"
 
 
-# Steps land on rock and wall, as where the equations are linearised. In half a second
-# of a bouncing bit on segments the neighbouring runs themselves miss by 2e-3.
+# Steps land on rock and wall, but not where the cutters begin to bite: in half a second
+# of a bouncing bit on segments a deviation misses by 1e-2 at 1e-8, the neighbouring runs
+# themselves by 2e-3.
 @pytest.mark.parametrize(
-    ("text", "seconds", "within"),
+    ("text", "seconds", "rtol", "within"),
     [
-        (STABILIZERS, 2.0, 1e-3),
-        (ALONG, 2.0, 1e-3),
-        (SEGMENTS, 0.1, 5e-4),
-        (SEGMENTS, 0.5, 1e-2),
-        (IDEAL, 0.5, 1e-2),
+        (STABILIZERS, 2.0, "1.0e-8", 1e-3),
+        (ALONG, 2.0, "1.0e-8", 1e-3),
+        (SEGMENTS, 0.1, "1.0e-8", 5e-4),
+        (SEGMENTS, 0.5, "1.0e-10", 1e-2),
+        (IDEAL, 0.5, "1.0e-10", 1e-2),
     ],
     ids=["stabilizers", "along", "touch", "segments", "ideal"],
 )
 def test_the_deviation_is_the_derivative_of_the_motion(
-    text: str, seconds: float, within: float
+    text: str, seconds: float, rtol: str, within: float
 ) -> None:
     study = parse_study(
-        f"{text}simulation: {{transient: 0 s, observe: {seconds} s, rtol: 1.0e-8}}\n"
+        f"{text}simulation: {{transient: 0 s, observe: {seconds} s, rtol: {rtol}}}\n"
     )
     followed, quotient = followed_and_quotient(work_of(study), 1e-11)
     assert np.linalg.norm(followed - quotient) < within * np.linalg.norm(quotient)
