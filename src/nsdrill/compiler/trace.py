@@ -130,15 +130,15 @@ class _Changes(ast.NodeTransformer):
 
 
 def _stored(statements: list[Any]) -> list[str]:
-    """The names that statements assign."""
-    return sorted(
-        {
-            inner.id
-            for statement in statements
-            for inner in ast.walk(statement)
-            if isinstance(inner, ast.Name) and isinstance(inner.ctx, ast.Store)
-        }
-    )
+    """The names that statements assign, less those of comprehensions."""
+    names, todo = set(), list(statements)
+    while todo:
+        node = todo.pop()
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            names.add(node.id)
+        if not isinstance(node, ast.comprehension):
+            todo += ast.iter_child_nodes(node)
+    return sorted(names)
 
 
 def _name(name: str) -> ast.Name:
