@@ -108,15 +108,17 @@ class Motion:
             self.equations, self.states, self.parameters, self.options, with_slopes=implicit
         )
         wanted = {f"slope.{name}": node for name, node in slopes.items()}
+        wanted |= {f"aux.{name}": node for name, node in outputs.items()}
         fixed: dict[str, Node] = {}
         if implicit:
-            stage = Stage(graph, slopes, self.pushed, sides)
+            stage = Stage(graph, wanted, self.pushed, sides)
             wanted = stage.run(turns=stage.count > 2) | {"falling": stage.falling()}
             if self.solved is not None:
-                outputs |= self.solved(graph, stage, self.options)
+                more = self.solved(graph, stage, self.options)
+                wanted |= {f"aux.{name}": node for name, node in more.items()}
+                outputs |= more
             fixed = {f"fixed.{k}": node for k, node in enumerate(stage.fixed)}
         self._check(slopes, outputs)
-        wanted |= {f"aux.{name}": node for name, node in outputs.items()}
         graph, found = settled(graph, wanted | fixed)
         return graph, {name: found[name] for name in wanted}, [found[name] for name in fixed]
 

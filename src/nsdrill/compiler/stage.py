@@ -80,13 +80,14 @@ def solved(matrix: Sequence[Sequence[Node]], right: Sequence[Node]) -> list[Node
 
 
 class Stage:
-    """The stage of a traced model. Numbers count the components of all contacts: one of
-    each, or two of a slip in a plane."""
+    """The stage of a traced model, whose slopes, and whatever else the loads or the
+    moved velocities change, are ``values``. Numbers count the components of all
+    contacts: one of each, or two of a slip in a plane."""
 
     def __init__(
         self,
         graph: Graph,
-        slopes: Mapping[str, Node],
+        values: Mapping[str, Node],
         pushed: Sequence[str],
         sides: Sequence[str] = (),
     ) -> None:
@@ -102,18 +103,17 @@ class Stage:
         self.count = sum(map(len, self.own))
         self.loads = [graph.input(f"load.{k}") for k in range(self.count)]
         every = [load for contact in self.contacts for load in contact.loads]
-        names = list(slopes)
-        wanted = [slopes[name] for name in names] + [contact.normal for contact in self.contacts]
+        wanted = [*values.values(), *(contact.normal for contact in self.contacts)]
         free = graph.substituted(wanted, dict(zip(every, self.loads, strict=True)), {})
-        self.slopes = dict(zip(names, free, strict=False))
+        self.values = dict(zip(values, free, strict=False))
         self.normal = [
             self._outside(node, contact)
-            for node, contact in zip(free[len(names) :], self.contacts, strict=True)
+            for node, contact in zip(free[len(values) :], self.contacts, strict=True)
         ]
         self.slip = [
             self._outside(slip, contact) for contact in self.contacts for slip in contact.slips
         ]
-        pushes = {name: self.slopes[name] for name in self.pushed}
+        pushes = {name: self.values[f"slope.{name}"] for name in self.pushed}
         self.unit = [Tangents(graph, {load: 1.0}).of(pushes) for load in self.loads]
         slips = {str(k): slip for k, slip in enumerate(self.slip)}
         along = {
@@ -264,7 +264,7 @@ class Stage:
         return now, steps, loads
 
     def run(self, turns: bool) -> dict[str, Node]:
-        """Slopes, pushes and moved velocities by name, and the slips of the solution."""
+        """The values at the solution, pushes and moved velocities by name."""
         graph, c, every = self.graph, self.relax, range(self.count)
         always = [k for k in every if not self.contacts[self._contact(k)].region]
         if len(always) == self.count:
@@ -298,10 +298,9 @@ class Stage:
         moved = {name: fma(c, push[name], graph.input(f"s.{name}")) for name in self.pushed}
         given: dict[Node, Any] = {graph.input(f"s.{name}"): v for name, v in moved.items()}
         given |= {self.loads[k]: loads[k] for k in every}
-        names = list(self.slopes)
-        new = graph.substituted([self.slopes[name] for name in names], given, {})
+        new = graph.substituted(self.values.values(), given, {})
         return {
-            **{f"slope.{name}": node for name, node in zip(names, new, strict=True)},
+            **dict(zip(self.values, new, strict=True)),
             **{f"push.{name}": node for name, node in push.items()},
             **{f"moved.{name}": node for name, node in moved.items()},
         }
