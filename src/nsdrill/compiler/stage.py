@@ -155,7 +155,18 @@ class Stage:
             given |= {self.loads[k]: found.get(k, self.zero) for k in own}
         return found
 
-    def newton(self, slips: Mapping[int, Node]) -> tuple[dict[int, Node], dict[int, Node], Node]:
+    def bounds(self, these: Sequence[int]) -> dict[int, Node]:
+        """By how much the residual of each component may be off."""
+        loads = {i: TOLERANCE * self._greatest(i) for i in these}
+        return {
+            k: 1e-14 * abs(self.slip[k])
+            + self.relax * self.graph.sum(abs(self.K[k][i]) * loads[i] for i in these)
+            for k in these
+        }
+
+    def newton(
+        self, slips: Mapping[int, Node], bounds: Mapping[int, Node]
+    ) -> tuple[dict[int, Node], dict[int, Node], Node]:
         """(steps of the slips, loads on the tangent after them, by how much the
         residual is too large)."""
         graph, c, these = self.graph, self.relax, list(slips)
@@ -180,10 +191,7 @@ class Stage:
         after = {i: loads[i] + graph.sum(slope[m][str(i)] * steps[m] for m in these) for i in these}
         excess: Any = None
         for row, k in enumerate(these):
-            bound = 1e-14 * abs(self.slip[k]) + c * graph.sum(
-                abs(self.K[k][i]) * (TOLERANCE * self._greatest(i)) for i in these
-            )
-            over = abs(residual[row]) - bound
+            over = abs(residual[row]) - bounds[k]
             excess = over if excess is None else graph.make("max", excess, over)
         return steps, after, excess
 
@@ -198,7 +206,8 @@ class Stage:
 
     def guesses(self, these: Sequence[int]) -> dict[int, Node]:
         """The slips from which Newton's method begins: of each contact beside the
-        loads that the others have, those in regions first."""
+        loads that the others have, those in regions first; of each alone where more
+        than two are in regions, as the work for all pairs exceeds the turns it saves."""
         graph, c = self.graph, self.relax
         found: dict[int, Node] = {}
         present = [number for number, own in enumerate(self.own) if own[0] in these]
@@ -207,7 +216,7 @@ class Stage:
         for number in present:
             contact, own = self.contacts[number], self.own[number]
             free = [self.slip[k] for k in own]
-            for other in present if len(optional) > 1 else ():
+            for other in present if len(optional) == 2 else ():
                 theirs = self.own[other]
                 if other == number:
                     continue
@@ -246,18 +255,18 @@ class Stage:
         """(slips, steps, loads) of the last tangent of Newton's method: its second, or,
         with ``turns``, the first that is exact enough in all lanes."""
         graph = self.graph
-        slips = self.guesses(these)
+        slips, bounds = self.guesses(these), self.bounds(these)
         if not turns:
-            steps, _, _ = self.newton(slips)
+            steps, _, _ = self.newton(slips, bounds)
             slips = {k: kept(slips[k], slips[k] + steps[k]) for k in these}
             self.fixed += slips.values()
-            steps, loads, _ = self.newton(slips)
+            steps, loads, _ = self.newton(slips, bounds)
             return slips, steps, loads
         region = graph.new_region(None)
         with graph.inside(region):
             now = {k: graph.make("variable", slips[k], extra=(region, k)) for k in these}
             self.fixed += now.values()
-            steps, loads, excess = self.newton(now)
+            steps, loads, excess = self.newton(now, bounds)
             unfinished = excess > 0.0
             following = [choose(unfinished, kept(now[k], now[k] + steps[k]), now[k]) for k in these]
         graph.loops[region] = Loop([now[k] for k in these], following, unfinished, MOST)
