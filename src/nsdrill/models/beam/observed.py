@@ -10,6 +10,7 @@ each summed over the stations while they are on the wall.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -18,7 +19,7 @@ import numpy as np
 from nsdrill.compiler.words import fma
 from nsdrill.generate import define
 from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
-from nsdrill.models.beam.rhs import aux_of, columns_of, total
+from nsdrill.models.beam.rhs import aux_of, columns_of
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
 from nsdrill.models.christoforou_yigit.observed import SHARED, wall_force
 from nsdrill.observe.channels import (
@@ -59,6 +60,14 @@ def names_of(options: Options) -> Names:
     )
 
 
+def total(factors: Sequence[str], others: Sequence[str]) -> str:
+    """The text of the sum of products, fused."""
+    expression = f"{factors[-1]} * {others[-1]}"
+    for first, second in reversed(list(zip(factors[:-1], others[:-1], strict=True))):
+        expression = f"fma({first}, {second}, {expression})"
+    return expression
+
+
 @lru_cache
 def outputs_of(options: Options) -> Any:
     """The function of the quantities that are computed once a step, of the watched
@@ -76,7 +85,7 @@ def outputs_of(options: Options) -> Any:
     arguments += ["collar_radius", "surface_amplitude", "z", "vz", "bit_speed"]
     arguments += ["cosine", "sine", "torque", "wall_contacts", "slip_sum"]
     sums = {
-        word: total(list(zip(watch, names, strict=True)))
+        word: total(watch, names)
         for word, names in zip(
             ("x", "vx", "y", "vy", "ax", "ay"), (*motion, *accelerations), strict=True
         )

@@ -22,6 +22,21 @@ def multiple_sine(sine: Any, cosine: Any, lobes: int) -> Any:
     return now
 
 
+def bit_on_rock(t: Any, phase: Any, s: Any, p: Any, lobes: int, law: Any) -> tuple[Any, ...]:
+    """(sine and cosine of the bit's angle, force and torque of the rock), which is
+    lobed."""
+    sine, cosine = sincos(s.twist + (p.drive_speed * t + phase))
+    surface = p.surface_amplitude * multiple_sine(sine, cosine, lobes)
+    force = p.rock_stiffness * touching("rock", surface - s.z)
+    numbers = numbers_of(p, "bit")
+    return (
+        sine,
+        cosine,
+        force,
+        friction("bit", slip=s.bit_speed, normal=force, law=law, numbers=numbers),
+    )
+
+
 def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
     """(slopes of the velocities by name, further outputs)."""
     # Where the collar is. The floor of the radius has an effect at the hole's centre
@@ -30,14 +45,8 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
     around = s.x * s.vy - s.y * s.vx  # radius times the speed around the hole
     along = s.vz - p.penetration_rate if o.axial_friction else 0.0
 
-    # The bit on the lobed rock.
-    sine, cosine = sincos(s.twist + (p.drive_speed * t + phase))
-    surface = p.surface_amplitude * multiple_sine(sine, cosine, o.lobes)
-    bit_force = p.rock_stiffness * touching("rock", surface - s.z)
     law = LAWS[BIT_LAWS[o.friction]]
-    bit_torque = friction(
-        "bit", slip=s.bit_speed, normal=bit_force, law=law, numbers=numbers_of(p, "bit")
-    )
+    sine, cosine, bit_force, bit_torque = bit_on_rock(t, phase, s, p, o.lobes, law)
 
     # The wall.
     stiffness = p.bending - p.softening_torque * bit_torque - p.softening_force * bit_force
