@@ -203,7 +203,7 @@ class Stage:
     def bounds(self, these: Sequence[int]) -> dict[int, Node]:
         """By how much the residual of each component may be off, from the greatest loads;
         that of a :class:`SteepLaw` is not known."""
-        loads = {}
+        loads: dict[int, Node] = {}
         for number, (contact, own) in enumerate(zip(self.contacts, self.own, strict=True)):
             if own[0] in these and not isinstance(contact.law, SteepLaw):
                 greatest = contact.numbers.rise + contact.numbers.dynamic
@@ -357,6 +357,28 @@ class Stage:
             "falling": self.graph.sum(growths),
         }
 
+    def _leaving(
+        self, conditions: Sequence[Any], found: Mapping[Any, Node], outside: bool = False
+    ) -> dict[Any, Node]:
+        """The values that leave regions with these ``conditions`` with the loads of the
+        solution, where the moved velocities do not change them; ``outside`` where no
+        lane needs the regions."""
+        graph = self.graph
+        given: dict[Node, Any] = {
+            load: found.get(k, self.zero) for k, load in enumerate(self.loads)
+        }
+        moved = {graph.input(f"s.{name}") for name in self.pushed}
+        here = dict.fromkeys(range(len(graph.parent)), graph.region)
+        depends: dict[Node, tuple[bool, bool]] = {}
+        values: dict[Any, Node] = {}
+        for node in graph.live(self.values.values()):
+            loaded, moves = (any(depends[arg][side] for arg in node.args) for side in (0, 1))
+            depends[node] = loaded or node in given, moves or node in moved
+            if node.op == "join" and node.args[0] in conditions and depends[node] == (True, False):
+                part = node.args[2] if outside else node
+                (values[node],) = graph.substituted([part], given | values, here)
+        return values
+
     @property
     def turns(self) -> bool:
         """Whether two tangents of Newton's method are not enough."""
@@ -383,8 +405,10 @@ class Stage:
             with graph.inside(region):
                 self._couple([k for k in every if k not in always])
                 touching = self.solve(every, further)
+                touching |= self._leaving(list(conditions), touching)
             with graph.inside(other):
                 alone = self.solve(always, further) if always else {}
+                alone |= self._leaving(list(conditions), alone, outside=True)
             found = {
                 name: graph.make("either", value, alone.get(name, self.zero), extra=region)
                 for name, value in touching.items()
@@ -395,6 +419,7 @@ class Stage:
         }
         given: dict[Node, Any] = {graph.input(f"s.{name}"): v for name, v in moved.items()}
         given |= loads
+        given |= {node: found.pop(node) for node in [*found] if isinstance(node, Node)}
         new = graph.substituted(self.values.values(), given, {})
         return {
             **dict(zip(self.values, new, strict=True)),

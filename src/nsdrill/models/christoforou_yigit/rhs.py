@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import Rows
+from nsdrill.compiler.contacts import Law
 from nsdrill.compiler.derivative import Tangents
 from nsdrill.compiler.graph import Node
 from nsdrill.compiler.motion import Motion
@@ -150,6 +151,7 @@ def _bit_aux(
     Newton's method, as the load is, the slope of the law, and by how much a load
     relaxes the bit speed."""
     contact, omega = stage.contacts[0], slips[0]
+    assert isinstance(contact.law, Law)
     direction, decay = contact.law.factors(omega, contact.numbers)
     factors = {"direction": direction, "decay": decay}
     rates = Tangents(stage.graph, {omega: 1.0})
