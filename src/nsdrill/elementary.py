@@ -200,6 +200,7 @@ def expm1(x: float) -> float:
 
 @inlined
 def tanh(x: float) -> float:
-    """Hyperbolic tangent, to 1e-9 absolute: 1 - 2 / (1 + 2^(2 x log2 e))."""
-    limited = min(max(x, -20.0), 20.0)  # beyond, it is 1 to rounding
-    return 1.0 - 2.0 / (1.0 + exp2(2.885390081777926814719849 * limited))
+    """Hyperbolic tangent: -e / (2 + e) with e = exp(-2 |x|) - 1, and the sign of x."""
+    e = expm1(-2.0 * abs(x))
+    size = -e / (2.0 + e)
+    return -size if x < 0.0 else size

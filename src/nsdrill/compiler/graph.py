@@ -23,7 +23,7 @@ needs it. A value leaves its region by a ``join``.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
@@ -257,14 +257,14 @@ class Graph:
 
     # What depends on what.
 
-    def live(self, outputs: Iterable[Node]) -> list[Node]:
+    def live(self, outputs: Iterable[Node], until: Container[Node] = ()) -> list[Node]:
         """The nodes on which ``outputs`` depend, in order, with the conditions of their
-        regions."""
+        regions; those in ``until`` are left out, with what these alone depend on."""
         seen: set[Node] = set()
         todo = list(outputs)
         while todo:
             node = todo.pop()
-            if node in seen:
+            if node in seen or node in until:
                 continue
             seen.add(node)
             todo += node.args

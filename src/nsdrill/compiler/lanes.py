@@ -314,7 +314,11 @@ class _Writer:
         other = ["else:", *self._text(block.other, 1)] if block.other else []
         condition = self.graph.condition[block.region]
         assert condition is not None
-        return [f"if {_flag(condition)} != 0:", *(self._text(block.inside, 1) or ["    pass"]), *other]
+        return [
+            f"if {_flag(condition)} != 0:",
+            *(self._text(block.inside, 1) or ["    pass"]),
+            *other,
+        ]
 
     def _piece(self, piece: Piece) -> list[str]:
         self.known: dict[Node, str] = {}
@@ -380,16 +384,17 @@ class _Writer:
 
     def _operation(self, node: Node) -> str:
         a = [self._name(arg) for arg in node.args]
-        if node.op in _INFIX:
-            return f"{a[0]} {_INFIX[node.op]} {a[1]}"
+        if node.op in INFIX:
+            return f"{a[0]} {INFIX[node.op]} {a[1]}"
         if node.op in ("select", "join"):
             return f"{a[1]} if {a[0]} else {a[2]}"
-        return _FORMS[node.op].format(*a)
+        return FORMS[node.op].format(*a)
 
 
-_INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/", "lt": "<", "le": "<=", "gt": ">",
+# How operations are written.
+INFIX = {"add": "+", "sub": "-", "mul": "*", "div": "/", "lt": "<", "le": "<=", "gt": ">",
           "ge": ">=", "eq": "==", "and": "and", "or": "or"}  # fmt: skip
-_FORMS = {"neg": "-{0}", "fixed": "{0}", "not": "not {0}", "abs": "abs({0})", "sqrt": "np.sqrt({0})",
+FORMS = {"neg": "-{0}", "fixed": "{0}", "not": "not {0}", "abs": "abs({0})", "sqrt": "np.sqrt({0})",
           "fma": "fma({0}, {1}, {2})", "max": "max({0}, {1})", "min": "min({0}, {1})"}  # fmt: skip
 
 

@@ -108,7 +108,7 @@ def slip_factors(v: Any, smoothing: Any, decay: Any) -> tuple[Any, Any]:
     |v|), by which friction falls; with one division for both, for v where that is a
     sum with a quotient, and for the slope."""
     if isinstance(v, Node) and v.graph.with_slopes:
-        unit = _flat(v, smoothing)
+        unit = flat(v, smoothing)
         return _slip_factors(v * unit, unit, smoothing, decay, v)[:2]
     speed, divisors = over_quotient(v)
     unit = math.prod(divisors, start=1.0)
@@ -119,7 +119,8 @@ def slip_factors(v: Any, smoothing: Any, decay: Any) -> tuple[Any, Any]:
     return direction, decayed
 
 
-def _flat(v: Any, smoothing: Any) -> Any:
+def flat(v: Any, smoothing: Any) -> Any:
+    """1 + (smoothing v)^2."""
     scaled = smoothing * v
     return fma(scaled, scaled, 1.0)
 
@@ -131,8 +132,8 @@ def _slip_factors_of_arrays(speed: Any, unit: Any, smoothing: Any, decay: Any, v
 def _slip_slopes(args: Sequence[Any], results: Sequence[Any]) -> Any:
     """The first two with respect to v, from which speed and unit follow."""
     _, unit, smoothing, decay, v = args
-    flat = _flat(v, smoothing)
-    per_flat = results[2] if unit is flat else 1.0 / flat
+    one_plus_square = flat(v, smoothing)
+    per_flat = results[2] if unit is one_plus_square else 1.0 / one_plus_square
     falling = choose(v < 0.0, decay, -decay) * (results[1] * results[1])
     steep = TWO_OVER_PI * smoothing * per_flat
     return (0.0, 0.0, None, None, steep), (0.0, 0.0, None, None, falling), (
@@ -157,13 +158,10 @@ direction = Library(
     lambda x: TWO_OVER_PI * np.arctan(x),
     1,
     35,
-    lambda args, results: ((TWO_OVER_PI / fma(args[0], args[0], 1.0),),),
+    lambda args, results: ((TWO_OVER_PI * (1.0 / fma(args[0], args[0], 1.0)),),),
 )
 expm1 = Library(
-    "expm1", elementary.expm1, np.expm1, 1, 30, lambda args, results: ((results[0] + 1.0,),)
-)
-exp2 = Library(
-    "exp2", elementary.exp2, np.exp2, 1, 20, lambda args, results: ((results[0] * math.log(2.0),),)
+    "expm1", elementary.expm1, np.expm1, 1, 30, lambda args, results: ((1.0 + results[0],),)
 )
 tanh = Library(
     "tanh",

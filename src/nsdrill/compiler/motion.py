@@ -125,9 +125,7 @@ class Motion:
         return identity(self.equations), solved, self.options, names, rows, lanes
 
     @lru_cache  # noqa: B019  # motions live as long as the process
-    def _graph(
-        self, sides: tuple[str, ...]
-    ) -> tuple[Graph, dict[str, Node], dict[Node, Node]]:
+    def _graph(self, sides: tuple[str, ...]) -> tuple[Graph, dict[str, Node], dict[Node, Node]]:
         """(graph, outputs, nodes and what changes instead of them), with friction that is
         solved for if it is implicit. ``sides`` are contacts that a deviation may see
         closed."""

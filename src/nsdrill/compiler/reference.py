@@ -111,9 +111,7 @@ def _on_the_stack(context: Any, builder: Any, signature: Any, values: Any) -> An
     array = context.make_array(signature.return_type)(context, builder)
     size = context.cast(builder, values[0], signature.args[0], types.intp)
     number, place = context.get_constant(types.intp, 8), builder.alloca(ir.DoubleType(), size)
-    populate_array(
-        array, data=place, shape=[size], strides=[number], itemsize=number, meminfo=None
-    )
+    populate_array(array, data=place, shape=[size], strides=[number], itemsize=number, meminfo=None)
     return array._getvalue()
 
 

@@ -136,8 +136,7 @@ class Stage:
         wanted = [contact.normal for contact in self.contacts]
         found = self.graph.substituted(wanted, given, {})
         return [
-            self._outside(node, contact)
-            for node, contact in zip(found, self.contacts, strict=True)
+            self._outside(node, contact) for node, contact in zip(found, self.contacts, strict=True)
         ]
 
     def _couple(self, these: Sequence[int]) -> None:
@@ -151,7 +150,9 @@ class Stage:
                 self.slip[k] = self._outside(slip, contact)
                 self.unit[k] = Tangents(graph, {self.loads[k]: 1.0}).of(pushes)
                 self._along[k] = {
-                    name: Tangents(graph, {graph.input(f"s.{name}"): 1.0}).of({"": self.slip[k]})[""]
+                    name: Tangents(graph, {graph.input(f"s.{name}"): 1.0}).of({"": self.slip[k]})[
+                        ""
+                    ]
                     for name in self.pushed
                 }
         for k, along in self._along.items():
@@ -251,9 +252,7 @@ class Stage:
         # loads.
         for k, r in zip(these, residual, strict=True):
             change = self.slip[k] - slips[k]
-            change = change - self._dot(
-                (self.relaxed[k, i], graph.fixed(after[i])) for i in these
-            )
+            change = change - self._dot((self.relaxed[k, i], graph.fixed(after[i])) for i in these)
             change = change - self._dot((graph.fixed(self.relaxed[k, i]), loads[i]) for i in these)
             self.instead.append((r, change))
         steep = {i: abs(loads[i]) for i in these if isinstance(self._contact(i).law, SteepLaw)}
@@ -293,7 +292,8 @@ class Stage:
                     continue
                 loads = self.contacts[other].loads_at(tuple(at), self.at_rest(other))
                 free = [
-                    f - self._dot((self.relaxed[k, o], v) for o, v in zip(theirs, loads, strict=True))
+                    f
+                    - self._dot((self.relaxed[k, o], v) for o, v in zip(theirs, loads, strict=True))
                     for k, f in zip(own, free, strict=True)
                 ]
             found |= dict(zip(own, self._guess(number, free), strict=True))
@@ -347,7 +347,9 @@ class Stage:
                 K = self.K[own[0], own[0]]
                 for k in own[1:]:
                     K = greater(K, self.K[k, k])
-                growths.append(K * self.at_rest(number) * contact.law.steepest_fall(contact.numbers))
+                growths.append(
+                    K * self.at_rest(number) * contact.law.steepest_fall(contact.numbers)
+                )
         return {
             **loads,
             **{

@@ -123,7 +123,11 @@ class _Changes(ast.NodeTransformer):
             function.body = [*body, back]
             functions.append(function)
         call = _call(
-            "_branch", node.test, *map(_name, sides), ast.Tuple([ast.Constant(n) for n in names], ast.Load()), _call("locals")
+            "_branch",
+            node.test,
+            *map(_name, sides),
+            ast.Tuple([ast.Constant(n) for n in names], ast.Load()),
+            _call("locals"),
         )
         targets = ast.Tuple([ast.Name(n, ast.Store()) for n in names], ast.Store())
         return [*functions, ast.Assign([targets], call)]

@@ -14,11 +14,16 @@ Sources: hyperbolic in the form of Leine 1998; linear Dawson, Lin & Spanos 1987,
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
+from nsdrill.compiler import plain
 from nsdrill.compiler.contacts import Law
-from nsdrill.compiler.library import direction, expm1, slip_factors
-from nsdrill.compiler.trace import Named, part
+from nsdrill.compiler.derivative import Tangents
+from nsdrill.compiler.graph import Graph, Node
+from nsdrill.compiler.library import direction, expm1, flat, slip_factors, tanh
+from nsdrill.compiler.trace import Named, inputs, part
 
 
 def _hyperbolic(v: Any, numbers: Any) -> tuple[Any, Any]:
@@ -34,11 +39,8 @@ def _exponential(v: Any, numbers: Any) -> tuple[Any, Any]:
     return direction(numbers.smoothing * v), 1.0 + expm1(-(numbers.decay * abs(v)))
 
 
-@part
 def _rational(v: Any, numbers: Any) -> tuple[Any, Any]:
-    e = expm1(-2.0 * abs(numbers.smoothing * v))
-    tanh = -e / (2.0 + e)
-    return -tanh if v < 0.0 else tanh, 1.0 / (1.0 + numbers.decay * v * v)
+    return tanh(numbers.smoothing * v), 1.0 / (1.0 + numbers.decay * v * v)
 
 
 def _falling(v: Any, factors: tuple[Any, Any], numbers: Any) -> Any:
@@ -47,8 +49,8 @@ def _falling(v: Any, factors: tuple[Any, Any], numbers: Any) -> Any:
 
 
 def _humped(v: Any, factors: tuple[Any, Any], numbers: Any) -> Any:
-    tanh, weakened = factors
-    return numbers.dynamic * tanh + numbers.rise * v * weakened
+    bounded, weakened = factors
+    return numbers.dynamic * bounded + numbers.rise * v * weakened
 
 
 def _without_hump(numbers: Any) -> Named:
@@ -72,5 +74,50 @@ LAWS = {
 
 def numbers_of(p: Any, contact: str) -> Named:
     """The numbers of the law of a contact, among the lane parameters ``p``."""
-    names = ("smoothing", "decay", "rise", "dynamic")
-    return Named(**{name: getattr(p, f"{contact}_{name}") for name in names})
+    return Named(**{name: getattr(p, f"{contact}_{name}") for name in NUMBERS})
+
+
+NUMBERS = ("smoothing", "decay", "rise", "dynamic")
+
+
+@lru_cache
+def _graph_of(law: Law) -> tuple[Node, Named, tuple[Node, Node], dict[str, Node]]:
+    """(slip, numbers, factors, values): the law as a graph, with its ``slope``, and
+    ``unsmoothed``, as it is at positive slips without smoothing, with the ``fall`` of
+    that."""
+    graph = Graph(with_slopes=True)
+    v, numbers = graph.input("v"), inputs(graph, NUMBERS, "n")
+    factors = law.factors(v, numbers)
+    values = {"coefficient": law.coefficient(v, factors, numbers)}
+    direction = graph.node(1.0) if law.coefficient is _falling else factors[0]
+    values["unsmoothed"] = law.coefficient(v, (direction, factors[1]), numbers)
+    changes = Tangents(graph, {v: 1.0}).of(values)
+    values |= {"slope": changes["coefficient"], "fall": -changes["unsmoothed"]}
+    return v, numbers, factors, values
+
+
+def values(law: Law, which: str, v: Any, numbers: Sequence[Any]) -> Any:
+    """The ``coefficient`` of a law at slips, its ``slope``, the ``unsmoothed``
+    coefficient at positive slips or its ``fall``, on numbers or arrays; ``numbers`` in
+    the order of NUMBERS."""
+    given = {"v": v} | {f"n.{name}": n for name, n in zip(NUMBERS, numbers, strict=True)}
+    return plain.values({"": _graph_of(law)[3][which]}, given)[""]
+
+
+def with_slope(law: Law) -> Any:
+    """The function (slip, *numbers) -> (coefficient, slope), to be written out in lane
+    code."""
+    v, numbers, _, found = _graph_of(law)
+    arguments = {v: "v"} | {getattr(numbers, name): name for name in NUMBERS}
+    return plain.written_out("law", [found["coefficient"], found["slope"]], arguments)
+
+
+def with_slope_from_factors(law: Law) -> Any:
+    """The same of (slip, *factors, 1 / (1 + (smoothing slip)^2), *numbers)."""
+    v, numbers, factors, found = _graph_of(law)
+    per_flat = 1.0 / flat(v, numbers.smoothing)
+    if law is hyperbolic:  # comes with the factors
+        per_flat = factors[0].graph.make("result", *factors[0].args, extra=(factors[0].extra[0], 2))
+    arguments = {v: "v", factors[0]: "direction", factors[1]: "weakened", per_flat: "per_flat"}
+    arguments |= {getattr(numbers, name): name for name in NUMBERS}
+    return plain.written_out("law", [found["coefficient"], found["slope"]], arguments)

@@ -20,7 +20,7 @@ from nsdrill.compiler.words import fma
 from nsdrill.generate import define
 from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
 from nsdrill.models.beam.rhs import aux_of, columns_of
-from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
+from nsdrill.models.christoforou_yigit.equations import lobed
 from nsdrill.models.christoforou_yigit.observed import SHARED, wall_force
 from nsdrill.observe.channels import (
     Channel,
@@ -105,20 +105,14 @@ def outputs_of(options: Options) -> Any:
             "    clearance = max(clearance, penetration)",
         ]
     lines += [
-        f"    lobe = multiple_sine(sine, cosine, {options.lobes})",
-        f"    slope = {float(options.lobes)!r} * multiple_cosine(cosine, {options.lobes})",
+        "    lobe, slope = lobed(sine, cosine)",
         "    return (",
         "        x, y, radius, fma(x, vx, y * vy) / radius, clearance, rate,",
         "        fma(surface_amplitude, lobe, -z), fma(surface_amplitude * slope, bit_speed, -vz),",
         "        fma(ax, ax, ay * ay), slip_sum, wall_contacts * bit_speed * collar_radius, torque,",
         "    )",
     ]
-    helpers = {
-        "np": np,
-        "fma": fma,
-        "multiple_sine": multiple_sine,
-        "multiple_cosine": multiple_cosine,
-    }
+    helpers = {"np": np, "fma": fma, "lobed": lobed(options.lobes)}
     return define("outputs", "\n".join(lines) + "\n", **helpers)
 
 

@@ -6,12 +6,26 @@ them from the Lagrangian of the coupled system.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 from nsdrill.compiler.contacts import friction, friction_along, touching
+from nsdrill.compiler.derivative import Tangents
+from nsdrill.compiler.graph import Graph
 from nsdrill.compiler.library import sincos, sqrt
-from nsdrill.models.christoforou_yigit.laws import LAWS as BIT_LAWS
+from nsdrill.compiler.plain import written_out
 from nsdrill.models.friction import LAWS, hyperbolic, numbers_of
+
+
+@lru_cache
+def lobed(lobes: int) -> Any:
+    """The function (sine, cosine) -> (sin(lobes phi), its slope with phi), to be
+    written out in lane code."""
+    graph = Graph()
+    sine, cosine = graph.input("sine"), graph.input("cosine")
+    value = graph.node(multiple_sine(sine, cosine, lobes))
+    slope = Tangents(graph, {sine: cosine, cosine: -sine}).of({"": value})[""]
+    return written_out("lobed", [value, slope], {sine: "sine", cosine: "cosine"})
 
 
 def multiple_sine(sine: Any, cosine: Any, lobes: int) -> Any:
@@ -45,7 +59,7 @@ def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
     around = s.x * s.vy - s.y * s.vx  # radius times the speed around the hole
     along = s.vz - p.penetration_rate if o.axial_friction else 0.0
 
-    law = LAWS[BIT_LAWS[o.friction]]
+    law = list(LAWS.values())[o.friction]
     sine, cosine, bit_force, bit_torque = bit_on_rock(t, phase, s, p, o.lobes, law)
 
     # The wall.

@@ -1,98 +1,56 @@
-"""Forces, energies and powers of given states, in plain numpy: for traces, figures and
-the energy balance.
-
-The same laws as in the compiled right-hand side, written as on the theory page; tests
-compare the two.
-"""
+"""Forces, energies and powers of given states, on arrays: for traces, figures and the
+energy balance. The forces are those of the equations."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
+from nsdrill.compiler.graph import Node
+from nsdrill.compiler.plain import values
+from nsdrill.compiler.trace import traced
+from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.drives import gains, regulator
-from nsdrill.models.christoforou_yigit.lateral import (
-    rate_of_penetration,
-    stabilizer_radius,
-    weights,
-)
-from nsdrill.models.christoforou_yigit.laws import bit_arm, friction
-from nsdrill.models.christoforou_yigit.parameters import Friction, Parameters
+from nsdrill.models.christoforou_yigit.equations import motion
+from nsdrill.models.christoforou_yigit.lateral import stabilizer_radius, weights
+from nsdrill.models.christoforou_yigit.options import Options, options_of
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.rhs import columns_of, pack, states_of
 from nsdrill.models.drives import Gains, motor_torque
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import History
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+LOADS = ("bit_force", "bit_torque", "wall_force", "wall_friction")
 
 
-def _friction_components(
-    parameters: Parameters, law: Friction, normal: Any, slip: Any, axial_slip: Any
-) -> tuple[Any, Any]:
-    """The friction [N] around the hole and along it, at a ``slip`` around it and an
-    ``axial_slip`` [m/s]; zero along it where friction does not act along the axis."""
-    if not parameters.well.axial_friction:
-        return normal * friction(law, slip), np.zeros_like(slip)
-    speed = np.hypot(slip, axial_slip)
-    per_speed = normal * friction(law, speed) / np.where(speed > 0.0, speed, 1.0)
-    return per_speed * slip, per_speed * axial_slip
+@lru_cache
+def _named(options: Options) -> dict[str, Node]:
+    """What the equations call by a name."""
+    graph, _, _ = traced(motion, states_of(options), columns_of(options), options)
+    return graph.names
 
 
-def _contacts(
-    parameters: Parameters,
-    operation: Operation | History,
-    k: Coefficients,
-    state: Mapping[str, Array],
+def loads(
+    parameters: Parameters, operation: Operation | History, state: Mapping[str, Array], *names: str
 ) -> dict[str, Any]:
-    """The loads at bit, wall and stabilisers and the lateral stiffness, bending less
-    softening."""
-    string, well, bit = parameters.drillstring, parameters.well, parameters.bit
-    x, vx, y, vy, omega = (state[name] for name in ("x", "vx", "y", "vy", "bit_speed"))
-    radius = np.hypot(x, y)
-    tangential = (x * vy - y * vx) / np.where(radius > 0, radius, 1.0)
-    amplitude = 0.0 if parameters.modes.axial == "frozen" else bit.surface_amplitude
-    surface = amplitude * np.sin(bit.lobes * (state["twist"] + state["drive_angle"]))
-    bit_force = bit.rock_stiffness * np.maximum(surface - state["z"], 0.0)
-    bit_torque = bit_force * bit_arm(parameters, k, omega)
-    force, torque = {
-        "live": (bit_force, bit_torque),
-        "static": (operation.wob, 0.0),
-        "none": (0.0, 0.0),
-    }[string.lateral_softening]
-    span = string.collar.span
-    softening = (
-        force * math.pi**2 / (2 * span) + torque * math.pi**3 / (2 * span**2) + np.zeros_like(omega)
-    )
-    axial_slip = state["vz"] - rate_of_penetration(k, operation.rotary_speed)
-    penetration = np.maximum(radius - k.gap, 0.0)
-    wall_force = well.stiffness * penetration ** (1.5 if well.law == "hertz" else 1.0)
-    friction_around, friction_along = _friction_components(
-        parameters, well.friction, wall_force, omega * k.collar_radius + tangential, axial_slip
-    )
-    loads = {
-        "radius": radius,
-        "tangential": tangential,
-        "bit_force": bit_force,
-        "bit_torque": bit_torque,
-        "wall_force": wall_force,
-        "wall_friction": friction_around,
-        "softening": softening,
-        "axial_friction": friction_along,
-    }
-    clearance = parameters.stabilizer.clearance
-    if clearance is not None:
-        normal = (k.k_bend - softening) * np.maximum(radius - clearance, 0.0)
-        slip_around = tangential * clearance / np.where(radius > 0, radius, 1.0)
-        slip = omega * stabilizer_radius(parameters) + slip_around
-        friction_around, friction_along = _friction_components(
-            parameters, parameters.stabilizer.friction, np.abs(normal), slip, axial_slip
-        )
-        loads["stabilizer_friction"] = friction_around
-        loads["axial_friction"] = loads["axial_friction"] + friction_along
-    return loads
+    """The quantities that the equations call by these ``names``, at a state; 0 those
+    that equations without an option do not have."""
+    options = options_of(parameters)
+    named = _named(options)
+    point = np.broadcast_arrays(operation.depth, operation.wob, operation.rotary_speed)
+    depth, wob, rotary_speed = (value.ravel() for value in point)
+    table = pack(parameters, depth, wob, rotary_speed).T
+    given = {"time": 0.0, "phase": state["drive_angle"]}
+    given |= {f"s.{name}": state[name] for name in states_of(options) if name in state}
+    for name, column in zip(columns_of(options), table, strict=True):
+        given[f"p.{name}"] = column.reshape(point[0].shape)
+    zero = np.zeros_like(state["x"])
+    found = values({name: named[name] for name in names if name in named}, given)
+    return {name: found.get(name, 0.0) + zero for name in names}
 
 
 def forces(
@@ -108,18 +66,14 @@ def forces(
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     x, vx, y, vy = (state[name] for name in ("x", "vx", "y", "vy"))
-    loads = _contacts(parameters, operation, k, state)
-    radius = loads["radius"]
+    radius = np.hypot(x, y)
     divisor = np.where(radius > 0, radius, 1.0)
     return {
         "radius": radius,
         "radial_velocity": (x * vx + y * vy) / divisor,
         "whirl_angle": np.unwrap(np.arctan2(y, x)),
-        "whirl_speed": loads["tangential"] / divisor,
-        "bit_force": loads["bit_force"],
-        "bit_torque": loads["bit_torque"],
-        "wall_force": loads["wall_force"],
-        "wall_friction": loads["wall_friction"],
+        "whirl_speed": (x * vy - y * vx) / divisor / divisor,
+        **loads(parameters, operation, state, *LOADS),
         "surface_torque": -k.k_t * (state["twist"] - state.get("lag", 0.0)),
     }
 
@@ -230,16 +184,20 @@ def powers(
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     string = parameters.drillstring
-    loads = _contacts(parameters, operation, k, state)
+    found = loads(
+        parameters, operation, state, *LOADS, "stiffness", "axial_friction", "stabilizer_friction"
+    )
     x, y, vx, vy, vz, omega = (state[name] for name in ("x", "y", "vx", "vy", "vz", "bit_speed"))
-    slip = omega * k.collar_radius + loads["tangential"]
+    radius = np.hypot(x, y)
+    divisor = np.where(radius > 0, radius, 1.0)
+    tangential = (x * vy - y * vx) / divisor
+    slip = omega * k.collar_radius + tangential
     bent_fraction = np.ones_like(omega)  # fraction of the radius by which the span is bent
     clearance, stabilizer_power = parameters.stabilizer.clearance, {}
     if clearance is not None:
-        divisor = np.where(loads["radius"] > 0, loads["radius"], 1.0)
-        bent_fraction = np.maximum(loads["radius"] - clearance, 0.0) / divisor
-        working_speed = omega * stabilizer_radius(parameters) + loads["tangential"]
-        stabilizer_power = {"stabilizer": -loads["stabilizer_friction"] * working_speed}
+        bent_fraction = np.maximum(radius - clearance, 0.0) / divisor
+        working_speed = omega * stabilizer_radius(parameters) + tangential
+        stabilizer_power = {"stabilizer": -found["stabilizer_friction"] * working_speed}
     sigma = parameters.mud.swirl * operation.rotary_speed
     ux, uy = vx + sigma * y, vy - sigma * x
     drag = -k.c_h * np.hypot(ux, uy) * (ux * vx + uy * vy) + k.m_f * sigma**2 * (x * vx + y * vy)
@@ -249,10 +207,10 @@ def powers(
         "drive": -k.k_t * state["twist"] * operation.rotary_speed
         if "lag" not in state
         else (_drive_power(gains(parameters, k), parameters, operation, state)),
-        "bit": loads["bit_force"] * vz - loads["bit_torque"] * omega,
+        "bit": found["bit_force"] * vz - found["bit_torque"] * omega,
         "drag": drag,
         "damping": -string.axial_damping * vz**2 - string.torsional_damping * omega**2,
-        "wall": -loads["wall_friction"] * slip - loads["axial_friction"] * vz,
+        "wall": -found["wall_friction"] * slip - found["axial_friction"] * vz,
         **stabilizer_power,
-        "softening": loads["softening"] * bent_fraction * (x * vx + y * vy),
+        "softening": (k.k_bend - found["stiffness"]) * bent_fraction * (x * vx + y * vy),
     }

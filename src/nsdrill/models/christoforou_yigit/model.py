@@ -11,7 +11,7 @@ import numpy as np
 from nsdrill.abi import Rows
 from nsdrill.errors import InputError
 from nsdrill.models.base import Array, Level, Model, Ramps, Symmetry, Variant
-from nsdrill.models.christoforou_yigit import classify, compare, contacts, observed, ramp, rhs
+from nsdrill.models.christoforou_yigit import classify, compare, observed, ramp, rhs
 from nsdrill.models.christoforou_yigit.ensemble import starting_states
 from nsdrill.models.christoforou_yigit.forces import forces
 from nsdrill.models.christoforou_yigit.options import Options, is_used, options_of
@@ -80,7 +80,7 @@ class ChristoforouYigit(Model):
         return rhs.make_tangent(lanes, Options(*variant), place)
 
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
-        return contacts.make_contacts(lanes, Options(*variant), place)
+        return rhs.make_contacts(lanes, Options(*variant), place)
 
     def released(self, table: Array, contact: str) -> Array | None:
         if contact != "wall":

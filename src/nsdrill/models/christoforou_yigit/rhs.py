@@ -144,9 +144,7 @@ def rows_of(
 MAIN = Options()
 
 
-def _bit_aux(
-    stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]
-) -> dict[str, Node]:
+def _bit_aux(stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]) -> dict[str, Node]:
     """What the observer reads of the bit: the factors of its law on the last tangent of
     Newton's method, as the load is, the slope of the law, and by how much a load
     relaxes the bit speed."""
@@ -192,6 +190,13 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     """The compiled right-hand side of the motion and of one deviation from it
     (:meth:`nsdrill.compiler.motion.Motion.tangent`)."""
     return motion_of(options).tangent(lanes, rows_of(options, tangent=True), place)
+
+
+@lru_cache
+def make_contacts(lanes: int, options: Options, place: int) -> Any:
+    """The compiled functions of rock and wall
+    (:meth:`nsdrill.compiler.motion.Motion.contact_functions`)."""
+    return motion_of(options).contact_functions(lanes, rows_of(options, tangent=True), place)
 
 
 def pack(
