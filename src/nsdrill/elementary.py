@@ -199,6 +199,12 @@ def expm1(x: float) -> float:
 
 
 @inlined
+def root(x: float) -> float:
+    """The square root."""
+    return np.sqrt(x)
+
+
+@inlined
 def tanh(x: float) -> float:
     """Hyperbolic tangent, to 1e-9 absolute: 1 - 2 / (1 + 2^(2 x log2 e))."""
     limited = min(max(x, -20.0), 20.0)  # beyond, it is 1 to rounding

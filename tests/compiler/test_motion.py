@@ -31,11 +31,7 @@ def torsion(t, phase, s, p, o):  # type: ignore[no-untyped-def]
 
 
 TORSION = Motion(
-    torsion,
-    None,
-    ("twist", "speed"),
-    ("inertia", "stiffness", "damping", "torque"),
-    ("speed",),
+    torsion, None, ("twist", "speed"), ("inertia", "stiffness", "damping", "torque"), ("speed",)
 )
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from nsdrill.models.christoforou_yigit.tangent import CONTACTS, make_tangent
 
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -18,7 +19,6 @@ from nsdrill.models.christoforou_yigit.rhs import (
     rows_of,
     states_of,
 )
-from nsdrill.models.christoforou_yigit.tangent import CONTACTS, make_tangent
 
 W, SPREAD = 8, np.array([0.08, 0.3, 0.08, 0.3, 2e-3, 0.05, 1.0, 3.0, 0.3, 0.5, 1.0, 500.0])
 

@@ -21,11 +21,7 @@ def roessler(t, phase, s, p, o):
 
 
 def lorenz(t, phase, s, p, o):
-    return {
-        "x": 10.0 * (s.v - s.x),
-        "v": s.x * (p.a - s.w) - s.v,
-        "w": s.x * s.v - 8.0 / 3.0 * s.w,
-    }
+    return {"x": 10.0 * (s.v - s.x), "v": s.x * (p.a - s.w) - s.v, "w": s.x * s.v - 8.0 / 3.0 * s.w}
 
 
 def van_der_pol(t, phase, s, p, o):
