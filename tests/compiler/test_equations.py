@@ -195,7 +195,9 @@ def test_another_law_is_another_function() -> None:
     from nsdrill.compiler.contacts import SteepLaw, friction
 
     def equations_with(begin: Any) -> Any:
-        law = SteepLaw(lambda v, n: direction(v), lambda x, free, n: (x, direction(x)), begin, lambda n: 0.0)
+        law = SteepLaw(
+            lambda v, n: direction(v), lambda x, free, n: (x, direction(x)), begin, lambda n: 0.0
+        )
 
         def equations(t, phase, s, p, o):
             return {"speed": -friction("wall", slip=s.speed, normal=1.0, law=law, numbers=None)}
