@@ -138,15 +138,18 @@ def _placed(error: Exception, function: Any) -> str:
     return f"{last.filename}, line {last.lineno}: {last.name}: {last.line}: {text}."
 
 
-class part:
-    """A function that equations call and that has conditions itself, such as a law."""
-
+class Part:
     def __init__(self, function: Callable[..., Any]) -> None:
         self.py_func = function  # what identifies it
         update_wrapper(self, function)
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
         return _prepared(self.py_func, False)(*arguments, **named)
+
+
+def part(function: Callable[..., Any]) -> Any:
+    """A function that equations call and that has conditions itself, such as a law."""
+    return Part(function)
 
 
 def prepared(function: Any) -> Any:
