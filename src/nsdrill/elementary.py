@@ -199,6 +199,12 @@ def expm1(x: float) -> float:
 
 
 @inlined
+def root(x: float) -> float:
+    """The square root."""
+    return np.sqrt(x)
+
+
+@inlined
 def tanh(x: float) -> float:
     """Hyperbolic tangent: -e / (2 + e) with e = exp(-2 |x|) - 1, and the sign of x."""
     e = expm1(-2.0 * abs(x))

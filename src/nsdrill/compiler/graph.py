@@ -26,6 +26,7 @@ import math
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import Any, TypeAlias
 
 TRUTHS = frozenset({"lt", "le", "gt", "ge", "eq", "and", "or", "not"})
@@ -65,9 +66,13 @@ class Node:
     def __or__(self, other: Node) -> Node: return self.graph.make("or", self, other)
     # fmt: on
 
+    __array_ufunc__ = None  # numpy's functions do not work on it, its numbers do
+
     def __pow__(self, exponent: int) -> Node:
-        if exponent != int(exponent) or exponent < 1:
-            raise TypeError(f"power {exponent}: found; allowed in equations: 1, 2, 3, ...")
+        if not isinstance(exponent, Real) or exponent != int(exponent) or exponent < 1:
+            raise TypeError(
+                f"found the power {exponent!r}; allowed: 1, 2, 3, ..., sqrt(x) and 1 / x"
+            )
         value = self
         for _ in range(int(exponent) - 1):
             value = value * self
@@ -75,9 +80,14 @@ class Node:
 
     def __bool__(self) -> bool:
         raise TypeError(
-            "the truth of a value is not known while equations are traced; allowed: `if` and "
-            "`a if c else b` in the function itself or in one marked `part`"
+            "found a condition on a value, which every lane answers for itself; allowed: `a if c "
+            "else b`, `and`, `or`, `not`, and an `if` without `return`, in the equations themselves "
+            "and in functions marked with `part` of nsdrill.compiler.trace; elsewhere, and in a "
+            "loop, conditions on options"
         )
+
+    def __float__(self) -> float:
+        raise TypeError("found a value where a number is wanted")
 
     def __repr__(self) -> str:
         return f"{self.op}#{self.id}"
@@ -126,7 +136,11 @@ class Graph:
     # Construction.
 
     def node(self, value: Number) -> Node:
-        return value if isinstance(value, Node) else self.make("const", extra=float(value))
+        if isinstance(value, Node):
+            return value
+        if not isinstance(value, Real):
+            raise TypeError(f"found {value!r} where a number is wanted")
+        return self.make("const", extra=float(value))
 
     def make(self, op: str, *args: Number, extra: Any = None) -> Node:
         nodes = tuple(self.node(arg) for arg in args)

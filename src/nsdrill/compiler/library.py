@@ -163,6 +163,16 @@ direction = Library(
 expm1 = Library(
     "expm1", elementary.expm1, np.expm1, 1, 30, lambda args, results: ((1.0 + results[0],),)
 )
+# The square root of the first argument; its derivative is that of a root of at least the
+# second, so that it is bounded.
+bounded_root = Library(
+    "bounded_root",
+    elementary.root,
+    lambda x, least: np.sqrt(x),
+    1,
+    1,
+    lambda args, results: ((0.5 / greater(results[0], args[1]), None),),
+)
 tanh = Library(
     "tanh",
     elementary.tanh,
@@ -171,3 +181,4 @@ tanh = Library(
     30,
     lambda args, results: ((fma(-results[0], results[0], 1.0),),),
 )
+FUNCTIONS = ("sqrt", "sincos", "direction", "exp2", "expm1", "tanh", "fma")  # of every model

@@ -22,9 +22,10 @@ from nsdrill.compiler.derivative import Tangents, closed
 from nsdrill.compiler.functions import BUFFER, generated, identity
 from nsdrill.compiler.graph import Graph, Node
 from nsdrill.compiler.lanes import lane_code
+from nsdrill.compiler.language import LanguageError
 from nsdrill.compiler.stage import RELAX, Further, Stage
 from nsdrill.compiler.sums import settled
-from nsdrill.compiler.trace import traced
+from nsdrill.compiler.trace import place_of, traced
 
 
 @dataclass(frozen=True)
@@ -158,9 +159,9 @@ class Motion:
             ("outputs", set(outputs), set(self.aux)),
         ):
             if found != wanted:
-                raise TypeError(
-                    f"{self.equations.__name__}: found the {what} {sorted(found)}; allowed: "
-                    f"{sorted(wanted)}"
+                raise LanguageError(
+                    f"{place_of(self.equations)}: found {what} of {_listed(found)}; allowed: of "
+                    f"{_listed(wanted)}, all of them."
                 )
 
     def _place(self, rows: Rows) -> dict[str, int]:
@@ -184,3 +185,7 @@ class Motion:
             place[f"push.{name}"] = rows.push + k
             place[f"dpush.{name}"] = rows.push + len(self.pushed) + k
         return place
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(sorted(names)) or "nothing"

@@ -11,26 +11,60 @@ as every lane may compute both.
 from __future__ import annotations
 
 import ast
+import copy
 import inspect
-import textwrap
+import traceback
 from collections.abc import Callable, Iterable, Mapping
-from functools import lru_cache
+from difflib import get_close_matches
+from functools import lru_cache, reduce, update_wrapper
+from numbers import Real
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 from nsdrill.compiler.graph import Graph, Node
+from nsdrill.compiler.language import LanguageError
+from nsdrill.compiler.library import FUNCTIONS
+from nsdrill.compiler.statements import definition
 
-ABSENT = object()  # the value of a name that is not assigned before an `if`
+KINDS = {"s": "states", "p": "lane parameters"}
+
+
+class Absent:
+    """The value of a name that is not assigned before an `if`."""
+
+
+ABSENT = Absent()
 
 
 class Named(SimpleNamespace):
     """States, parameters or options by their names."""
 
 
-def inputs(graph: Graph, names: Iterable[str], kind: str) -> Named:
-    """The inputs of these names; ``kind`` precedes them, as a state and a parameter
-    may have one name."""
-    return Named(**{name: graph.input(f"{kind}.{name}") for name in names})
+class Inputs(Named):
+    """The inputs of these names; ``kind`` precedes them, as a state and a parameter may
+    have one name."""
+
+    def __init__(self, graph: Graph, names: Iterable[str], kind: str) -> None:
+        super().__init__(**{name: graph.input(f"{kind}.{name}") for name in names})
+        self._kind = kind
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name != "_kind":
+            raise AttributeError(
+                f"found a new value of {name}, one of the {KINDS[self._kind]}, which are given; "
+                "allowed: another name for it"
+            )
+        super().__setattr__(name, value)
+
+    def __getattr__(self, name: str) -> Any:
+        known = [known for known in vars(self) if known != "_kind"]
+        near = get_close_matches(name, known, 1)
+        raise AttributeError(
+            f"found {name}, which is none of the {KINDS[self._kind]}; "
+            + (f"did you mean {near[0]}? " if near else "")
+            + f"allowed: {', '.join(known)}"
+        )
 
 
 def traced(
@@ -44,19 +78,78 @@ def traced(
     """(graph, slopes, outputs) of the equations ``function(t, phase, s, p, o)``;
     ``with_slopes`` if the slopes of the laws of friction will be needed."""
     graph = Graph(with_slopes=with_slopes)
-    s, p = inputs(graph, states, "s"), inputs(graph, parameters, "p")
-    found = prepared(function)(graph.input("time"), graph.input("phase"), s, p, options)
-    slopes, outputs = found if isinstance(found, tuple) else (found, {})
-    return (
-        graph,
-        {name: graph.node(value) for name, value in slopes.items()},
-        {name: graph.node(value) for name, value in outputs.items()},
-    )
+    s, p = Inputs(graph, states, "s"), Inputs(graph, parameters, "p")
+    try:
+        found = prepared(function)(graph.input("time"), graph.input("phase"), s, p, options)
+    except LanguageError:
+        raise
+    except Exception as error:
+        raise LanguageError(_placed(error, function)) from error
+    slopes, outputs = found if isinstance(found, tuple) and len(found) == 2 else (found, {})
+    return graph, _nodes(graph, slopes, function), _nodes(graph, outputs, function)
+
+
+def _nodes(graph: Graph, found: Any, function: Any) -> dict[str, Node]:
+    """The values that equations return, by name."""
+    if not isinstance(found, Mapping):
+        raise LanguageError(
+            f"{place_of(function)}: found {found!r} as what it returns; allowed: a dictionary of the "
+            "slopes by the names of their velocities and states of first order, or a pair of it "
+            "and a dictionary of further outputs."
+        )
+    for name, value in found.items():
+        if not isinstance(value, (Node, Real)):
+            raise LanguageError(
+                f"{place_of(function)}: found {value!r} as {name}; allowed: a number or a value."
+            )
+    return {name: graph.node(value) for name, value in found.items()}
+
+
+def place_of(function: Any) -> str:
+    """File, line and name of a function."""
+    code = function.__code__
+    return f"{code.co_filename}, line {code.co_firstlineno}: {code.co_name}"
+
+
+def _placed(error: Exception, function: Any) -> str:
+    """What is wrong with equations, with file, line and source of the innermost place
+    that is not the compiler's."""
+    here = str(Path(__file__).parent)
+    places = [
+        place
+        for place in traceback.extract_tb(error.__traceback__)
+        if not place.filename.startswith((here, "<"))
+    ]
+    text = str(error) or type(error).__name__
+    if not places:
+        return f"{place_of(function)}: {text}."
+    last = places[-1]
+    if "'Absent'" in text:
+        text = (
+            "found a name that only one side of an `if` on a value assigns; allowed: a value before"
+        )
+    elif isinstance(error, TypeError) and "allowed:" not in text:
+        text += (
+            "; allowed on values: + - * / **, comparisons, abs, max, min, and of "
+            f"nsdrill.compiler.library {', '.join(FUNCTIONS)}"
+        )
+    elif not isinstance(error, (TypeError, AttributeError)):
+        text = f"{type(error).__name__}: {text}"
+    return f"{last.filename}, line {last.lineno}: {last.name}: {last.line}: {text}."
+
+
+class Part:
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.py_func = function  # what identifies it
+        update_wrapper(self, function)
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        return _prepared(self.py_func, False)(*arguments, **named)
 
 
 def part(function: Callable[..., Any]) -> Any:
     """A function that equations call and that has conditions itself, such as a law."""
-    return _prepared(function, False)
+    return Part(function)
 
 
 def prepared(function: Any) -> Any:
@@ -66,16 +159,13 @@ def prepared(function: Any) -> Any:
 
 @lru_cache
 def _prepared(function: Any, remember: bool) -> Any:
-    tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
-    definition = tree.body[0]
-    assert isinstance(definition, ast.FunctionDef)
-    definition.decorator_list = []
-    ast.increment_lineno(tree, function.__code__.co_firstlineno - 1)
+    body = copy.deepcopy(definition(function))
+    body.decorator_list = []
+    tree = ast.Module([body], [])
     changed = ast.fix_missing_locations(_Changes(remember).visit(tree))
     scope = {**function.__globals__, **inspect.getclosurevars(function).nonlocals, **_WORDS}
     exec(compile(changed, inspect.getfile(function), "exec"), scope)
     made = scope[function.__name__]
-    made.__wrapped__ = function  # what identifies it
     return made
 
 
@@ -217,9 +307,11 @@ def _not(a: Any) -> Any:
 
 
 def _extreme(op: str, plain: Callable[..., Any]) -> Callable[..., Any]:
-    def extreme(a: Any, b: Any) -> Any:
-        graph = next((value.graph for value in (a, b) if isinstance(value, Node)), None)
-        return plain(a, b) if graph is None else graph.make(op, a, b)
+    def extreme(*values: Any) -> Any:
+        graph = next((value.graph for value in values if isinstance(value, Node)), None)
+        if graph is None:
+            return plain(*values)
+        return reduce(lambda a, b: graph.make(op, a, b), values)
 
     return extreme
 

@@ -19,9 +19,13 @@ from __future__ import annotations
 from typing import Any
 
 from nsdrill.compiler.contacts import SteepLaw
-from nsdrill.compiler.library import direction, sqrt
+from nsdrill.compiler.library import bounded_root, direction, sqrt
 from nsdrill.compiler.stage import first_slip
 from nsdrill.compiler.trace import Named, part
+
+# The derivative is that of an r of at least this times ``creep_root``: a bit that creeps
+# is held by an infinite slope, which no explicit step can follow.
+LEAST_ROOT = 0.1
 
 
 @part
@@ -40,7 +44,8 @@ def depth_root(speed: Any, n: Any) -> Any:
     """r at a bit speed."""
     speed = n.live * (speed - n.set_speed) + n.set_speed
     advance = max(n.advance * sqrt(abs(speed)) + n.advance_offset, 0.0)
-    return sqrt(n.cutting_factor * advance / sqrt(speed * speed + n.slow_square))
+    depth = n.cutting_factor * advance / sqrt(speed * speed + n.slow_square)
+    return bounded_root(depth, LEAST_ROOT * n.creep_root)
 
 
 @part
