@@ -36,7 +36,8 @@ class Motion:
 
     ``pushed`` are the velocities in whose slopes friction acts, where it is implicit;
     ``sides`` the unilateral contacts whose side a deviation is told; ``solved`` gives
-    further outputs of an implicit stage.
+    further outputs of an implicit stage; ``quick`` is for how many slips two tangents of
+    Newton's method are enough.
     """
 
     equations: Callable[..., Any]
@@ -48,6 +49,7 @@ class Motion:
     pushed: tuple[str, ...] = ()
     sides: tuple[str, ...] = ()
     solved: Solved | None = None
+    quick: int = 2
 
     def right_hand_side(self, lanes: int, rows: Rows) -> Any:
         """The compiled right-hand side for a number of lanes in a buffer of these
@@ -95,7 +97,7 @@ class Motion:
 
     def _key(self, rows: Rows, lanes: int) -> tuple[Any, ...]:
         solved = self.solved and identity(self.solved)
-        names = self.states, self.parameters, self.slopes, self.aux, self.pushed, self.sides
+        names = self.states, self.parameters, self.slopes, self.aux, self.pushed, self.sides, self.quick
         return identity(self.equations), solved, self.options, names, rows, lanes
 
     @lru_cache
@@ -112,7 +114,7 @@ class Motion:
         fixed: dict[str, Node] = {}
         if implicit:
             stage = Stage(graph, wanted, self.pushed, sides)
-            wanted = stage.run(turns=stage.count > 2) | {"falling": stage.falling()}
+            wanted = stage.run(turns=stage.count > self.quick) | {"falling": stage.falling()}
             if self.solved is not None:
                 more = self.solved(graph, stage, self.options)
                 wanted |= {f"aux.{name}": node for name, node in more.items()}

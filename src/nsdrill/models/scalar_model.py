@@ -42,6 +42,9 @@ class ScalarModel(Model):
     from ``(t, phase, s, p, o)``."""
     sides: ClassVar[tuple[str, ...]] = ()
     """The unilateral contacts whose side a deviation keeps within a step."""
+    quick: ClassVar[int] = 2
+    """For how many slips two tangents of Newton's method are enough in an implicit stage;
+    of more of them it goes on until the loads are exact."""
 
     def options(self, variant: Variant) -> Any:
         """The options ``o`` of the equations: hashable, and all that they are."""
@@ -154,6 +157,7 @@ class ScalarModel(Model):
             names.aux,
             self.pushed(variant) if self.is_implicit(variant) else (),
             self.sides,
+            quick=self.quick,
         )
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
