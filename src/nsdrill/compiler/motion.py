@@ -34,7 +34,8 @@ class Motion:
 
     ``pushed`` are the velocities in whose slopes friction acts, where it is implicit;
     ``sides`` the unilateral contacts whose side a deviation is told; ``solved`` gives
-    further outputs of an implicit stage.
+    further outputs of an implicit stage; ``quick`` is for how many slips two tangents of
+    Newton's method are enough.
     """
 
     equations: Callable[..., Any]
@@ -46,6 +47,7 @@ class Motion:
     pushed: tuple[str, ...] = ()
     sides: tuple[str, ...] = ()
     solved: Further | None = None
+    quick: int = 2
 
     def right_hand_side(self, lanes: int, rows: Rows) -> Any:
         """The compiled right-hand side for a number of lanes in a buffer of these
@@ -122,7 +124,7 @@ class Motion:
 
     def _key(self, rows: Rows, lanes: int) -> tuple[Any, ...]:
         solved = self.solved and identity(self.solved)
-        names = self.states, self.parameters, self.slopes, self.aux, self.pushed, self.sides
+        names = self.states, self.parameters, self.slopes, self.aux, self.pushed, self.sides, self.quick
         return identity(self.equations), solved, self.options, names, rows, lanes
 
     @lru_cache  # noqa: B019  # motions live as long as the process
@@ -138,7 +140,7 @@ class Motion:
         wanted |= {f"aux.{name}": node for name, node in outputs.items()}
         pairs: list[tuple[Node, Node]] = []
         if implicit:
-            stage = Stage(graph, wanted, self.pushed, sides)
+            stage = Stage(graph, wanted, self.pushed, sides, self.quick)
             wanted = stage.run(self._further)
             pairs = stage.instead
         self._check(slopes, [name[4:] for name in wanted if name.startswith("aux.")])

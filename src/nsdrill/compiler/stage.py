@@ -94,7 +94,9 @@ class Stage:
         values: Mapping[str, Node],
         pushed: Sequence[str],
         sides: Sequence[str] = (),
+        quick: int = 2,
     ) -> None:
+        self.quick = quick
         self.graph, self.pushed, self.sides = graph, tuple(pushed), tuple(sides)
         self.instead: list[tuple[Node, Node]] = []  # residuals, and how they change
         self.zero = graph.node(0.0)
@@ -384,7 +386,7 @@ class Stage:
     @property
     def turns(self) -> bool:
         """Whether two tangents of Newton's method are not enough."""
-        return self.count > 2 or any(isinstance(c.law, SteepLaw) for c in self.contacts)
+        return self.count > self.quick or any(isinstance(c.law, SteepLaw) for c in self.contacts)
 
     def run(self, further: Further = lambda *_: {}) -> dict[str, Node]:
         """The values at the solution, pushes, moved velocities and ``falling`` by name; what

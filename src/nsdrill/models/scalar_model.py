@@ -40,6 +40,9 @@ class ScalarModel(Model):
     equations: ClassVar[Callable[..., Any]]
     """The equations of motion, as a static method: slopes, and outputs for the observer,
     from ``(t, phase, s, p, o)``."""
+    quick: ClassVar[int] = 2
+    """For how many slips two tangents of Newton's method are enough in an implicit stage;
+    of more of them it goes on until the loads are exact."""
 
     def options(self, variant: Variant) -> Any:
         """The options ``o`` of the equations: hashable, and all that they are."""
@@ -152,6 +155,7 @@ class ScalarModel(Model):
             names.aux,
             self.pushed(variant) if self.is_implicit(variant) else (),
             self.contacts,
+            quick=self.quick,
         )
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
