@@ -12,9 +12,9 @@ import pytest
 
 from nsdrill.abi import Rows
 from nsdrill.compiler.language import LanguageError
-from nsdrill.compiler.library import direction, sqrt
-from nsdrill.compiler.motion import Motion
-from nsdrill.compiler.trace import part
+from nsdrill.equations.library import direction, sqrt
+from nsdrill.equations.motion import Motion
+from nsdrill.equations.trace import part
 
 ROWS = Rows(2, 0, 1, 0)
 
@@ -192,7 +192,7 @@ def test_conditions_loops_and_powers_have_the_values_of_python() -> None:
 def test_another_law_is_another_function() -> None:
     """What a part refers to, and what a law is made of, is a part of what names the
     compiled code."""
-    from nsdrill.compiler.contacts import SteepLaw, friction
+    from nsdrill.equations.contacts import SteepLaw, friction
 
     def equations_with(begin: Any) -> Any:
         law = SteepLaw(

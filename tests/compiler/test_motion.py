@@ -10,9 +10,9 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from nsdrill.abi import RATES, Rows
-from nsdrill.compiler.contacts import touching
-from nsdrill.compiler.library import direction, sincos, tanh
-from nsdrill.compiler.motion import Motion
+from nsdrill.equations.contacts import touching
+from nsdrill.equations.library import direction, sincos, tanh
+from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs, unobserved
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS

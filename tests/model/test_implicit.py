@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nsdrill.models.christoforou_yigit.tangent import CONTACTS, make_tangent
 
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters

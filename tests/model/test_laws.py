@@ -91,7 +91,12 @@ def test_energy_changes_by_the_powers(law: str) -> None:
         state = rng.normal(size=8) * [0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0]
         time = np.array([rng.uniform(0, 5)])
         rate = slopes(
-            1, False, pack(parameters, *_point(case)), time, state[None], friction=list(LAWS).index(law)
+            1,
+            False,
+            pack(parameters, *_point(case)),
+            time,
+            state[None],
+            friction=list(LAWS).index(law),
         )[0]
 
         def named(states: np.ndarray, times: np.ndarray) -> dict[str, np.ndarray]:

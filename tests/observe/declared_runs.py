@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import Rows
-from nsdrill.compiler.motion import Motion
+from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.observe.channel_text import observed_rows

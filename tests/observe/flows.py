@@ -10,7 +10,7 @@ import numpy as np
 
 from nsdrill.abi import MARKER, Rows
 from nsdrill.compiler.functions import BUFFER, compiled, inlined
-from nsdrill.compiler.motion import Motion
+from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS

@@ -21,8 +21,8 @@ from scipy.integrate import solve_ivp
 from nsdrill.abi import Rows
 from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.compiler.language import LanguageError
-from nsdrill.compiler.library import direction, sincos
 from nsdrill.compiler.words import packed
+from nsdrill.equations.library import direction, sincos
 from nsdrill.kernel.batch import Batch, Compiled, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS

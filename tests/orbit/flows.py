@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.abi import Rows
-from nsdrill.compiler.library import sincos
-from nsdrill.compiler.motion import Motion
+from nsdrill.equations.library import sincos
+from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Compiled, Runs, unobserved
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Symmetry

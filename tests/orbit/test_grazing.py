@@ -9,10 +9,10 @@ from scipy.optimize import brentq
 
 import nsdrill
 from nsdrill.abi import RATES, Rows
-from nsdrill.compiler.contacts import touching
 from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.compiler.library import sincos
-from nsdrill.compiler.motion import Motion
+from nsdrill.equations.contacts import touching
+from nsdrill.equations.library import sincos
+from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Compiled, Runs
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Symmetry

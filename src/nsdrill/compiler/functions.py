@@ -185,7 +185,8 @@ def _key(function: LaneFunction, *others: Any) -> str:
 def _compiler_digest() -> str:
     digest = hashlib.sha256()
     here = Path(__file__).parent
-    for file in [*sorted(here.glob("*.py")), here.parent / "elementary.py"]:
+    sources = [*here.glob("*.py"), *(here.parent / "equations").glob("*.py")]
+    for file in [*sorted(sources), here.parent / "elementary.py"]:
         digest.update(file.read_bytes())
     return digest.hexdigest()
 

@@ -18,12 +18,12 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
-from nsdrill.compiler import plain
-from nsdrill.compiler.contacts import Law
-from nsdrill.compiler.derivative import Tangents
-from nsdrill.compiler.graph import Graph, Node
-from nsdrill.compiler.library import direction, expm1, flat, slip_factors, tanh
-from nsdrill.compiler.trace import Named, inputs, part
+from nsdrill.equations import plain
+from nsdrill.equations.contacts import Law
+from nsdrill.equations.derivative import Tangents
+from nsdrill.equations.graph import Graph, Node
+from nsdrill.equations.library import direction, expm1, flat, slip_factors, tanh
+from nsdrill.equations.trace import Inputs, Named, part
 
 
 def _hyperbolic(v: Any, numbers: Any) -> tuple[Any, Any]:
@@ -86,7 +86,7 @@ def _graph_of(law: Law) -> tuple[Node, Named, tuple[Node, Node], dict[str, Node]
     ``unsmoothed``, as it is at positive slips without smoothing, with the ``fall`` of
     that."""
     graph = Graph(with_slopes=True)
-    v, numbers = graph.input("v"), inputs(graph, NUMBERS, "n")
+    v, numbers = graph.input("v"), Inputs(graph, NUMBERS, "n")
     factors = law.factors(v, numbers)
     values = {"coefficient": law.coefficient(v, factors, numbers)}
     direction = graph.node(1.0) if law.coefficient is _falling else factors[0]

@@ -1,4 +1,4 @@
-"""A model made from its equations (:mod:`nsdrill.compiler.motion`) and a declaration of
+"""A model made from its equations (:mod:`nsdrill.equations.motion`) and a declaration of
 what is observed. Everything that a :class:`nsdrill.models.base.Model` needs follows.
 
 The compiler is imported when a model computes, so that the file of a model can hold its
@@ -22,7 +22,7 @@ from nsdrill.observe.thresholds import Record, Thresholds
 
 if TYPE_CHECKING:
     from nsdrill.abi import Rows
-    from nsdrill.compiler.motion import Motion
+    from nsdrill.equations.motion import Motion
 
 
 class ScalarModel(Model):
@@ -143,7 +143,7 @@ class ScalarModel(Model):
 
     def motion(self, variant: Variant) -> Motion:
         """The equations with the names of what they read and give."""
-        from nsdrill.compiler.motion import Motion
+        from nsdrill.equations.motion import Motion
 
         names = self.names(variant)
         return Motion(

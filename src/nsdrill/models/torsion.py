@@ -18,7 +18,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from nsdrill.compiler.contacts import friction
+from nsdrill.equations.contacts import friction
 from nsdrill.models.base import Level, Symmetry, Variant
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Order, Panel
 from nsdrill.models.friction import hyperbolic, numbers_of

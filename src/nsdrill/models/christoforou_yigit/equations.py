@@ -9,11 +9,11 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
-from nsdrill.compiler.contacts import friction, friction_along, touching
-from nsdrill.compiler.derivative import Tangents
-from nsdrill.compiler.graph import Graph
-from nsdrill.compiler.library import sincos, sqrt
-from nsdrill.compiler.plain import written_out
+from nsdrill.equations.contacts import friction, friction_along, touching
+from nsdrill.equations.derivative import Tangents
+from nsdrill.equations.graph import Graph
+from nsdrill.equations.library import sincos, sqrt
+from nsdrill.equations.plain import written_out
 from nsdrill.models.friction import LAWS, hyperbolic, numbers_of
 
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.compiler.graph import Node
-from nsdrill.compiler.plain import values
-from nsdrill.compiler.trace import traced
+from nsdrill.equations.graph import Node
+from nsdrill.equations.plain import values
+from nsdrill.equations.trace import traced
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.drives import gains, regulator
 from nsdrill.models.christoforou_yigit.equations import motion

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import Rows
-from nsdrill.compiler.contacts import Law
-from nsdrill.compiler.derivative import Tangents
-from nsdrill.compiler.graph import Node
-from nsdrill.compiler.motion import Motion
-from nsdrill.compiler.stage import Stage
+from nsdrill.equations.contacts import Law
+from nsdrill.equations.derivative import Tangents
+from nsdrill.equations.graph import Node
+from nsdrill.equations.motion import Motion
+from nsdrill.equations.stage import Stage
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
 from nsdrill.models.christoforou_yigit.equations import motion
@@ -188,14 +188,14 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
 @lru_cache
 def make_tangent(lanes: int, options: Options, place: int) -> Any:
     """The compiled right-hand side of the motion and of one deviation from it
-    (:meth:`nsdrill.compiler.motion.Motion.tangent`)."""
+    (:meth:`nsdrill.equations.motion.Motion.tangent`)."""
     return motion_of(options).tangent(lanes, rows_of(options, tangent=True), place)
 
 
 @lru_cache
 def make_contacts(lanes: int, options: Options, place: int) -> Any:
     """The compiled functions of rock and wall
-    (:meth:`nsdrill.compiler.motion.Motion.contact_functions`)."""
+    (:meth:`nsdrill.equations.motion.Motion.contact_functions`)."""
     return motion_of(options).contact_functions(lanes, rows_of(options, tangent=True), place)
 
 

@@ -18,10 +18,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from nsdrill.compiler.contacts import SteepLaw
-from nsdrill.compiler.library import bounded_root, direction, sqrt
-from nsdrill.compiler.stage import first_slip
-from nsdrill.compiler.trace import Named, part
+from nsdrill.equations.contacts import SteepLaw
+from nsdrill.equations.library import bounded_root, direction, sqrt
+from nsdrill.equations.stage import first_slip
+from nsdrill.equations.trace import Named, part
 
 # The derivative is that of an r of at least this times ``creep_root``: a bit that creeps
 # is held by an infinite slope, which no explicit step can follow.

@@ -42,9 +42,9 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from nsdrill.compiler.contacts import friction, touching
-from nsdrill.compiler.library import sincos, tanh
-from nsdrill.compiler.trace import Named
+from nsdrill.equations.contacts import friction, touching
+from nsdrill.equations.library import sincos, tanh
+from nsdrill.equations.trace import Named
 from nsdrill.models.segments.cutting import cutting, rest_of_cutting, rock_force
 from nsdrill.models.segments.names import nodes_of
 

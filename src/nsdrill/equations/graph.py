@@ -1,6 +1,6 @@
 """The equations of a model as a graph: operations on values, each value once.
 
-A model's function runs once on nodes (:mod:`nsdrill.compiler.trace`). Each operation on
+A model's function runs once on nodes (:mod:`nsdrill.equations.trace`). Each operation on
 them makes a node, or finds the one that is there. What only some lanes need, as the
 forces of a contact that is closed, is in a *region*, which is skipped where no lane
 needs it. A value leaves its region by a ``join``.
@@ -82,7 +82,7 @@ class Node:
         raise TypeError(
             "found a condition on a value, which every lane answers for itself; allowed: `a if c "
             "else b`, `and`, `or`, `not`, and an `if` without `return`, in the equations themselves "
-            "and in functions marked with `part` of nsdrill.compiler.trace; elsewhere, and in a "
+            "and in functions marked with `part` of nsdrill.equations.trace; elsewhere, and in a "
             "loop, conditions on options"
         )
 

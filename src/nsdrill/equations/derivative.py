@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from nsdrill.compiler.graph import TRUTHS, Graph, Node
+from nsdrill.equations.graph import TRUTHS, Graph, Node
 
 UNCHANGED = TRUTHS | {"fixed", "variable"}
 TINY = 1e-150  # in place of the root of zero, where its argument does not change either

@@ -18,14 +18,14 @@ from functools import lru_cache
 from typing import Any
 
 from nsdrill.abi import RATES, Rows
-from nsdrill.compiler.derivative import Tangents, closed
 from nsdrill.compiler.functions import BUFFER, generated, identity
-from nsdrill.compiler.graph import Graph, Node
-from nsdrill.compiler.lanes import lane_code
 from nsdrill.compiler.language import LanguageError
-from nsdrill.compiler.stage import RELAX, Further, Stage
-from nsdrill.compiler.sums import settled
-from nsdrill.compiler.trace import place_of, traced
+from nsdrill.equations.derivative import Tangents, closed
+from nsdrill.equations.graph import Graph, Node
+from nsdrill.equations.lanes import lane_code
+from nsdrill.equations.stage import RELAX, Further, Stage
+from nsdrill.equations.sums import settled
+from nsdrill.equations.trace import place_of, traced
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,15 @@ class Motion:
 
     def _key(self, rows: Rows, lanes: int) -> tuple[Any, ...]:
         solved = self.solved and identity(self.solved)
-        names = self.states, self.parameters, self.slopes, self.aux, self.pushed, self.sides, self.quick
+        names = (
+            self.states,
+            self.parameters,
+            self.slopes,
+            self.aux,
+            self.pushed,
+            self.sides,
+            self.quick,
+        )
         return identity(self.equations), solved, self.options, names, rows, lanes
 
     @lru_cache  # noqa: B019  # motions live as long as the process

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from nsdrill.compiler.graph import Node
-from nsdrill.compiler.library import sqrt
+from nsdrill.equations.graph import Node
+from nsdrill.equations.library import sqrt
 
 
 @dataclass(frozen=True, eq=False)

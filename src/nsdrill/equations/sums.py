@@ -15,7 +15,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping
 
-from nsdrill.compiler.graph import Graph, Node, rewritten
+from nsdrill.equations.graph import Graph, Node, rewritten
 
 RULE = 1
 # Cycles of recent processors; only the order matters.

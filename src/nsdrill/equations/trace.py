@@ -22,10 +22,10 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from nsdrill.compiler.graph import Graph, Node
 from nsdrill.compiler.language import LanguageError
-from nsdrill.compiler.library import FUNCTIONS
 from nsdrill.compiler.statements import definition
+from nsdrill.equations.graph import Graph, Node
+from nsdrill.equations.library import FUNCTIONS
 
 KINDS = {"s": "states", "p": "lane parameters"}
 
@@ -131,7 +131,7 @@ def _placed(error: Exception, function: Any) -> str:
     elif isinstance(error, TypeError) and "allowed:" not in text:
         text += (
             "; allowed on values: + - * / **, comparisons, abs, max, min, and of "
-            f"nsdrill.compiler.library {', '.join(FUNCTIONS)}"
+            f"nsdrill.equations.library {', '.join(FUNCTIONS)}"
         )
     elif not isinstance(error, (TypeError, AttributeError)):
         text = f"{type(error).__name__}: {text}"

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from nsdrill.compiler.functions import inlined
-from nsdrill.compiler.graph import Node
-from nsdrill.compiler.lanes import FORMS, INFIX
 from nsdrill.compiler.words import fma
+from nsdrill.equations.graph import Node
+from nsdrill.equations.lanes import FORMS, INFIX
 from nsdrill.generate import define
 
 

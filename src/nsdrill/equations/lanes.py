@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.compiler.graph import LEAVES, TRUTHS, Graph, Node
 from nsdrill.compiler.words import fma, local
+from nsdrill.equations.graph import LEAVES, TRUTHS, Graph, Node
 from nsdrill.generate import define
 
 PIECE = 150

@@ -22,10 +22,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
-from nsdrill.compiler.contacts import Friction, SteepLaw
-from nsdrill.compiler.derivative import Tangents, closed
-from nsdrill.compiler.graph import Graph, Loop, Node
-from nsdrill.compiler.library import choose, fma, greater, sqrt
+from nsdrill.equations.contacts import Friction, SteepLaw
+from nsdrill.equations.derivative import Tangents, closed
+from nsdrill.equations.graph import Graph, Loop, Node
+from nsdrill.equations.library import choose, fma, greater, sqrt
 
 SATURATION = 0.8  # from 0.64, right for large slips, to 1.57, right for small ones
 LEAST = 1e-300

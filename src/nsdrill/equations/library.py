@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from nsdrill import elementary
-from nsdrill.compiler.graph import Node
 from nsdrill.elementary import TWO_OVER_PI
+from nsdrill.equations.graph import Node
 
 # The derivatives of the results with respect to the arguments: function(args, results)
 # -> one sequence per result; None where there is no rule, as for the numbers of a law.
