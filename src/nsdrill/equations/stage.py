@@ -53,7 +53,7 @@ def first_slip(free: Node, relaxed: Node, law: Any) -> Node:
 def kept(slip: Node, following: Node) -> Node:
     """The next slip of Newton's method, or zero where it has the other sign: from zero
     the iteration does not overshoot."""
-    return choose(following * slip < 0.0, slip.graph.node(0.0), following)
+    return choose(following * slip < 0.0, 0.0, following)
 
 
 def solved(matrix: Sequence[Sequence[Node]], right: Sequence[Node]) -> list[Node]:
