@@ -89,7 +89,7 @@ def test_two_iterations_solve_the_slip_near_break_away(near: float | None) -> No
             low, high = (middle, high) if middle + c * law(middle) < abs(free) else (low, middle)
         numbers = eps, tau, rise, dynamic
 
-        def with_slope(v: float, numbers: Any = numbers) -> list[float]:
+        def with_slope(v: float, numbers: tuple[float, ...] = numbers) -> list[float]:
             return [
                 float(values(hyperbolic, name, v, numbers)) for name in ("coefficient", "slope")
             ]
@@ -286,6 +286,6 @@ def test_bits_do_not_depend_on_lanes_or_neighbours() -> None:
     assert np.any(found[1]["wall_contact_fraction"] == 0.0)
     assert np.any(found[1]["stuck_fraction"] > 0.1)
     assert np.any(found[1]["lift_off_fraction"] > 0.1)
-    for name, values in found[1].items():
+    for name, numbers in found[1].items():
         for lanes in (8, 32):
-            assert values.tobytes() == found[lanes][name].tobytes(), (name, lanes)
+            assert numbers.tobytes() == found[lanes][name].tobytes(), (name, lanes)

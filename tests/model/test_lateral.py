@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from deviations import followed_and_quotient
+from energies import energy, powers
 from reference import Case
 from scipy.integrate import solve_ivp
 from sweep.runs import run_work, same_bits, work_for
@@ -17,7 +18,6 @@ from model.cases import operation_of, random_case, random_state
 from model.lateral import Lateral, derivative, parameters, solve
 from nsdrill.abi import Rows
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.models.christoforou_yigit.rhs import (

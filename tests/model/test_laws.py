@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from deviations import followed_and_quotient
+from energies import energy, powers
 from reference import Case, contacts, derivative, solve
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -22,7 +23,6 @@ from nsdrill.app.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
-from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.christoforou_yigit.laws import bit_arm, fall, onset, slope_at_rest, static_arm
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.rhs import STATES, pack

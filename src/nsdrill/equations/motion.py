@@ -35,7 +35,8 @@ class Motion:
     ``pushed`` are the velocities in whose slopes friction acts, where it is implicit;
     ``sides`` the unilateral contacts whose side a deviation is told; ``solved`` gives
     further outputs of an implicit stage; ``quick`` is for how many slips two tangents of
-    Newton's method are enough.
+    Newton's method are enough; ``course`` has a method ``moved(t, phase, s, p)`` that
+    gives what equations read in place of these, along a ramp.
     """
 
     equations: Callable[..., Any]
@@ -48,6 +49,7 @@ class Motion:
     sides: tuple[str, ...] = ()
     solved: Further | None = None
     quick: int = 2
+    course: Any = None
 
     def right_hand_side(self, lanes: int, rows: Rows) -> Any:
         """The compiled right-hand side for a number of lanes in a buffer of these
@@ -132,6 +134,7 @@ class Motion:
             self.pushed,
             self.sides,
             self.quick,
+            self.course,
         )
         return identity(self.equations), solved, self.options, names, rows, lanes
 
@@ -142,7 +145,12 @@ class Motion:
         closed."""
         implicit = bool(self.pushed)
         graph, slopes, outputs = traced(
-            self.equations, self.states, self.parameters, self.options, with_slopes=implicit
+            self.equations,
+            self.states,
+            self.parameters,
+            self.options,
+            self.course,
+            with_slopes=implicit,
         )
         wanted = {f"slope.{name}": node for name, node in slopes.items()}
         wanted |= {f"aux.{name}": node for name, node in outputs.items()}

@@ -72,15 +72,20 @@ def traced(
     states: Iterable[str],
     parameters: Iterable[str],
     options: Any,
+    course: Any = None,
     *,
     with_slopes: bool = False,
 ) -> tuple[Graph, dict[str, Node], dict[str, Node]]:
-    """(graph, slopes, outputs) of the equations ``function(t, phase, s, p, o)``;
+    """(graph, slopes, outputs) of the equations ``function(t, phase, s, p, o)``,
+    which read what ``course`` makes of these, if there is one;
     ``with_slopes`` if the slopes of the laws of friction will be needed."""
     graph = Graph(with_slopes=with_slopes)
     s, p = Inputs(graph, states, "s"), Inputs(graph, parameters, "p")
+    given: tuple[Any, ...] = (graph.input("time"), graph.input("phase"), s, p)
+    if course is not None:
+        given = course.moved(*given)
     try:
-        found = prepared(function)(graph.input("time"), graph.input("phase"), s, p, options)
+        found = prepared(function)(*given, options)
     except LanguageError:
         raise
     except Exception as error:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from nsdrill.errors import InputError
-from nsdrill.models.base import Array, Model, Ramps, Variant
+from nsdrill.models.base import Array, Model, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import described
 from nsdrill.models.starts import Starts, checked_starts, hypercube, slice_points
@@ -88,12 +88,6 @@ class ScalarModel(Model):
     def implicit(self, variant: Variant) -> Variant:
         return (*variant, 1)
 
-    @property
-    def ramps(self) -> Ramps:  # type: ignore[override]
-        from nsdrill.models.scalar_ramp import ScalarRamps
-
-        return ScalarRamps(self)
-
     def initial(self) -> Starts:
         """The default start."""
         start: Starts = described(self.name).initial()
@@ -140,6 +134,9 @@ class ScalarModel(Model):
         states = self.names(variant).states
         pairs = len(states) - self.singles
         return (*states[1:pairs:2], *states[pairs:])
+
+    def turning(self, variant: Variant) -> tuple[str, ...]:
+        return tuple(self.frames)
 
     def motion(self, variant: Variant) -> Motion:
         """The equations with the names of what they read and give."""

@@ -16,8 +16,8 @@ xi_j)::
     y_n'' = q_n (omega^2 sin phi - phi'' cos phi) + F_yn / m
 
 with q_n = m_e e_n / m and J_e = J + sum_n m_e e_n (e_n - q_n): Lagrange's equations of
-the kinetic energy that :func:`nsdrill.models.beam.forces.energy` gives. Bit, rock and
-twist are those of the lumped model.
+the kinetic energy sum_n 1/2 m_e |v_n + e_n omega (-sin phi, cos phi)|^2 + 1/2 (m - m_e)
+|v_n|^2 + 1/2 J omega^2. Bit, rock and twist are those of the lumped model.
 """
 
 from __future__ import annotations

@@ -9,42 +9,19 @@ from typing import Any, cast
 import numpy as np
 
 from nsdrill.abi import Rows
+from nsdrill.equations.motion import Motion
 from nsdrill.errors import InputError
-from nsdrill.models.base import Array, Level, Model, Ramps, Symmetry, Variant
-from nsdrill.models.christoforou_yigit import classify, compare, observed, ramp, rhs
+from nsdrill.models.base import Array, Level, Model, Symmetry, Variant
+from nsdrill.models.christoforou_yigit import classify, compare, observed, rhs
 from nsdrill.models.christoforou_yigit.ensemble import starting_states
 from nsdrill.models.christoforou_yigit.forces import forces
 from nsdrill.models.christoforou_yigit.options import Options, is_used, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
-from nsdrill.models.schedule import Schedule
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.findings import returns_of
 from nsdrill.observe.thresholds import Record, Thresholds
-
-
-class Ramped(Ramps):
-    """The model along a ramp: see :mod:`nsdrill.models.christoforou_yigit.ramp`."""
-
-    def columns(self, variant: Variant) -> tuple[str, ...]:
-        return ramp.ramped_columns(Options(*variant))
-
-    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
-        return ramp.make_ramped(lanes, Options(*variant))
-
-    def pack(
-        self, parameters: Parameters, schedule: Schedule, cuts: Array, thresholds: Thresholds
-    ) -> Array:
-        return ramp.pack_ramp(parameters, schedule, cuts, thresholds.stuck_below)
-
-    def mend(
-        self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant
-    ) -> None:
-        for name in ("twist", "lag")[: 1 + Options(*variant).driven]:
-            samples[:, rhs.states_of(Options(*variant)).index(name)] -= ramp.ahead(
-                table, cuts, time
-            )
 
 
 class ChristoforouYigit(Model):
@@ -52,7 +29,6 @@ class ChristoforouYigit(Model):
 
     name = "christoforou_yigit"
     contacts = rhs.SIDES
-    ramps = Ramped()
 
     def variant(self, parameters: Parameters) -> Variant:
         return options_of(parameters)
@@ -72,6 +48,12 @@ class ChristoforouYigit(Model):
         columns: int | None = None,
     ) -> Rows:
         return rhs.rows_of(Options(*variant), observed, tangent=tangent, columns=columns)
+
+    def motion(self, variant: Variant) -> Motion:
+        return rhs.motion_of(Options(*variant))
+
+    def turning(self, variant: Variant) -> tuple[str, ...]:
+        return ("twist", "lag")[: 1 + Options(*variant).driven]
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         return rhs.make_right_hand_side(lanes, Options(*variant))

@@ -135,7 +135,7 @@ def equations(t: Any, phase: Any, s: Any, p: Any, o: Options) -> Any:
         law = law + p.twist_gain * (s.twist - s.lag) + p.speed_gain * ahead
         motor_torque = min(max(-law, p.torque_least), p.torque_most)
         turned = angular[0] + motor_torque * p.per_drive_inertia
-        turned, current_rate = turned if t >= p.on_at else 0.0, 0.0
+        turned, current_rate = turned if t >= p.on_at else p.set_acceleration, 0.0
     else:
         behind_current = s.current - p.steady_current
         law = p.gain_lag * s.lag + p.gain_drive_speed * behind + p.gain_bit_speed * ahead

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.base import Array, Ramps, Variant
+from nsdrill.models.base import Array, Variant
 from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
 from nsdrill.models.scalar_model import ScalarModel
@@ -45,11 +45,11 @@ class Segments(ScalarModel):
     singles = 1
     fixed = 3
 
-    @property
-    def ramps(self) -> Ramps:  # type: ignore[override]
-        from nsdrill.models.segments.ramp import SegmentsRamps
+    set_speed = "set_speed"
 
-        return SegmentsRamps(self)
+    def turning(self, variant: Variant) -> tuple[str, ...]:
+        """All angles of the string."""
+        return names.nodes_of(sum(variant[:2])).angles
 
     def variant(self, parameters: Parameters) -> Variant:
         return parameters.segments.pipe, parameters.segments.collar, int(parameters.drive.by_torque)

@@ -135,6 +135,7 @@ TORQUE = (
     "torque_most",
     "top_drag",
     "on_at",
+    "set_acceleration",
 )
 BY_TORQUE = (*(name for name in PARAMETERS if name not in MOTOR), *TORQUE)
 
@@ -294,6 +295,7 @@ def _torque(parameters: Parameters, string: String) -> dict[str, Any]:
         "torque_most": UNLIMITED if limit is None else limit,
         "top_drag": string.pipe.drag / 2,
         "on_at": NEVER if drive.kind == "ideal" else drive.on_at,
+        "set_acceleration": 0.0,
     }
 
 
