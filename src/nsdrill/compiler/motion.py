@@ -97,7 +97,15 @@ class Motion:
 
     def _key(self, rows: Rows, lanes: int) -> tuple[Any, ...]:
         solved = self.solved and identity(self.solved)
-        names = self.states, self.parameters, self.slopes, self.aux, self.pushed, self.sides, self.quick
+        names = (
+            self.states,
+            self.parameters,
+            self.slopes,
+            self.aux,
+            self.pushed,
+            self.sides,
+            self.quick,
+        )
         return identity(self.equations), solved, self.options, names, rows, lanes
 
     @lru_cache
