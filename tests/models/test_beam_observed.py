@@ -14,11 +14,13 @@ import nsdrill
 from nsdrill.errors import StudyError
 
 ONE = {"model": "beam", "beam.modes": 1, "beam.stations": [{"at": 0.5}]}
+# The radius has a corner where the collar passes the hole's centre. At rtol 1e-9 its mean
+# is off by 1.5e-5, in either model and with either sign, as steps happen to fall.
 ROLLING = """
 initial: {x: 78 mm, vy: -0.8 m/s}
 operation: {depth: 5000 m, wob: 66.72 kN}
 sweep: {rotary_speed: [2 rad/s, 7 rad/s]}
-simulation: {transient: 1 s, observe: 4 s, rtol: 1.0e-9}
+simulation: {transient: 1 s, observe: 4 s, rtol: 1.0e-11}
 record: {peaks: 8, poincare: 4}
 """
 
