@@ -240,3 +240,15 @@ def test_the_exponent_leaves_the_motion_as_it_is() -> None:
         np.asarray(plain["final_state"]).tobytes() == np.asarray(measured["final_state"]).tobytes()
     )
     assert np.all(np.isfinite(measured["lyapunov_exponent"]))
+
+
+def test_one_mode_has_the_exponent_of_the_lumped_model() -> None:
+    """10 s of whirl with wall contacts, to 0.02 / s."""
+    study = (
+        "operation: {wob: 50 kN}\nsweep: {rotary_speed: [5.96 rad/s, 6.03 rad/s]}\n"
+        "simulation: {transient: 2 s, observe: 10 s, rtol: 1.0e-9}\nrecord: {exponent: true}\n"
+    )
+    lumped = nsdrill.run(study).lyapunov_exponent.values
+    collar = nsdrill.run(study, set={**ONE, "beam.torque": "cy"}).lyapunov_exponent.values
+    assert np.all(lumped > 0.3)
+    assert collar == pytest.approx(lumped, abs=0.02)
