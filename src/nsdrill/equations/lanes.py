@@ -201,6 +201,11 @@ class _Writer:
                 if arg in at:
                     last[arg] = k
         until |= last
+        begun_and_over = [0] * (len(items) + 2)
+        for node, k in at.items():
+            begun_and_over[k + 1] += 1
+            begun_and_over[until[node] + 1] -= 1
+        crossing = list(accumulate(begun_and_over))  # values, of a cut before each place
         reached = list(accumulate(sizes, initial=0))
         cuts = [0]
         for share in range(1, count):
@@ -212,7 +217,6 @@ class _Writer:
                 and not _one_call(items[j - 1], items[j])
             ]
             if places:
-                crossing = {j: sum(at[n] < j <= until[n] for n in at) for j in places}
                 cuts.append(min(places, key=lambda j: (crossing[j], abs(reached[j] - target))))
         for begin, end in pairwise([*cuts, len(items)]):
             yield items[begin:end]
