@@ -25,7 +25,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.study import parse_study
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from energies import energy, powers  # noqa: E402
+from energies import energy, powers
 
 
 @dataclass(frozen=True)
