@@ -150,7 +150,7 @@ STUDIES: dict[str, tuple] = {
         [
             *("continue", "study.yaml", "-o", "branches.h5", "--set", "continue.points=8"),
             *("--set", "simulation.transient=300 s"),
-            *("--set", "continue.seeds={rotary_speed: [6.5 rad/s]}"),
+            *("--set", "continue.seeds={rotary_speed: [6.6 rad/s]}"),
         ],
     ),
     # the others

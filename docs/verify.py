@@ -14,15 +14,18 @@ import math
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 import nsdrill
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate
-from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.operation import Operation
 from nsdrill.study import parse_study
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+from energies import energy, powers
 
 
 @dataclass(frozen=True)

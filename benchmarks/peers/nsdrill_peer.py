@@ -42,7 +42,7 @@ class Nsdrill:
 
     def _run_blind(self, work: Started) -> Result:
         try:
-            from nsdrill.scalar import unobserved
+            from nsdrill.kernel.batch import unobserved
             from nsdrill.sweep.work import compiled_parts
 
             observer, marker = unobserved(self.lanes)

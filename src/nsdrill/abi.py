@@ -25,7 +25,7 @@ import numpy as np
 from nsdrill.compiler.functions import BUFFER, FUNCTION, INTEGER
 
 # The package's folders whose sources end up in compiled code.
-COMPILED = ("abi.py", "elementary.py", "compiler", "models", "kernel", "observe")
+COMPILED = ("abi.py", "elementary.py", "compiler", "equations", "models", "kernel", "observe")
 
 # A right-hand side reads the rows `stage`, `stage_time`, `phase` and `parameter`, and
 # writes `acceleration` and `aux_now`; one with implicit friction (`Rows.implicit`) reads

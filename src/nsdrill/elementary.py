@@ -105,6 +105,23 @@ def direction(x: float) -> float:
 
 
 @inlined
+def slip_factors(
+    speed: float, unit: float, smoothing: float, decay: float
+) -> tuple[float, float, float]:
+    """(g(v), 1 / (1 + decay |v|), 1 / unit) at a slip v = speed / unit, with unit
+    positive, where g(v) = (2/pi) atan(smoothing v). One division, by the product of all
+    denominators, serves every quotient."""
+    scaled = smoothing * speed
+    numerator, denominator, base = direction_reduced(scaled, unit)
+    decayed = fma(decay, abs(speed), unit)
+    product = denominator * decayed
+    inverse = 1.0 / (product * unit)
+    per_both = unit * inverse
+    g = direction_joined(scaled, numerator * decayed * per_both, base)
+    return g, denominator * unit * per_both, product * inverse
+
+
+@inlined
 def angle_between(x0: float, y0: float, x1: float, y1: float) -> float:
     """The angle [rad] of the rotation of the vector (x0, y0) to the direction of (x1,
     y1), between -pi and pi; 0 if the vectors are parallel or antiparallel, where the
@@ -179,3 +196,17 @@ def expm1(x: float) -> float:
     odd = fma(r2, odd, 1 / 6)
     power = bits_float(4607182418800017408 + (float_bits(shifted) << 52))
     return fma(power, fma(r2, fma(r, odd, even), r), power - 1.0)
+
+
+@inlined
+def root(x: float) -> float:
+    """The square root."""
+    return np.sqrt(x)
+
+
+@inlined
+def tanh(x: float) -> float:
+    """Hyperbolic tangent: -e / (2 + e) with e = exp(-2 |x|) - 1, and the sign of x."""
+    e = expm1(-2.0 * abs(x))
+    size = -e / (2.0 + e)
+    return -size if x < 0.0 else size

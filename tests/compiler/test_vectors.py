@@ -12,20 +12,13 @@ from machine_code import instructions, packed_and_single, text_of
 
 from nsdrill.kernel.steppers import IMPLICIT, STEPPERS
 from nsdrill.models.beam.options import Options as Beam
-from nsdrill.models.christoforou_yigit.implicit import make_solve
-from nsdrill.models.christoforou_yigit.implicit_along import make_axial_solve
-from nsdrill.models.christoforou_yigit.implicit_held import make_stabilizer_solve
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.rhs import aux_of, columns_of, make_right_hand_side, rows_of
+from nsdrill.models.christoforou_yigit.rhs import make_right_hand_side, rows_of
 from nsdrill.models.registry import model_named
 from nsdrill.variables import MODEL
 
 ROWS = model_named(MODEL).rows(Options(), model_named(MODEL).observed)
 SPLIT = Options(implicit=1)
-
-
-def solve(make: Callable[..., Any], lanes: int, o: Options) -> Any:
-    return make(lanes, o, rows_of(o), columns_of(o), aux_of(o))
 
 
 def step(name: str, lanes: int, rows: Any) -> Any:
@@ -51,9 +44,13 @@ FUNCTIONS: dict[str, tuple[Callable[[], Any], int]] = {
     ),
     "Hertz": (lambda: make_right_hand_side(8, Options(hertz=1, stabilizer=1)), 100),
     "tangent": (lambda: model_named(MODEL).tangent(8, Options(), 0), 150),
-    "slips": (lambda: solve(make_solve, 16, SPLIT), 300),
-    "slips held": (lambda: solve(make_stabilizer_solve, 8, SPLIT._replace(stabilizer=1)), 300),
-    "slips along": (lambda: solve(make_axial_solve, 8, SPLIT._replace(axial_friction=1)), 300),
+    "slips": (lambda: make_right_hand_side(16, SPLIT), 300),
+    "slips held": (lambda: make_right_hand_side(8, SPLIT._replace(stabilizer=1)), 300),
+    "slips along": (lambda: make_right_hand_side(8, SPLIT._replace(axial_friction=1)), 300),
+    "slips held along": (
+        lambda: make_right_hand_side(8, SPLIT._replace(stabilizer=1, axial_friction=1)),
+        300,
+    ),
     "implicit step": (lambda: step(IMPLICIT, 16, rows_of(SPLIT)), 300),
     **{f"step {name}": (lambda name=name: step(name, 8, ROWS), 300) for name in STEPPERS},
     "torsion": (lambda: slopes("torsion"), 20),

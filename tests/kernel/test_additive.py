@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from nsdrill.equations.stage import first_slip, kept
+from nsdrill.equations.trace import Named
 from nsdrill.kernel.kennedy_carpenter import KENNEDY_CARPENTER
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.laws import bit_numbers
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.friction import hyperbolic, values
 from nsdrill.models.torsion import Initial as TorsionStart
 from nsdrill.models.torsion import Parameters as TorsionParameters
 from nsdrill.models.torsion import pipe, torque
@@ -85,10 +87,18 @@ def test_two_iterations_solve_the_slip_near_break_away(near: float | None) -> No
         for _ in range(120):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if middle + c * law(middle) < abs(free) else (low, middle)
-        v = first_slip(free, c, eps, tau, rise, dynamic)
-        f, df = hyperbolic(v, eps, tau, rise, dynamic)
+        numbers = eps, tau, rise, dynamic
+
+        def with_slope(v: float, numbers: tuple[float, ...] = numbers) -> list[float]:
+            return [
+                float(values(hyperbolic, name, v, numbers)) for name in ("coefficient", "slope")
+            ]
+
+        named = Named(smoothing=eps, decay=tau, rise=rise, dynamic=dynamic)
+        v = first_slip(free, c, named)
+        f, df = with_slope(v)
         v = kept(v, v + (free - v - c * f) / (1 + c * df))
-        f, df = hyperbolic(v, eps, tau, rise, dynamic)
+        f, df = with_slope(v)
         f += df * (free - v - c * f) / (1 + c * df)
         worst = max(worst, abs(f - np.sign(free) * law(low)) / (rise + dynamic))
     assert worst < 1e-5
@@ -276,6 +286,6 @@ def test_bits_do_not_depend_on_lanes_or_neighbours() -> None:
     assert np.any(found[1]["wall_contact_fraction"] == 0.0)
     assert np.any(found[1]["stuck_fraction"] > 0.1)
     assert np.any(found[1]["lift_off_fraction"] > 0.1)
-    for name, values in found[1].items():
+    for name, numbers in found[1].items():
         for lanes in (8, 32):
-            assert values.tobytes() == found[lanes][name].tobytes(), (name, lanes)
+            assert numbers.tobytes() == found[lanes][name].tobytes(), (name, lanes)

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from deviations import followed_and_quotient
+from energies import energy, powers
 from reference import Case
 from scipy.integrate import solve_ivp
 from sweep.runs import run_work, work_for
@@ -24,7 +25,6 @@ from nsdrill.models.christoforou_yigit.derived_quantities import (
     torsional_matrix,
 )
 from nsdrill.models.christoforou_yigit.drives import gains, impedance
-from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.christoforou_yigit.options import options_of
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.christoforou_yigit.rhs import (

@@ -3,15 +3,18 @@ compiled right-hand side."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from reference import Case, contacts
 
 from model.buffers import slopes
 from model.cases import operation_of, parameters_of, random_case, random_state, table_of
-from nsdrill.models.christoforou_yigit.forces import forces, friction
+from nsdrill.models.christoforou_yigit.forces import forces
 from nsdrill.models.christoforou_yigit.parameters import BitFriction
 from nsdrill.models.christoforou_yigit.rhs import STATES
+from nsdrill.models.friction import hyperbolic, values
 
 
 def as_state(states: np.ndarray, drive_angle: np.ndarray) -> dict[str, np.ndarray]:
@@ -77,15 +80,18 @@ def test_forces_add_up_to_the_compiled_accelerations(law: str) -> None:
 def test_friction_opposes_and_falls_from_static_to_dynamic() -> None:
     """f(v) = (2/pi) atan(eps v) [(mu_s - mu_d)/(1 + tau |v|) + mu_d], theory page."""
     law = BitFriction()
+    numbers = law.smoothing, law.decay, law.static - law.dynamic, law.dynamic
+
+    def friction(v: Any) -> Any:
+        return values(hyperbolic, "coefficient", v, numbers)
+
     v = np.linspace(-20, 20, 4001)
-    f = friction(law, v)
+    f = friction(v)
     assert np.array_equal(np.sign(f), np.sign(v))
-    assert np.array_equal(friction(law, -v), -f)
+    assert np.array_equal(friction(-v), -f)
     assert np.max(f) < law.static
-    assert friction(law, 1e9) == pytest.approx(law.dynamic, rel=1e-6)
-    assert friction(law, 1.0) == pytest.approx(
-        2 / np.pi * np.arctan(500) * (0.3 / 4 + 0.2), rel=1e-14
-    )
+    assert friction(1e9) == pytest.approx(law.dynamic, rel=1e-6)
+    assert friction(1.0) == pytest.approx(2 / np.pi * np.arctan(500) * (0.3 / 4 + 0.2), rel=1e-14)
 
 
 def test_cutting_torque_does_not_drive_a_stuck_bit() -> None:

@@ -13,12 +13,13 @@ from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.rhs import (
     INDEX,
+    SIDES,
     make_right_hand_side,
+    make_tangent,
     pack,
     rows_of,
     states_of,
 )
-from nsdrill.models.christoforou_yigit.tangent import CONTACTS, make_tangent
 
 W, SPREAD = 8, np.array([0.08, 0.3, 0.08, 0.3, 2e-3, 0.05, 1.0, 3.0, 0.3, 0.5, 1.0, 500.0])
 
@@ -74,6 +75,7 @@ CASES = [
     {"clearance": 0.03, "wall": "hertz", "law": "rational"},
     {"along": True},
     {"along": True, "wall": "hertz", "law": "linear"},
+    {"along": True, "clearance": 0.03},
 ]
 
 
@@ -126,8 +128,9 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) ->
         {"drive": {"kind": "soft_torque"}},
         {"clearance": 0.03},
         {"along": True},
+        {"along": True, "clearance": 0.03},
     ],
-    ids=["main", "hertz", "drive", "stabilisers", "along"],
+    ids=["main", "hertz", "drive", "stabilisers", "along", "stabilisers along"],
 )
 def test_the_deviation_of_a_stage_is_its_derivative(case: dict[str, Any]) -> None:
     """Velocities, slopes and pushes of the deviation, against differences of two stages
@@ -158,7 +161,7 @@ def test_the_deviation_of_a_stage_is_its_derivative(case: dict[str, Any]) -> Non
     for function in (b[wall], b[rock]):
         assert np.any(function > 0.0)
         assert np.any(function < 0.0)
-    assert len(CONTACTS) == 2
+    assert len(SIDES) == 2
     make_tangent(W, options, 0)(b.ravel())
     for mine, theirs in (
         (b[rows.stage + own : rows.stage + 2 * own], exact[plain.stage : plain.stage + own]),

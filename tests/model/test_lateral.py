@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from deviations import followed_and_quotient
+from energies import energy, powers
 from reference import Case
 from scipy.integrate import solve_ivp
 from sweep.runs import run_work, same_bits, work_for
@@ -17,7 +18,6 @@ from model.cases import operation_of, random_case, random_state
 from model.lateral import Lateral, derivative, parameters, solve
 from nsdrill.abi import Rows
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.models.christoforou_yigit.rhs import (
@@ -278,17 +278,18 @@ simulation: {rtol: 1.0e-13}
 
 @pytest.mark.parametrize("form", ["swirl", "weight", "both"])
 def test_the_deviation_is_the_derivative_of_the_motion(form: str) -> None:
-    """Against two neighbouring runs, with hits on the wall."""
+    """Against two neighbouring runs, with hits on the wall. At looser tolerances the error
+    of the motion itself is amplified, to 1e-3 at 1e-8."""
     keys = {"swirl": {"mud.swirl": 0.5}, "weight": {"well.inclination": 0.7}}
     keys["both"] = keys["swirl"] | keys["weight"]
-    simulation = Simulation(transient=0.0, observe=3.0, rtol=1e-8)
+    simulation = Simulation(transient=0.0, observe=3.0, rtol=1e-10)
     work = work_for(Case(wob=10e3, speed=4.0), simulation, initial=Initial(x=0.07, vy=-0.6))
     work = replace(
         work, parameters=with_values(work.parameters, keys[form]), record=Record(exponent=True)
     )
 
     followed, quotient = followed_and_quotient(work)
-    assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)
+    assert np.linalg.norm(followed - quotient) < 5e-5 * np.linalg.norm(quotient)
 
 
 WIDE = "stabilizer: {clearance: 25.4 mm}"

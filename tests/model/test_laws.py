@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from deviations import followed_and_quotient
+from energies import energy, powers
 from reference import Case, contacts, derivative, solve
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
@@ -22,21 +23,14 @@ from nsdrill.app.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.derived_quantities import derived_quantities
-from nsdrill.models.christoforou_yigit.forces import energy, powers
-from nsdrill.models.christoforou_yigit.laws import (
-    LAWS,
-    bit_arm,
-    fall,
-    onset,
-    slope_at_rest,
-    static_arm,
-)
+from nsdrill.models.christoforou_yigit.laws import bit_arm, fall, onset, slope_at_rest, static_arm
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.rhs import STATES, pack
+from nsdrill.models.friction import LAWS
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
 
-OTHERS = LAWS[1:]
+OTHERS = list(LAWS)[1:]
 
 
 def lawful(rng: np.random.Generator, law: str) -> Case:
@@ -54,8 +48,8 @@ def test_derivatives_equal_the_reference(law: str) -> None:
     times = rng.uniform(0, 5, len(cases))
     table = np.concatenate([pack(parameters_of(c), c.depth, c.wob, c.speed) for c in cases])
     lobes = np.array([c.lobes for c in cases])
-    found = slopes(8, False, table, times, states, lobes, friction=LAWS.index(law))
-    alone = slopes(1, False, table, times, states, lobes, friction=LAWS.index(law))
+    found = slopes(8, False, table, times, states, lobes, friction=list(LAWS).index(law))
+    alone = slopes(1, False, table, times, states, lobes, friction=list(LAWS).index(law))
     assert found.tobytes() == alone.tobytes()
     for c, t, s, mine in zip(cases, times, states, found, strict=True):
         exact = derivative(c, t, s)
@@ -97,7 +91,12 @@ def test_energy_changes_by_the_powers(law: str) -> None:
         state = rng.normal(size=8) * [0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0]
         time = np.array([rng.uniform(0, 5)])
         rate = slopes(
-            1, False, pack(parameters, *_point(case)), time, state[None], friction=LAWS.index(law)
+            1,
+            False,
+            pack(parameters, *_point(case)),
+            time,
+            state[None],
+            friction=list(LAWS).index(law),
         )[0]
 
         def named(states: np.ndarray, times: np.ndarray) -> dict[str, np.ndarray]:

@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 import pytest
+from energies import energy, powers
 
 import nsdrill
 from nsdrill.app.run import run_in_memory
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.operation import Operation
 from nsdrill.study import parse_study
 

@@ -7,19 +7,22 @@ import json
 
 import numpy as np
 import pytest
+from energies import energy, powers
 from scipy.integrate import cumulative_simpson, solve_ivp
 
 from nsdrill.app.ramped import run_schedule, schedule_of
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.ramp import ahead, pack_ramp
 from nsdrill.models.christoforou_yigit.rhs import STATES, initial_states
 from nsdrill.models.operation import Operation
+from nsdrill.models.ramp import ahead_of
+from nsdrill.models.registry import model_named
 from nsdrill.models.schedule import Ramp, Schedule
+from nsdrill.observe.thresholds import Thresholds
 from nsdrill.study import Study, parse_study
+from nsdrill.variables import MODEL
 
 # In and out of the rock, the collar inside the hole; regular motion, or rounding would
 # grow.
@@ -245,10 +248,10 @@ def test_the_segments() -> None:
     assert Schedule(Operation(), {"wob": Ramp((0.0, 1.0), (0.0, 1e4))}).cuts(1.0).size == 257
     assert Schedule(Operation(), {"wob": Ramp((0.0, 9.0), (1e4, 1.01e4))}).cuts(9.0).size == 4
     assert schedule.cuts(3.0)[-1] == 3.0
-    table = pack_ramp(Parameters(), schedule, cuts)
+    table = model_named(MODEL).ramps.pack(Parameters(), schedule, cuts, Thresholds())
     time = np.linspace(0, 20, 777)
-    assert np.max(np.abs(ahead(table, cuts, cuts))) < 1e-15
-    assert np.max(np.abs(ahead(table, cuts, time))) < 2e-5
+    assert np.max(np.abs(ahead_of(table, cuts, cuts))) < 1e-15
+    assert np.max(np.abs(ahead_of(table, cuts, time))) < 2e-5
 
 
 def test_the_drive_angle_is_the_integral_of_its_speed() -> None:

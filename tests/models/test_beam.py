@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from beam_energies import energy, powers
 from scipy.integrate import simpson, solve_ivp
 
 from models.collar import Collar
@@ -19,7 +20,7 @@ from nsdrill.models.beam.columns import (
     stiffnesses,
     values_of,
 )
-from nsdrill.models.beam.forces import at_place, energy, powers
+from nsdrill.models.beam.forces import at_place
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import model_named
 from nsdrill.observe.thresholds import Thresholds

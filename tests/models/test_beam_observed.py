@@ -14,11 +14,13 @@ import nsdrill
 from nsdrill.errors import StudyError
 
 ONE = {"model": "beam", "beam.modes": 1, "beam.stations": [{"at": 0.5}]}
+# The radius has a corner where the collar passes the hole's centre. At rtol 1e-9 its mean
+# is off by 1.5e-5, in either model and with either sign, as steps happen to fall.
 ROLLING = """
 initial: {x: 78 mm, vy: -0.8 m/s}
 operation: {depth: 5000 m, wob: 66.72 kN}
 sweep: {rotary_speed: [2 rad/s, 7 rad/s]}
-simulation: {transient: 1 s, observe: 4 s, rtol: 1.0e-9}
+simulation: {transient: 1 s, observe: 4 s, rtol: 1.0e-11}
 record: {peaks: 8, poincare: 4}
 """
 
@@ -238,3 +240,15 @@ def test_the_exponent_leaves_the_motion_as_it_is() -> None:
         np.asarray(plain["final_state"]).tobytes() == np.asarray(measured["final_state"]).tobytes()
     )
     assert np.all(np.isfinite(measured["lyapunov_exponent"]))
+
+
+def test_one_mode_has_the_exponent_of_the_lumped_model() -> None:
+    """10 s of whirl with wall contacts, to 0.02 / s."""
+    study = (
+        "operation: {wob: 50 kN}\nsweep: {rotary_speed: [5.96 rad/s, 6.03 rad/s]}\n"
+        "simulation: {transient: 2 s, observe: 10 s, rtol: 1.0e-9}\nrecord: {exponent: true}\n"
+    )
+    lumped = nsdrill.run(study).lyapunov_exponent.values
+    collar = nsdrill.run(study, set={**ONE, "beam.torque": "cy"}).lyapunov_exponent.values
+    assert np.all(lumped > 0.3)
+    assert collar == pytest.approx(lumped, abs=0.02)

@@ -1,21 +1,21 @@
-"""Models written for one trajectory, observed as declared, through the real kernel."""
+"""Models made from equations, observed as declared, through the real kernel."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from nsdrill.abi import Rows
+from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.observe.channel_text import observed_rows
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.declared import make_observer
 from nsdrill.observe.findings import measured, new_store, outcome_width, peaks_of, returns_of
-from nsdrill.scalar import in_lanes
 
 # Rows for the observer, more than most declarations here want: models of one size share
 # the compiled loop.
@@ -24,9 +24,9 @@ ROOM = 40
 
 @dataclass(frozen=True)
 class Model:
-    """The right-hand side of ``names``, with so many states of first order."""
+    """The equations of ``names``, with so many states of first order."""
 
-    slopes: Callable[..., Sequence[float]]
+    equations: Callable[..., Any]
     names: Names
     singles: int = 0
 
@@ -35,6 +35,13 @@ class Model:
         return Rows(
             len(self.names.states), 0, len(self.names.parameters), observed, singles=self.singles
         )
+
+    def right_hand_side(self, lanes: int, rows: Rows) -> Any:
+        states = self.names.states
+        pairs = len(states) - self.singles
+        slopes = (*states[1:pairs:2], *states[pairs:])
+        motion = Motion(self.equations, None, states, self.names.parameters, slopes)
+        return motion.right_hand_side(lanes, rows)
 
 
 @dataclass
@@ -93,7 +100,7 @@ def observe(
         ),
     )
     parts = Compiled(
-        in_lanes(model.slopes, lanes, rows), *make_observer(lanes, rows, names, declaration)
+        model.right_hand_side(lanes, rows), *make_observer(lanes, rows, names, declaration)
     )
     done: list[FinishedRuns] = []
     while not batch.idle:

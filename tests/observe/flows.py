@@ -10,6 +10,7 @@ import numpy as np
 
 from nsdrill.abi import MARKER, Rows
 from nsdrill.compiler.functions import BUFFER, compiled, inlined
+from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Batch, Compiled, FinishedRuns, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
@@ -21,7 +22,6 @@ from nsdrill.observe.exponent import (
     seed_deviation,
 )
 from nsdrill.observe.interpolant import crossing, quintic, value
-from nsdrill.scalar import in_lanes
 
 # Three states of first order and as many tangent states; three parameters.
 ROWS = STEPPERS["tsitouras"].rows(Rows(6, 0, 3, len(GROWTH), 3, singles=3))
@@ -35,30 +35,18 @@ def cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
     )
 
 
-def lorenz(t, y, p):  # type: ignore[no-untyped-def]
-    (x, y, z), (sigma, rho, beta) = y, p
-    return sigma * (y - x), x * (rho - z) - y, x * y - beta * z
+def lorenz(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+    return {"x": p.a * (s.y - s.x), "y": s.x * (p.b - s.z) - s.y, "z": s.x * s.y - p.c * s.z}
 
 
-def lorenz_deviation(t, y, d, p):  # type: ignore[no-untyped-def]
-    (x, y, z), (dx, dy, dz), (sigma, rho, beta) = y, d, p
-    return sigma * (dy - dx), dx * (rho - z) - x * dz - dy, dx * y + x * dy - beta * dz
-
-
-def roessler(t, y, p):  # type: ignore[no-untyped-def]
-    (x, y, z), (a, b, c) = y, p
-    return -y - z, x + a * y, b + z * (x - c)
-
-
-def roessler_deviation(t, y, d, p):  # type: ignore[no-untyped-def]
-    (x, _, z), (dx, dy, dz), (a, _, c) = y, d, p
-    return -dy - dz, dx + a * dy, dz * (x - c) + z * dx
+def roessler(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+    return {"x": -s.y - s.z, "y": s.x + p.a * s.y, "z": p.b + s.z * (s.x - p.c)}
 
 
 @lru_cache
 def right_hand_side(lanes: int, is_roessler: bool) -> Any:
-    flow = (roessler, roessler_deviation) if is_roessler else (lorenz, lorenz_deviation)
-    return in_lanes(flow[0], lanes, ROWS, flow[1])
+    equations = roessler if is_roessler else lorenz
+    return Motion(equations, None, tuple("xyz"), tuple("abc"), tuple("xyz")).tangent(lanes, ROWS, 0)
 
 
 def run(

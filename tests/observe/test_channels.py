@@ -22,7 +22,7 @@ from nsdrill.abi import Rows
 from nsdrill.compiler.functions import BUFFER, compiled
 from nsdrill.compiler.language import LanguageError
 from nsdrill.compiler.words import packed
-from nsdrill.elementary import direction, sincos
+from nsdrill.equations.library import direction, sincos
 from nsdrill.kernel.batch import Batch, Compiled, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
@@ -50,9 +50,8 @@ TWO_PI = 2.0 * math.pi
 
 
 # A harmonic oscillator, damped: x'' = -w^2 x - 2 d x'.
-def swing(t, y, p):  # type: ignore[no-untyped-def]
-    (x, v), (w, d) = y, p
-    return (-w * w * x - 2.0 * d * v,)
+def swing(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+    return {"v": -p.w * p.w * s.x - 2.0 * p.d * s.v}
 
 
 SWING = Model(swing, Names(("x", "v"), ("a",), ("w", "d")))
@@ -223,12 +222,12 @@ def test_a_feature_more_leaves_the_others_as_they_are() -> None:
 
 # The torsional string of one degree of freedom: its bit sticks and slips under a
 # smoothed friction torque, and the last of its runs has a periodic torque besides.
-def torsion(t, y, p):  # type: ignore[no-untyped-def]
-    twist, speed = y
-    inertia, stiffness, damping, torque, smoothing, _, _, wobble = p
-    friction = direction(smoothing * speed) * (torque / (1.0 + 3.0 * abs(speed)) + 0.5 * torque)
-    forced = wobble * sincos(1.7 * t)[0]
-    return ((forced - damping * speed - stiffness * twist - friction) / inertia,)
+def torsion(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+    falling = p.torque / (1.0 + 3.0 * abs(s.bit_speed)) + 0.5 * p.torque
+    friction = direction(p.smoothing * s.bit_speed) * falling
+    forced = p.wobble * sincos(1.7 * t)[0]
+    torque = forced - p.damping * s.bit_speed - p.stiffness * s.twist - friction
+    return {"bit_speed": torque / p.inertia}
 
 
 TORSION = Model(
@@ -348,8 +347,8 @@ def test_a_torsional_string_has_the_same_bits_in_any_lanes(lanes: int) -> None:
     assert turned(lanes).report.tobytes() == turned(1).report.tobytes()
 
 
-def rippled(t, y, p):  # type: ignore[no-untyped-def]
-    return (-10.0 * sincos(t)[1] - 1.5 * 81.0 * sincos(9.0 * t)[1],)
+def rippled(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+    return {"v": -10.0 * sincos(t)[1] - 1.5 * 81.0 * sincos(9.0 * t)[1]}
 
 
 @pytest.mark.parametrize("smooth", [False, True])
@@ -385,10 +384,9 @@ def test_a_bit_that_sticks_has_one_peak_a_slip(
 
 
 # A state of first order that follows a sine: x' = r (sin w t - x).
-def lag(t, y, p):  # type: ignore[no-untyped-def]
-    (x,), (r,) = y, p
+def lag(t, phase, s, p, o):  # type: ignore[no-untyped-def]
     # sin t by its own two states would be a pair; here a parabola drives it.
-    return (r * (t * t - x),)
+    return {"x": p.r * (t * t - s.x)}
 
 
 def test_states_of_first_order_are_followed_by_a_cubic() -> None:
@@ -437,8 +435,8 @@ def test_states_of_first_order_are_followed_by_a_cubic() -> None:
 
 
 # A body that is thrown up, or, with a negative weight, falls up: x'' = -g.
-def throw(t, y, p):  # type: ignore[no-untyped-def]
-    return (-p[0],)
+def throw(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+    return {"v": -p.g}
 
 
 THROW = Model(throw, Names(("x", "v"), ("a",), ("g", "level")))
@@ -593,9 +591,8 @@ def test_the_ring_has_the_last_peaks_oldest_first() -> None:
 
 # A wheel that rocks in the frame of a drive, twist' = speed - drive, and a state of
 # first order that tells the time.
-def rock(t, y, p):  # type: ignore[no-untyped-def]
-    twist, _, x = y
-    return -twist, -0.1 * x
+def rock(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+    return {"speed": -s.twist, "x": -0.1 * s.x}
 
 
 ROCKING = Model(

@@ -32,9 +32,8 @@ TWO_PI = 2.0 * math.pi
 
 
 # x = cos w t, y = sin w t / 2, in the one sense or the other.
-def ellipse(t, y, p):  # type: ignore[no-untyped-def]
-    (x, _, z, _), w = y, p[0]
-    return -w * w * x, -w * w * z
+def ellipse(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+    return {"vx": -p.w * p.w * s.x, "vy": -p.w * p.w * s.y}
 
 
 ELLIPSE = Model(ellipse, Names(("x", "vx", "y", "vy"), ("ax", "ay"), ("w", "near", "far")))
@@ -164,8 +163,8 @@ def test_a_smooth_quantity_has_the_extremes_and_peaks_of_any() -> None:
     assert smooth.peaks["x_peaks"] == pytest.approx(o.peaks["x_peaks"], abs=1e-15)
 
 
-def throw(t, y, p):  # type: ignore[no-untyped-def]
-    return (-p[0],)
+def throw(t, phase, s, p, o):  # type: ignore[no-untyped-def]
+    return {"v": -p.g}
 
 
 THROW = Model(throw, Names(("x", "v"), ("a",), ("g", "far")))

@@ -5,53 +5,46 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.abi import Rows
-from nsdrill.elementary import sincos
-from nsdrill.kernel.batch import Compiled, Runs
+from nsdrill.equations.library import sincos
+from nsdrill.equations.motion import Motion
+from nsdrill.kernel.batch import Compiled, Runs, unobserved
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Symmetry
 from nsdrill.orbit.arclength import corrected_at_parameter
 from nsdrill.orbit.flow import Equations, Flow
 from nsdrill.orbit.lockstep import advance
-from nsdrill.scalar import in_lanes, unobserved
 
 
-def roessler(t, y, p):
-    x, v, w = y
-    (c,) = p
-    return -v - w, x + 0.2 * v, 0.2 + w * (x - c)
+# States x, v and, of first order, w; the parameter a.
+def roessler(t, phase, s, p, o):
+    return {"x": -s.v - s.w, "v": s.x + 0.2 * s.v, "w": 0.2 + s.w * (s.x - p.a)}
 
 
-def lorenz(t, y, p):
-    x, v, w = y
-    (r,) = p
-    return 10.0 * (v - x), x * (r - w) - v, x * v - 8.0 / 3.0 * w
+def lorenz(t, phase, s, p, o):
+    return {"x": 10.0 * (s.v - s.x), "v": s.x * (p.a - s.w) - s.v, "w": s.x * s.v - 8.0 / 3.0 * s.w}
 
 
-def van_der_pol(t, y, p):
-    x, v = y
-    (mu,) = p
-    return (mu * (1 - x * x) * v - x,)
+def van_der_pol(t, phase, s, p, o):
+    return {"v": p.a * (1 - s.x * s.x) * s.v - s.x}
 
 
-def duffing(t, y, p, phase):
-    x, v = y
-    (w,) = p
-    _, cosine = sincos(phase + w * t)
-    return (0.1 * cosine - 0.1 * v - x - x * x * x,)
+def duffing(t, phase, s, p, o):
+    _, cosine = sincos(phase + p.a * t)
+    return {"v": 0.1 * cosine - 0.1 * s.v - s.x - s.x**3}
 
 
-def mathieu(t, y, p):
-    x, _ = y
-    (a,) = p
+def mathieu(t, phase, s, p, o):
     _, cosine = sincos(2.0 * t)
-    return (-(a - 2.0 * cosine) * x,)
+    return {"v": -(p.a - 2.0 * cosine) * s.x}
 
 
 def flow_of(
-    slopes, states: int, *, forced: bool = False, singles: int = 0, rtol: float = 1e-13
+    equations, states: int, *, forced: bool = False, singles: int = 0, rtol: float = 1e-13
 ) -> Flow:
     """The flow of a system with one parameter; ``forced``: it is the frequency of the
     forcing."""
+    names = tuple("xvw"[:states])
+    motion = Motion(equations, None, names, ("a",), names if singles else ("v",))
     rows = STEPPERS["tsitouras"].rows(Rows(2 * states, 0, 1, 0, states, singles, judged=True))
 
     def runs(values, initial):
@@ -66,7 +59,7 @@ def flow_of(
         )
 
     def parts(lanes):
-        return Compiled(in_lanes(slopes, lanes, rows), *unobserved(lanes))
+        return Compiled(motion.tangent(lanes, rows, 0), *unobserved(lanes))
 
     symmetry = Symmetry(1 if forced else 0, tuple(range(states)))
     return Flow(Equations(rows, symmetry, (1.0,), runs, parts), rtol=rtol)

@@ -10,8 +10,9 @@ from scipy.optimize import brentq
 import nsdrill
 from nsdrill.abi import RATES, Rows
 from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.compiler.words import packed
-from nsdrill.elementary import sincos
+from nsdrill.equations.contacts import touching
+from nsdrill.equations.library import sincos
+from nsdrill.equations.motion import Motion
 from nsdrill.kernel.batch import Compiled, Runs
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Symmetry
@@ -26,7 +27,6 @@ from nsdrill.orbit.labels import Graze, kink_predicate
 from nsdrill.orbit.labels import orbit_test_functions as orbit_test_functions
 from nsdrill.orbit.lockstep import advance
 from nsdrill.orbit.periodic import Periodic
-from nsdrill.scalar import in_lanes
 
 from .flows import at
 
@@ -34,12 +34,14 @@ ZETA, STIFF, FORCE, GAP = 0.05, 20.0, 0.5, 1.0
 REACHED = 102
 
 
-def stop(t, y, p, phase):
+def stop(t, phase, s, p, o):
     """A damped oscillator that is forced, and meets a spring at a gap."""
-    x, v = y
-    (w,) = p
-    _, cosine = sincos(phase + w * t)
-    return (0.5 * cosine - 0.1 * v - x - (20.0 * (x - 1.0) if x > 1.0 else 0.0),)
+    _, cosine = sincos(phase + p.w * t)
+    spring = STIFF * touching("stop", s.x - GAP)
+    return {"v": FORCE * cosine - 2.0 * ZETA * s.v - s.x - spring}
+
+
+MOTION = Motion(stop, None, ("x", "v"), ("w",), ("v",), sides=("stop",))
 
 
 def flow_at_a_stop() -> Flow:
@@ -61,24 +63,19 @@ def flow_at_a_stop() -> Flow:
         touches, marker = make_touches(lanes, rows, 2 * RATES, 0, 1)
         W, first = lanes, lanes * rows.observer
         moves_ = W * rows.moves
-        x_, v_, a_ = W * rows.stage, W * (rows.stage + 1), W * rows.acceleration
+        gap = MOTION.contact_functions(lanes, rows, RATES)
 
         @compiled(BUFFER, BUFFER)
         def watch(b, store):
             now = first + RATES * W
-            for i in packed(W):
-                b[now + i], b[now + W + i], b[now + 2 * W + i] = (
-                    b[x_ + i] - GAP,
-                    b[v_ + i],
-                    b[a_ + i],
-                )
+            gap(b)
             touches(b, store)
             for i in range(W):
                 if b[moves_ + i] != 0.0:
                     for k in range(0, RATES * W, W):
                         b[first + k + i] = b[now + k + i]
 
-        return Compiled(in_lanes(stop, lanes, rows), watch, marker)
+        return Compiled(MOTION.tangent(lanes, rows, 0), watch, marker)
 
     return Flow(
         Equations(rows, Symmetry(1, (0, 1)), (1.0,), runs, parts, contacts=("stop",)), rtol=1e-12

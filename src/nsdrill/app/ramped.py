@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from nsdrill.errors import InputError
 from nsdrill.kernel.batch import Batch, Compiled, choose_lanes
 from nsdrill.models.registry import model_named
 from nsdrill.models.schedule import PIECES, Array, Schedule
@@ -30,13 +29,9 @@ def run_schedule(
 
     ``samples`` are at multiples of ``interval`` [s]. Returns the samples taken
     [samples, states]; the status; the numbers of accepted and rejected steps; and the
-    final state. InputError where the model does not support ramps.
+    final state.
     """
     model = model_named(study.model)
-    if model.ramps is None:
-        raise InputError(
-            f"The model {model.name} follows no ramps. Allowed: constant values of the operation."
-        )
     fixed = model.variant(study.parameters)
     if study.simulation.method == "implicit":
         fixed = model.implicit(fixed)

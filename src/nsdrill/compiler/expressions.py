@@ -538,6 +538,8 @@ class Expressions:
         known = not any(_has_runtime(a) for a in arguments)
         if f is words.fma:
             return self._fma(arguments)
+        if f is words.local and known:
+            return Array(self.text.local(arguments[0]).ref, self.value(arguments[0], "i"))
         if f in (min, max) and len(arguments) > 1 and not known:
             return self._extreme(ast.Gt if f is max else ast.Lt, arguments)
         if known:

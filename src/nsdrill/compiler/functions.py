@@ -16,6 +16,7 @@ import os
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType
@@ -96,6 +97,14 @@ def compiled(*kinds: str) -> Callable[[Any], Any]:
     return make
 
 
+def generated(name: str, kinds: str, key: Any, make: Callable[[], Any]) -> Any:
+    """A compiled function whose code ``make()`` writes, where it is not known: ``key``
+    determines the code."""
+    if route() != "native":
+        return compiled(*kinds)(make())
+    return LaneFunction(None, kinds, name, key, make)
+
+
 def inlined(function: Any) -> Any:
     """A helper that is written out where it is called."""
     if route() == "numba":
@@ -114,10 +123,32 @@ def address(function: Any) -> Any:
 class LaneFunction:
     """A function of the lane language, and its machine code once that is needed."""
 
-    def __init__(self, function: FunctionType, kinds: str) -> None:
-        self.py_func = self.__wrapped__ = function
-        self.kinds, self.__name__, self.__doc__ = kinds, function.__name__, function.__doc__
+    def __init__(
+        self,
+        function: FunctionType | None,
+        kinds: str,
+        name: str = "",
+        key: Any = None,
+        make: Callable[[], FunctionType] | None = None,
+    ) -> None:
+        self._function, self._make, self._key = function, make, key
+        self.kinds, self.__name__ = kinds, name if function is None else function.__name__
         self._address = 0
+
+    @property
+    def py_func(self) -> Any:
+        """What the interpreter would run."""
+        if self._function is None:
+            assert self._make is not None
+            self._function = self._make()
+        return self._function
+
+    __wrapped__ = py_func
+
+    @property
+    def identity(self) -> str:
+        """What determines the code."""
+        return repr(self._key) if self._make else identity(self.py_func)
 
     @property
     def address(self) -> int:
@@ -175,14 +206,16 @@ def _made(function: LaneFunction, symbol: str) -> bytes:
 # What determines the machine code of a function: not its text, which would have to be
 # read and parsed, but what Python has made of it.
 def _key(function: LaneFunction, *others: Any) -> str:
-    text = repr((_compiler_digest(), function.kinds, identity(function.py_func), *others))
+    text = repr((_compiler_digest(), function.kinds, function.identity, *others))
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 @cache
 def _compiler_digest() -> str:
     digest = hashlib.sha256()
-    for file in sorted(Path(__file__).parent.glob("*.py")):
+    here = Path(__file__).parent
+    sources = [*here.glob("*.py"), *(here.parent / "equations").glob("*.py")]
+    for file in [*sorted(sources), here.parent / "elementary.py"]:
         digest.update(file.read_bytes())
     return digest.hexdigest()
 
@@ -207,13 +240,20 @@ def identity(function: FunctionType) -> str:
             [
                 (name, _content(value, names))
                 for name, value in sorted(referred.items())
-                if getattr(value, "py_func", value) is not function
+                if _source(value) is not function
             ],
             _content((function.__defaults__, function.__kwdefaults__), names),
         )
     finally:
         _identified.pop()
     return hashlib.sha256(repr(found).encode()).hexdigest()
+
+
+def _source(value: Any) -> Any:
+    """The plain function of a compiled one, if it is known; else the value."""
+    if isinstance(value, LaneFunction):
+        return value._function
+    return getattr(value, "py_func", value)
 
 
 _identified: list[FunctionType] = []  # whose identity is being found
@@ -234,7 +274,9 @@ def _code(code: CodeType) -> Any:
 def _content(value: Any, names: set[str], depth: int = 4) -> Any:
     """All of a value that may matter to code with these ``names``, as texts in tuples:
     of modules, classes and objects, the attributes that may be asked for."""
-    source = getattr(value, "py_func", value)
+    if isinstance(value, LaneFunction):
+        return value.kinds, value.identity
+    source = _source(value)
     if isinstance(source, FunctionType):
         return getattr(value, "kinds", ""), identity(source)
     if isinstance(value, np.ndarray):
@@ -245,6 +287,9 @@ def _content(value: Any, names: set[str], depth: int = 4) -> Any:
         return [(repr(key), _content(part, names, depth)) for key, part in value.items()]
     if value is None or isinstance(value, (int, float, str, np.generic)):
         return repr(value)
+    if is_dataclass(value) and not isinstance(value, type):
+        parts = {field.name: getattr(value, field.name) for field in fields(value)}
+        return type(value).__qualname__, _content(parts, names, depth)
     kind = value if isinstance(value, type) or callable(value) else type(value)
     return (
         getattr(value, "__name__", ""),

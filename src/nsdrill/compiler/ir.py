@@ -163,6 +163,13 @@ class Text:
         self._slots.append(f"  {name} = alloca {t}, align {8 * max(lanes, 1)}")
         return Pointer(name, t)
 
+    def local(self, size: int) -> Pointer:
+        """A place for so many floats, which stays in memory: it holds what there are
+        too few registers for."""
+        name = self._name("%s")
+        self._slots.append(f"  {name} = alloca double, i64 {size}, align 64")
+        return Pointer(name, "double")
+
     def address(self, pointer: str, index: Value, kind: str) -> Pointer:
         t = TYPE[kind]
         where = self.emit(

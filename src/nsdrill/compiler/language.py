@@ -16,6 +16,7 @@ integer and truth. No kind becomes another silently: ``float(n)``, ``int(x)`` an
 ``for k in range(n):``           written out where n is known and small, else a loop
 ``for name in (a, b):``          written out
 ``if``, ``while``, ``and``       of scalars: branches, also around loops over lanes
+``local(n)``                     a buffer of n floats for this call; n is known
 ``b[k]``, ``b[k:]``, ``b[k:n]``  of flat buffers of floats or of integers; constant
                                  tables are indexed alike
 ``helper(x, y)``                 a function marked ``inlined``, or any plain one: written

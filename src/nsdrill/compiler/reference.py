@@ -12,9 +12,10 @@ from numba import types
 from numba.core.registry import CPUDispatcher
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, overload
+from numba.np.arrayobj import populate_array
 
 from nsdrill.compiler import words
-from nsdrill.compiler.functions import BUFFERS, FLOAT, FUNCTION, INTEGER
+from nsdrill.compiler.functions import BUFFER, BUFFERS, FLOAT, FUNCTION, INTEGER
 
 _NUMBERS = {FLOAT: types.float64, INTEGER: types.int64, FUNCTION: types.int64}
 _ELEMENTS = {kind: _NUMBERS[elements] for kind, elements in BUFFERS.items()}
@@ -95,6 +96,23 @@ def _packed(first, stop=None):  # type: ignore[no-untyped-def]
     if stop is None or isinstance(stop, (types.NoneType, types.Omitted)):
         return lambda first, stop=None: range(first)
     return lambda first, stop=None: range(first, stop)
+
+
+@infer_global(words.local)
+class _Local(AbstractTemplate):
+    """``local(size)`` gives an array."""
+
+    def generic(self, arguments: Any, keywords: Any) -> Any:
+        return signature(_TYPES[BUFFER], *arguments)
+
+
+@lower_builtin(words.local, types.Integer)
+def _on_the_stack(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+    array = context.make_array(signature.return_type)(context, builder)
+    size = context.cast(builder, values[0], signature.args[0], types.intp)
+    number, place = context.get_constant(types.intp, 8), builder.alloca(ir.DoubleType(), size)
+    populate_array(array, data=place, shape=[size], strides=[number], itemsize=number, meminfo=None)
+    return array._getvalue()
 
 
 def _instruction(function: Any, signature: Any, build: Any) -> None:

@@ -6,6 +6,8 @@ from __future__ import annotations
 import struct
 from typing import Any
 
+import numpy as np
+
 
 def packed(first: int, stop: int | None = None) -> range:
     """The lanes of a buffer, ``packed(W)``, or places side by side from ``first`` to
@@ -16,6 +18,12 @@ def packed(first: int, stop: int | None = None) -> range:
 def call(function: Any, *arguments: Any) -> Any:
     """Call a compiled function that is an argument."""
     return function(*arguments)
+
+
+def local(size: int) -> Any:
+    """A place for so many floats, a constant, during this call; their first values are
+    not set."""
+    return np.empty(size)
 
 
 def float_bits(value: float) -> int:

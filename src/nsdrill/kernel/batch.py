@@ -20,8 +20,8 @@ import llvmlite.binding
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.abi import Rows, aligned_zeros
-from nsdrill.compiler.functions import route
+from nsdrill.abi import MARKER, OBSERVER, Rows, aligned_zeros
+from nsdrill.compiler.functions import compiled, route
 from nsdrill.errors import InputError
 from nsdrill.kernel.loop import (
     COUNTERS,
@@ -102,6 +102,22 @@ class Compiled:
     right_hand_side: Any
     observer: Any
     marker: Any
+
+
+@lru_cache
+def unobserved(lanes: int) -> tuple[Any, Any]:
+    """A compiled observer and a marker that do nothing, for runs of which only the
+    final state is needed."""
+
+    @compiled(OBSERVER)
+    def observe_nothing(b, store):  # type: ignore[no-untyped-def]
+        pass
+
+    @compiled(MARKER)
+    def mark_nothing(b, store, i, mark, outcome, column):  # type: ignore[no-untyped-def]
+        pass
+
+    return observe_nothing, mark_nothing
 
 
 @dataclass(frozen=True)

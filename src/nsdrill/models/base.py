@@ -17,12 +17,13 @@ import numpy as np
 
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import Values
+from nsdrill.models.ramp import Ramps
 from nsdrill.models.registry import described
-from nsdrill.models.schedule import Schedule
 from nsdrill.observe.thresholds import Record, Thresholds
 
 if TYPE_CHECKING:
     from nsdrill.abi import Rows
+    from nsdrill.equations.motion import Motion
     from nsdrill.kernel.batch import Runs
     from nsdrill.observe.channels import Declaration, Names
 
@@ -55,34 +56,6 @@ class Level:
     name: str
     velocity: int
     parameter: int
-
-
-class Ramps(ABC):
-    """A model along a ramp: a chain of short segments in each of which every lane
-    parameter moves linearly."""
-
-    @abstractmethod
-    def columns(self, variant: Variant) -> tuple[str, ...]:
-        """Names of the lane parameters: those of the model, then those of their course
-        in time."""
-
-    @abstractmethod
-    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
-        """The compiled right-hand side."""
-
-    @abstractmethod
-    def pack(
-        self, parameters: Any, schedule: Schedule, cuts: Array, thresholds: Thresholds
-    ) -> Array:
-        """Lane parameters of the segments between ``cuts`` [s], shape (segments,
-        columns)."""
-
-    @abstractmethod
-    def mend(
-        self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant
-    ) -> None:
-        """Convert, in place, the states that the kernel has sampled at ``time`` [s],
-        shape (samples, states), to the true ones."""
 
 
 class Model(ABC):
@@ -373,8 +346,25 @@ class Model(ABC):
 
     # One trajectory
 
-    ramps: ClassVar[Ramps | None] = None
-    """The model along operating values that vary in time, where it supports them."""
+    set_speed: ClassVar[str] = "drive_speed"
+    """The lane parameter that is the speed of the drive."""
+
+    @abstractmethod
+    def motion(self, variant: Variant) -> Motion:
+        """The equations with the names of what they read and give."""
+
+    @abstractmethod
+    def turning(self, variant: Variant) -> tuple[str, ...]:
+        """The positions that are measured from the angle of the drive."""
+
+    def parameter_names(self, variant: Variant) -> tuple[str, ...]:
+        """The lane parameters, as the equations call them."""
+        return self.motion(variant).parameters
+
+    @property
+    def ramps(self) -> Ramps:
+        """The model along operating values that vary in time."""
+        return Ramps(self)
 
     @abstractmethod
     def outputs(self, parameters: Any, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:

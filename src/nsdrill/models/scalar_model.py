@@ -1,6 +1,5 @@
-"""A model written for one trajectory: its slopes as a plain function of time, states
-and parameters, and a declaration of what is observed. Everything that a
-:class:`nsdrill.models.base.Model` needs is made from these.
+"""A model made from its equations (:mod:`nsdrill.equations.motion`) and a declaration of
+what is observed. Everything that a :class:`nsdrill.models.base.Model` needs follows.
 
 The compiler is imported when a model computes, so that the file of a model can hold its
 description, too.
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from nsdrill.errors import InputError
-from nsdrill.models.base import Array, Model, Ramps, Variant
+from nsdrill.models.base import Array, Model, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import described
 from nsdrill.models.starts import Starts, checked_starts, hypercube, slice_points
@@ -23,7 +22,7 @@ from nsdrill.observe.thresholds import Record, Thresholds
 
 if TYPE_CHECKING:
     from nsdrill.abi import Rows
-    from nsdrill.models.scalar_implicit import Contact
+    from nsdrill.equations.motion import Motion
 
 
 class ScalarModel(Model):
@@ -38,10 +37,21 @@ class ScalarModel(Model):
 
     # What a model declares
 
-    @abstractmethod
-    def slopes(self, variant: Variant) -> Callable[..., Sequence[float]]:
-        """The function ``slopes(t, y, p)`` or ``slopes(t, y, p, phase)`` of
-        :func:`nsdrill.scalar.in_lanes`."""
+    equations: ClassVar[Callable[..., Any]]
+    """The equations of motion, as a static method: slopes, and outputs for the observer,
+    from ``(t, phase, s, p, o)``."""
+    quick: ClassVar[int] = 2
+    """For how many slips two tangents of Newton's method are enough in an implicit stage;
+    of more of them it goes on until the loads are exact."""
+
+    def options(self, variant: Variant) -> Any:
+        """The options ``o`` of the equations: hashable, and all that they are."""
+        return variant
+
+    def pushed(self, variant: Variant) -> tuple[str, ...]:
+        """The velocities in whose slopes friction acts, where it can be implicit; the
+        description then has ``friction_rates``."""
+        return ()
 
     @abstractmethod
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
@@ -70,17 +80,6 @@ class ScalarModel(Model):
             "starts; allowed: initial.slice, or a sweep over the start."
         )
 
-    def deviation(self, variant: Variant) -> Callable[..., Sequence[float]] | None:
-        """The function ``deviation(t, y, d, p)`` of :func:`nsdrill.scalar.in_lanes`,
-        for a Lyapunov exponent; None for the difference of two slopes."""
-        return None
-
-    def contact(self, variant: Variant) -> Contact | None:
-        """The friction contact of the model, where it can be integrated implicitly; the
-        description then has ``friction_rates``, and an ``explicit_only`` that gives
-        None."""
-        return None
-
     # What follows from these
 
     fixed: ClassVar[int] = 0
@@ -88,12 +87,6 @@ class ScalarModel(Model):
 
     def implicit(self, variant: Variant) -> Variant:
         return (*variant, 1)
-
-    @property
-    def ramps(self) -> Ramps:  # type: ignore[override]
-        from nsdrill.models.scalar_ramp import ScalarRamps
-
-        return ScalarRamps(self)
 
     def initial(self) -> Starts:
         """The default start."""
@@ -120,62 +113,66 @@ class ScalarModel(Model):
         states = len(names.states)
         tangent_states = states if tangent else 0
         width = len(names.parameters) if columns is None else columns
-        implicit = self.pushed(variant) if len(variant) > self.fixed else 0
-        aux = len(names.aux) + (self.extra_tangent_rows(states, implicit) if tangent else 0)
+        pushed = self.pushed(variant) if self.is_implicit(variant) else ()
+        slopes = self.slope_names(variant)
         return Rows(
             states + tangent_states,
-            aux,
+            len(names.aux),
             width,
             observed,
             tangent_states,
             self.singles,
-            implicit=implicit,
+            implicit=sum(1 << slopes.index(name) for name in pushed),
         )
 
-    def extra_tangent_rows(self, states: int, implicit: int) -> int:
-        """The number of additional rows of the tangent dynamics, for a right-hand side
-        in lanes that is not linearised."""
-        return 0
+    def is_implicit(self, variant: Variant) -> bool:
+        return len(variant) > self.fixed
 
-    def pushed(self, variant: Variant) -> int:
-        """A bit for the slope in which friction acts."""
-        contact = self.contact(variant)
-        return (
-            0 if contact is None else 1 << self.names(variant).states.index(contact.velocity) // 2
+    def slope_names(self, variant: Variant) -> tuple[str, ...]:
+        """The states of which the equations give the slopes: velocities, then those of
+        first order."""
+        states = self.names(variant).states
+        pairs = len(states) - self.singles
+        return (*states[1:pairs:2], *states[pairs:])
+
+    def turning(self, variant: Variant) -> tuple[str, ...]:
+        return tuple(self.frames)
+
+    def motion(self, variant: Variant) -> Motion:
+        """The equations with the names of what they read and give."""
+        from nsdrill.equations.motion import Motion
+
+        names = self.names(variant)
+        return Motion(
+            self.equations,
+            self.options(variant),
+            names.states,
+            names.parameters,
+            self.slope_names(variant),
+            names.aux,
+            self.pushed(variant) if self.is_implicit(variant) else (),
+            self.contacts,
+            quick=self.quick,
         )
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
-        from nsdrill.scalar import in_lanes
-
-        if len(variant) > self.fixed:
-            return self._implicit_in_lanes(lanes, variant, self.rows(variant))
-        return in_lanes(self.slopes(variant), lanes, self.rows(variant))
-
-    def _implicit_in_lanes(self, lanes: int, variant: Variant, rows: Rows) -> Any:
-        from nsdrill.models.scalar_implicit import implicit_in_lanes
-
-        contact = self.contact(variant)
-        assert contact is not None
-        return implicit_in_lanes(self.slopes(variant), contact, self.names(variant), lanes, rows)
+        return self.motion(variant).right_hand_side(lanes, self.rows(variant))
 
     def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
-        from nsdrill.scalar import in_lanes
-
-        rows = self.rows(variant, tangent=True)
-        if len(variant) > self.fixed:
-            return self._implicit_in_lanes(lanes, variant, rows)
-        return in_lanes(self.slopes(variant), lanes, rows, self.deviation(variant))
+        return self.motion(variant).tangent(lanes, self.rows(variant, tangent=True), place)
 
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
-        """Does nothing: there are no contacts. The difference of the slopes at two
-        states includes what changes between them."""
-        from nsdrill.compiler.functions import BUFFER, compiled
+        """Those of the gaps of ``contacts``."""
+        if not self.contacts:
+            from nsdrill.compiler.functions import BUFFER, compiled
 
-        @compiled(BUFFER)
-        def none(b):  # type: ignore[no-untyped-def]
-            pass
+            @compiled(BUFFER)
+            def none(b):  # type: ignore[no-untyped-def]
+                pass
 
-        return none
+            return none
+        rows = self.rows(variant, tangent=True)
+        return self.motion(variant).contact_functions(lanes, rows, place)
 
     def pack(self, points: Values, thresholds: Thresholds) -> Array:
         values = self.columns(points, thresholds)

@@ -18,8 +18,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from nsdrill.equations.contacts import friction
 from nsdrill.models.base import Level, Symmetry, Variant
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Order, Panel
+from nsdrill.models.friction import hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
 from nsdrill.models.scalar_model import ScalarModel
 from nsdrill.models.starts import Starts, state
@@ -114,9 +116,10 @@ NAMES = Names(
         "damping",
         "drive_speed",
         "torque",
-        "smoothing",
-        "decay",
-        "dynamic",
+        "bit_smoothing",
+        "bit_decay",
+        "bit_rise",
+        "bit_dynamic",
         "stuck",
     ),
 )
@@ -176,10 +179,19 @@ def torque(bit: Bit, wob: Any, speed: Any) -> Any:
     return wob * 2 / 3 * bit.radius * coefficient * 2 / math.pi * np.arctan(law.smoothing * speed)
 
 
+def equations(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
+    """The slope of the bit speed."""
+    rock = friction(
+        "bit", slip=s.bit_speed, normal=p.torque, law=hyperbolic, numbers=numbers_of(p, "bit")
+    )
+    return {"bit_speed": (-p.damping * s.bit_speed - p.stiffness * s.twist - rock) / p.inertia}
+
+
 class Torsion(ScalarModel):
-    """The model: the slopes of one trajectory, and the lane parameters."""
+    """The model: its equations and lane parameters."""
 
     name = "torsion"
+    equations = staticmethod(equations)
     frames: ClassVar = {"twist": "drive_speed"}
 
     def names(self, variant: Any) -> Names:
@@ -188,38 +200,14 @@ class Torsion(ScalarModel):
     def declaration(self, variant: Any) -> Declaration:
         return DECLARATION
 
-    def slopes(self, variant: Any) -> Any:
-        from nsdrill.elementary import direction
-
-        def torsion(t, y, p):  # type: ignore[no-untyped-def]
-            twist, speed = y
-            inertia, stiffness, damping, _, torque, smoothing, decay, dynamic, _ = p
-            coefficient = (1.0 - dynamic) / (1.0 + decay * abs(speed)) + dynamic
-            return (
-                (
-                    -damping * speed
-                    - stiffness * twist
-                    - torque * direction(smoothing * speed) * coefficient
-                )
-                / inertia,
-            )
-
-        return torsion
+    def pushed(self, variant: Any) -> tuple[str, ...]:
+        return ("bit_speed",)
 
     def levels(self, variant: Variant) -> tuple[Level, ...]:
         return (Level("bit", NAMES.states.index("bit_speed"), NAMES.parameters.index("stuck")),)
 
     def symmetry(self, points: Values) -> Symmetry:
         return Symmetry(folds=0, free=(0, 1))  # nothing depends on the angle of the drive
-
-    def contact(self, variant: Any) -> Any:
-        from nsdrill.models.scalar_implicit import Contact
-
-        def load(t, y, p):  # type: ignore[no-untyped-def]
-            inertia, _, _, _, torque, smoothing, decay, dynamic, _ = p
-            return torque / inertia, smoothing, decay, 1.0 - dynamic, dynamic
-
-        return Contact("bit_speed", "torque", load)
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         string, bit, (depth, wob, speed) = (
@@ -239,11 +227,11 @@ class Torsion(ScalarModel):
             law.smoothing,
             law.decay,
         )
-        inertia = string.collar_inertia + inertia / 3
+        inertia, share = string.collar_inertia + inertia / 3, law.dynamic / law.static
         return dict(
             zip(
                 NAMES.parameters,
-                (inertia, stiffness, *others, law.dynamic / law.static, stuck),
+                (inertia, stiffness, *others, 1 - share, share, stuck),
                 strict=True,
             )
         )
@@ -285,7 +273,7 @@ def friction_rates(points: Values) -> Mapping[str, Any]:
     return {
         "bit.friction.smoothing": 2
         / math.pi
-        * table["smoothing"]
+        * table["bit_smoothing"]
         * table["torque"]
         / table["inertia"]
     }

@@ -20,14 +20,13 @@ import numpy as np
 from nsdrill.abi import MARKER, OBSERVER, RATES, Rows, aligned_zeros
 from nsdrill.compiler.functions import compiled
 from nsdrill.errors import InputError
-from nsdrill.kernel.batch import FEW, Batch, Compiled, Runs, choose_lanes
+from nsdrill.kernel.batch import FEW, Batch, Compiled, Runs, choose_lanes, unobserved
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model, Symmetry, Variant
 from nsdrill.models.registry import NAMES
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.touches import TOUCHES, make_levels, make_touches, touch_rows
-from nsdrill.scalar import unobserved
 from nsdrill.variables import OK
 
 Array = np.ndarray[Any, np.dtype[Any]]

@@ -10,6 +10,7 @@ each summed over the stations while they are on the wall.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -18,8 +19,8 @@ import numpy as np
 from nsdrill.compiler.words import fma
 from nsdrill.generate import define
 from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
-from nsdrill.models.beam.rhs import aux_of, columns_of, total
-from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
+from nsdrill.models.beam.rhs import aux_of, columns_of
+from nsdrill.models.christoforou_yigit.equations import lobed
 from nsdrill.models.christoforou_yigit.observed import SHARED, wall_force
 from nsdrill.observe.channels import (
     Channel,
@@ -59,6 +60,14 @@ def names_of(options: Options) -> Names:
     )
 
 
+def total(factors: Sequence[str], others: Sequence[str]) -> str:
+    """The text of the sum of products, fused."""
+    expression = f"{factors[-1]} * {others[-1]}"
+    for first, second in reversed(list(zip(factors[:-1], others[:-1], strict=True))):
+        expression = f"fma({first}, {second}, {expression})"
+    return expression
+
+
 @lru_cache
 def outputs_of(options: Options) -> Any:
     """The function of the quantities that are computed once a step, of the watched
@@ -76,7 +85,7 @@ def outputs_of(options: Options) -> Any:
     arguments += ["collar_radius", "surface_amplitude", "z", "vz", "bit_speed"]
     arguments += ["cosine", "sine", "torque", "wall_contacts", "slip_sum"]
     sums = {
-        word: total(list(zip(watch, names, strict=True)))
+        word: total(watch, names)
         for word, names in zip(
             ("x", "vx", "y", "vy", "ax", "ay"), (*motion, *accelerations), strict=True
         )
@@ -96,20 +105,14 @@ def outputs_of(options: Options) -> Any:
             "    clearance = max(clearance, penetration)",
         ]
     lines += [
-        f"    lobe = multiple_sine(sine, cosine, {options.lobes})",
-        f"    slope = {float(options.lobes)!r} * multiple_cosine(cosine, {options.lobes})",
+        "    lobe, slope = lobed(sine, cosine)",
         "    return (",
         "        x, y, radius, fma(x, vx, y * vy) / radius, clearance, rate,",
         "        fma(surface_amplitude, lobe, -z), fma(surface_amplitude * slope, bit_speed, -vz),",
         "        fma(ax, ax, ay * ay), slip_sum, wall_contacts * bit_speed * collar_radius, torque,",
         "    )",
     ]
-    helpers = {
-        "np": np,
-        "fma": fma,
-        "multiple_sine": multiple_sine,
-        "multiple_cosine": multiple_cosine,
-    }
+    helpers = {"np": np, "fma": fma, "lobed": lobed(options.lobes)}
     return define("outputs", "\n".join(lines) + "\n", **helpers)
 
 

@@ -11,7 +11,7 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.constraints import ORDERS, constraints
 from nsdrill.models.christoforou_yigit.options import is_used
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.christoforou_yigit.steepness import explicit_only, friction_rates
+from nsdrill.models.christoforou_yigit.steepness import friction_rates
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Grazing, Panel
 from nsdrill.models.drilling import DRILLED
 from nsdrill.models.leaves import values_at
@@ -145,7 +145,7 @@ DESCRIPTION = Description(
     ),
     compiled=("bit.lobes",),
     friction_rates=friction_rates,
-    explicit_only=explicit_only,
+    explicit_only=lambda parameters: None,
     checks="nsdrill.models.christoforou_yigit.checks",
     charts="nsdrill.models.christoforou_yigit.charts",
     example_axis=("bit.rock_stiffness", "10 MN/m", "100 MN/m"),

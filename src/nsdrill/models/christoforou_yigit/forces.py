@@ -1,98 +1,52 @@
-"""Forces, energies and powers of given states, in plain numpy: for traces, figures and
-the energy balance.
-
-The same laws as in the compiled right-hand side, written as on the theory page; tests
-compare the two.
-"""
+"""The forces of the equations at given states, on arrays: for traces and figures."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.drives import gains, regulator
-from nsdrill.models.christoforou_yigit.lateral import (
-    rate_of_penetration,
-    stabilizer_radius,
-    weights,
-)
-from nsdrill.models.christoforou_yigit.laws import bit_arm, friction
-from nsdrill.models.christoforou_yigit.parameters import Friction, Parameters
-from nsdrill.models.drives import Gains, motor_torque
+from nsdrill.equations.graph import Node
+from nsdrill.equations.plain import values
+from nsdrill.equations.trace import traced
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.equations import motion
+from nsdrill.models.christoforou_yigit.options import Options, options_of
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.rhs import columns_of, pack, states_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import History
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+LOADS = ("bit_force", "bit_torque", "wall_force", "wall_friction")
 
 
-def _friction_components(
-    parameters: Parameters, law: Friction, normal: Any, slip: Any, axial_slip: Any
-) -> tuple[Any, Any]:
-    """The friction [N] around the hole and along it, at a ``slip`` around it and an
-    ``axial_slip`` [m/s]; zero along it where friction does not act along the axis."""
-    if not parameters.well.axial_friction:
-        return normal * friction(law, slip), np.zeros_like(slip)
-    speed = np.hypot(slip, axial_slip)
-    per_speed = normal * friction(law, speed) / np.where(speed > 0.0, speed, 1.0)
-    return per_speed * slip, per_speed * axial_slip
+@lru_cache
+def _named(options: Options) -> dict[str, Node]:
+    """What the equations call by a name."""
+    graph, _, _ = traced(motion, states_of(options), columns_of(options), options)
+    return graph.names
 
 
-def _contacts(
-    parameters: Parameters,
-    operation: Operation | History,
-    k: Coefficients,
-    state: Mapping[str, Array],
+def loads(
+    parameters: Parameters, operation: Operation | History, state: Mapping[str, Array], *names: str
 ) -> dict[str, Any]:
-    """The loads at bit, wall and stabilisers and the lateral stiffness, bending less
-    softening."""
-    string, well, bit = parameters.drillstring, parameters.well, parameters.bit
-    x, vx, y, vy, omega = (state[name] for name in ("x", "vx", "y", "vy", "bit_speed"))
-    radius = np.hypot(x, y)
-    tangential = (x * vy - y * vx) / np.where(radius > 0, radius, 1.0)
-    amplitude = 0.0 if parameters.modes.axial == "frozen" else bit.surface_amplitude
-    surface = amplitude * np.sin(bit.lobes * (state["twist"] + state["drive_angle"]))
-    bit_force = bit.rock_stiffness * np.maximum(surface - state["z"], 0.0)
-    bit_torque = bit_force * bit_arm(parameters, k, omega)
-    force, torque = {
-        "live": (bit_force, bit_torque),
-        "static": (operation.wob, 0.0),
-        "none": (0.0, 0.0),
-    }[string.lateral_softening]
-    span = string.collar.span
-    softening = (
-        force * math.pi**2 / (2 * span) + torque * math.pi**3 / (2 * span**2) + np.zeros_like(omega)
-    )
-    axial_slip = state["vz"] - rate_of_penetration(k, operation.rotary_speed)
-    penetration = np.maximum(radius - k.gap, 0.0)
-    wall_force = well.stiffness * penetration ** (1.5 if well.law == "hertz" else 1.0)
-    friction_around, friction_along = _friction_components(
-        parameters, well.friction, wall_force, omega * k.collar_radius + tangential, axial_slip
-    )
-    loads = {
-        "radius": radius,
-        "tangential": tangential,
-        "bit_force": bit_force,
-        "bit_torque": bit_torque,
-        "wall_force": wall_force,
-        "wall_friction": friction_around,
-        "softening": softening,
-        "axial_friction": friction_along,
-    }
-    clearance = parameters.stabilizer.clearance
-    if clearance is not None:
-        normal = (k.k_bend - softening) * np.maximum(radius - clearance, 0.0)
-        slip_around = tangential * clearance / np.where(radius > 0, radius, 1.0)
-        slip = omega * stabilizer_radius(parameters) + slip_around
-        friction_around, friction_along = _friction_components(
-            parameters, parameters.stabilizer.friction, np.abs(normal), slip, axial_slip
-        )
-        loads["stabilizer_friction"] = friction_around
-        loads["axial_friction"] = loads["axial_friction"] + friction_along
-    return loads
+    """The quantities that the equations call by these ``names``, at a state; 0 those
+    that equations without an option do not have."""
+    options = options_of(parameters)
+    named = _named(options)
+    point = np.broadcast_arrays(operation.depth, operation.wob, operation.rotary_speed)
+    depth, wob, rotary_speed = (value.ravel() for value in point)
+    table = pack(parameters, depth, wob, rotary_speed).T
+    given = {"time": 0.0, "phase": state["drive_angle"]}
+    given |= {f"s.{name}": state[name] for name in states_of(options) if name in state}
+    for name, column in zip(columns_of(options), table, strict=True):
+        given[f"p.{name}"] = column.reshape(point[0].shape)
+    zero = np.zeros_like(state["x"])
+    found = values({name: named[name] for name in names if name in named}, given)
+    return {name: found.get(name, 0.0) + zero for name in names}
 
 
 def forces(
@@ -108,151 +62,13 @@ def forces(
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     x, vx, y, vy = (state[name] for name in ("x", "vx", "y", "vy"))
-    loads = _contacts(parameters, operation, k, state)
-    radius = loads["radius"]
+    radius = np.hypot(x, y)
     divisor = np.where(radius > 0, radius, 1.0)
     return {
         "radius": radius,
         "radial_velocity": (x * vx + y * vy) / divisor,
         "whirl_angle": np.unwrap(np.arctan2(y, x)),
-        "whirl_speed": loads["tangential"] / divisor,
-        "bit_force": loads["bit_force"],
-        "bit_torque": loads["bit_torque"],
-        "wall_force": loads["wall_force"],
-        "wall_friction": loads["wall_friction"],
+        "whirl_speed": (x * vy - y * vx) / divisor / divisor,
+        **loads(parameters, operation, state, *LOADS),
         "surface_torque": -k.k_t * (state["twist"] - state.get("lag", 0.0)),
-    }
-
-
-def energy(
-    parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
-) -> Array:
-    """Kinetic plus potential energy [J]: T + V of the theory page, with the elastic
-    energy of the contact with the wall and the potential energies of the weight on bit,
-    W z, and of the collar's weight in an inclined hole. The work of the rock and of the
-    lateral softening is in :func:`powers`.
-    """
-    k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
-    string, well = parameters.drillstring, parameters.well
-    clearance = parameters.stabilizer.clearance
-    e0 = 0.0 if parameters.modes.lateral == "frozen" else string.eccentricity
-    phi = state["twist"] + state["drive_angle"]
-    omega = state["bit_speed"]
-    # Velocity of the mass centre, G = C + e0 (cos phi, sin phi).
-    gx = state["vx"] - e0 * omega * np.sin(phi)
-    gy = state["vy"] + e0 * omega * np.cos(phi)
-    kinetic = 0.5 * (
-        k.m_e * (gx**2 + gy**2)
-        + (k.m_l - k.m_e) * (state["vx"] ** 2 + state["vy"] ** 2)
-        + k.J * omega**2
-        + k.m_a * state["vz"] ** 2
-    )
-    r2 = state["x"] ** 2 + state["y"] ** 2
-    penetration = np.maximum(np.sqrt(r2) - k.gap, 0.0)
-    bent2 = r2 if clearance is None else np.maximum(np.sqrt(r2) - clearance, 0.0) ** 2
-    across, steel = weights(parameters)
-    exponent = 2.5 if well.law == "hertz" else 2.0
-    potential = (
-        0.5 * k.k_bend * bent2
-        + 0.5 * k.k_t * (state["twist"] - state.get("lag", 0.0)) ** 2
-        + 0.5 * k.k_a * state["z"] ** 2
-        + operation.wob * state["z"]
-        + well.stiffness * penetration**exponent / exponent
-        + across * state["y"]
-        + (steel * e0 * np.sin(phi) if string.eccentric_weight else 0.0)
-    )
-    if "lag" in state:  # the drive, and its controller's spring
-        law = gains(parameters, k)
-        kinetic = kinetic + 0.5 * law.inertia * state["drive_speed"] ** 2
-        potential = potential + 0.5 * law.stiffness * state["lag"] ** 2
-        if "motor_torque" in state:  # L i^2 / 2
-            drive = parameters.drive
-            potential = (
-                potential
-                + 0.5 * drive.circuit_time / drive.motor_damping * state["motor_torque"] ** 2
-            )
-    return np.asarray(kinetic + potential)
-
-
-def _drive_power(
-    law: Gains, parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
-) -> Array:
-    """The power [W] of the drive without that of the controller's spring, which is
-    counted as energy, less the dissipation of the shaft damping."""
-    drive_speed, speed, omega = state["drive_speed"], operation.rotary_speed, state["bit_speed"]
-    if "motor_torque" in state:  # V i - R i^2
-        torque = state["motor_torque"]
-        idle_speed = speed  # over n K
-        if parameters.drive.regulated:
-            k = derive(parameters, operation.depth, operation.wob, speed)
-            law_of_voltage = regulator(parameters, k, operation.wob, speed)
-            feedback = (
-                law_of_voltage.torque * (torque - law_of_voltage.steady_motor_torque)
-                + law_of_voltage.lag * state["lag"]
-                + law_of_voltage.drive_speed * (drive_speed - speed)
-            )
-            feedback = (
-                feedback
-                + law_of_voltage.twist * (state["twist"] - law_of_voltage.steady_twist)
-                + law_of_voltage.bit_speed * (omega - speed)
-            )
-            idle_speed = (
-                speed
-                + (law_of_voltage.steady_motor_torque - feedback) / parameters.drive.motor_damping
-            )
-        power = torque * (idle_speed - torque / parameters.drive.motor_damping)
-        return np.asarray(power - law.shaft_damping * (drive_speed - omega) ** 2)
-    torque = motor_torque(
-        law, parameters.drive.torque_limit, state["lag"], drive_speed, state["twist"], omega, speed
-    )
-    spring = law.stiffness * state["lag"] * (drive_speed - speed)
-    return np.asarray(
-        torque * drive_speed + spring - law.shaft_damping * (drive_speed - omega) ** 2
-    )
-
-
-def powers(
-    parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
-) -> dict[str, Array]:
-    """The powers [W] into :func:`energy`, whose sum is its rate of change; dissipation
-    is negative:
-
-    ==============  =================================================================
-    ``drive``       the top drive
-    ``bit``         the rock: force times velocity, less torque times speed
-    ``drag``        the mud, which may be positive where it rotates
-    ``damping``     axial and torsional damping
-    ``wall``        friction at the wall, and along the axis at wall and stabilisers
-    ``softening``   axial force and torque, by the bending of the span
-    ``stabilizer``  with stabilisers, their friction as it acts on collar and string
-                    (:mod:`.lateral`)
-    ==============  =================================================================
-    """
-    k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
-    string = parameters.drillstring
-    loads = _contacts(parameters, operation, k, state)
-    x, y, vx, vy, vz, omega = (state[name] for name in ("x", "y", "vx", "vy", "vz", "bit_speed"))
-    slip = omega * k.collar_radius + loads["tangential"]
-    bent_fraction = np.ones_like(omega)  # fraction of the radius by which the span is bent
-    clearance, stabilizer_power = parameters.stabilizer.clearance, {}
-    if clearance is not None:
-        divisor = np.where(loads["radius"] > 0, loads["radius"], 1.0)
-        bent_fraction = np.maximum(loads["radius"] - clearance, 0.0) / divisor
-        working_speed = omega * stabilizer_radius(parameters) + loads["tangential"]
-        stabilizer_power = {"stabilizer": -loads["stabilizer_friction"] * working_speed}
-    sigma = parameters.mud.swirl * operation.rotary_speed
-    ux, uy = vx + sigma * y, vy - sigma * x
-    drag = -k.c_h * np.hypot(ux, uy) * (ux * vx + uy * vy) + k.m_f * sigma**2 * (x * vx + y * vy)
-    return {
-        # The energy of the spring, 1/2 k_t twist^2, changes at the rate k_t twist
-        # (omega - drive speed), of which this is the part of the drive.
-        "drive": -k.k_t * state["twist"] * operation.rotary_speed
-        if "lag" not in state
-        else (_drive_power(gains(parameters, k), parameters, operation, state)),
-        "bit": loads["bit_force"] * vz - loads["bit_torque"] * omega,
-        "drag": drag,
-        "damping": -string.axial_damping * vz**2 - string.torsional_damping * omega**2,
-        "wall": -loads["wall_friction"] * slip - loads["axial_friction"] * vz,
-        **stabilizer_power,
-        "softening": loads["softening"] * bent_fraction * (x * vx + y * vy),
     }

@@ -1,21 +1,11 @@
-"""The friction laws of the bit, in plain numpy: its torque over its force, an arm [m],
-as a function of its speed.
+"""The friction of the bit: its torque over its force, an arm [m], as a function of its
+speed, by the laws of :mod:`nsdrill.models.friction`.
 
-With the smoothed direction g(v) = (2/pi) atan(eps v), the radius r_h of the bit and the
-arm a_c of the cutting torque (:mod:`.coefficients`),
-
-    hyperbolic   g [ (2/3) r_h ((mu_s - mu_d) / (1 + tau |v|) + mu_d) + a_c ]
-    linear       g [ (2/3) r_h ((mu_s - mu_d) max(1 - |v|/V0, 0) + mu_d) + a_c ]
-    exponential  g [ (2/3) r_h ((mu_s - mu_d) exp(-tau |v|) + mu_d) + a_c ]
-    rational     b0 [ tanh(b1 v) + b2 v / (1 + b3 v^2) ]
-
-The rational law is smooth and describes the whole torque: it has neither g nor a_c. V0
-is the key ``dynamic_from``.
-
-Sources: hyperbolic in the form of Leine 1998; linear Dawson, Lin & Spanos 1987, SPE
-16660, as the chapter on drilling vibrations of SPE's Advanced Drilling (2008) reports
-it; exponential and rational as public codes of drill-string models have them, the
-rational one with its numbers in **L** (:mod:`.parameters`).
+With the radius r_h of the bit and the arm a_c of the cutting torque
+(:mod:`.coefficients`), rise and dynamic of a law are (2/3) r_h (mu_s - mu_d) and (2/3)
+r_h mu_d + a_c; the key ``dynamic_from`` of the linear law is V0, its decay 1/V0. The
+rational law describes the whole torque, b0 [tanh(b1 v) + b2 v / (1 + b3 v^2)], without
+a_c.
 """
 
 from __future__ import annotations
@@ -25,11 +15,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, one_by_one
-from nsdrill.models.christoforou_yigit.parameters import BitFriction, Friction, Parameters
-
-LAWS = ("hyperbolic", "linear", "exponential", "rational")
-HYPERBOLIC, LINEAR, EXPONENTIAL, RATIONAL = range(len(LAWS))
+from nsdrill.models import friction
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients
+from nsdrill.models.christoforou_yigit.parameters import Parameters
 
 
 class BitNumbers(NamedTuple):
@@ -60,44 +48,20 @@ def bit_numbers(parameters: Parameters, k: Coefficients) -> BitNumbers:
     return BitNumbers(law.smoothing, decay, rise, dynamic)
 
 
-def friction(law: Friction, speed: Any) -> Any:
-    """The friction coefficient with its sign, f(v), at the wall or of a law of the bit
-    that has one."""
-    return 2 / math.pi * np.arctan(law.smoothing * speed) * _unsmoothed(law, np.abs(speed))
-
-
-def _unsmoothed(law: Friction, size: Any) -> Any:
-    """The friction coefficient at a positive speed without smoothing, computed with
-    products and quotients apart from exp."""
-    name = law.law if isinstance(law, BitFriction) else "hyperbolic"
-    if name == "linear":
-        assert isinstance(law, BitFriction)
-        return (law.static - law.dynamic) * np.maximum(
-            1 - size / law.dynamic_from, 0.0
-        ) + law.dynamic
-    if name == "exponential":
-        return (law.static - law.dynamic) * one_by_one(math.exp, -law.decay * size) + law.dynamic
-    return (law.static - law.dynamic) / (1 + law.decay * size) + law.dynamic
-
-
 def bit_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
     """The torque of the bit over its force [m], with its sign, at bit speeds
     [rad/s]."""
-    law = parameters.bit.friction
-    if law.law == "rational":
-        return law.b0 * (
-            one_by_one(math.tanh, law.b1 * speed) + law.b2 * speed / (1 + law.b3 * speed * speed)
-        )
-    cutting = k.cutting_arm * 2 / math.pi * np.arctan(law.smoothing * speed)
-    return 2 / 3 * k.bit_radius * friction(law, speed) + cutting
+    return _arm("coefficient", parameters, k, speed)
+
+
+def _arm(which: str, parameters: Parameters, k: Coefficients, speed: Any) -> Any:
+    law = friction.LAWS[parameters.bit.friction.law]
+    return friction.values(law, which, speed, bit_numbers(parameters, k))
 
 
 def running_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
     """The arm [m] at positive bit speeds [rad/s] without smoothing."""
-    law = parameters.bit.friction
-    if law.law == "rational":
-        return bit_arm(parameters, k, speed)
-    return 2 / 3 * k.bit_radius * _unsmoothed(law, speed) + k.cutting_arm
+    return _arm("unsmoothed", parameters, k, speed)
 
 
 def static_arm(parameters: Parameters, k: Coefficients) -> Any:
@@ -118,20 +82,10 @@ def slope_at_rest(parameters: Parameters, k: Coefficients) -> Any:
     return 2 / math.pi * law.smoothing * law.static * 2 / 3 * k.bit_radius
 
 
-def fall(parameters: Parameters, k: Coefficients, speed: float) -> float:
+def fall(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
     """The rate at which the torque over the force falls with bit speed [m s/rad],
-    without smoothing, at a positive speed."""
-    law = parameters.bit.friction
-    rise = 2 / 3 * k.bit_radius * (law.static - law.dynamic)
-    if law.law == "linear":
-        return float(rise / law.dynamic_from) if speed < law.dynamic_from else 0.0
-    if law.law == "exponential":
-        return float(rise * law.decay * math.exp(-law.decay * speed))
-    if law.law == "rational":
-        square, decayed = law.b3 * speed * speed, math.exp(-2 * law.b1 * speed)
-        rising = law.b1 * 4 * decayed / (1 + decayed) ** 2  # b1 / cosh^2
-        return float(law.b0 * (law.b2 * (square - 1) / (1 + square) ** 2 - rising))
-    return float(rise * law.decay / (1 + law.decay * speed) ** 2)
+    without smoothing, at positive speeds."""
+    return _arm("fall", parameters, k, speed)
 
 
 FASTEST = 1e4  # rad/s
@@ -145,9 +99,7 @@ def onset(parameters: Parameters, k: Coefficients, slope: float) -> float | None
     start = 0.0
     if law.law == "rational":  # it rises first, and falls most steeply where b3 v^2 is about 3
         trial = np.geomspace(1e-2, 1e2, 4001) / math.sqrt(law.b3)
-        start = float(
-            trial[int(np.argmax([fall(parameters, k, speed) for speed in trial.tolist()]))]
-        )
+        start = float(trial[int(np.argmax(fall(parameters, k, trial)))])
     if not fall(parameters, k, start) > slope:
         return None
     low, high = start, FASTEST

@@ -9,50 +9,26 @@ from typing import Any, cast
 import numpy as np
 
 from nsdrill.abi import Rows
+from nsdrill.equations.motion import Motion
 from nsdrill.errors import InputError
-from nsdrill.models.base import Array, Level, Model, Ramps, Symmetry, Variant
-from nsdrill.models.christoforou_yigit import classify, compare, observed, ramp, rhs, tangent
+from nsdrill.models.base import Array, Level, Model, Symmetry, Variant
+from nsdrill.models.christoforou_yigit import classify, compare, observed, rhs
 from nsdrill.models.christoforou_yigit.ensemble import starting_states
 from nsdrill.models.christoforou_yigit.forces import forces
 from nsdrill.models.christoforou_yigit.options import Options, is_used, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
-from nsdrill.models.schedule import Schedule
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.findings import returns_of
 from nsdrill.observe.thresholds import Record, Thresholds
-
-
-class Ramped(Ramps):
-    """The model along a ramp: see :mod:`nsdrill.models.christoforou_yigit.ramp`."""
-
-    def columns(self, variant: Variant) -> tuple[str, ...]:
-        return ramp.ramped_columns(Options(*variant))
-
-    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
-        return ramp.make_ramped(lanes, Options(*variant))
-
-    def pack(
-        self, parameters: Parameters, schedule: Schedule, cuts: Array, thresholds: Thresholds
-    ) -> Array:
-        return ramp.pack_ramp(parameters, schedule, cuts, thresholds.stuck_below)
-
-    def mend(
-        self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant
-    ) -> None:
-        for name in ("twist", "lag")[: 1 + Options(*variant).driven]:
-            samples[:, rhs.states_of(Options(*variant)).index(name)] -= ramp.ahead(
-                table, cuts, time
-            )
 
 
 class ChristoforouYigit(Model):
     """The main model; a variant is a tuple of :class:`Options`."""
 
     name = "christoforou_yigit"
-    contacts = tangent.CONTACTS
-    ramps = Ramped()
+    contacts = rhs.SIDES
 
     def variant(self, parameters: Parameters) -> Variant:
         return options_of(parameters)
@@ -73,14 +49,20 @@ class ChristoforouYigit(Model):
     ) -> Rows:
         return rhs.rows_of(Options(*variant), observed, tangent=tangent, columns=columns)
 
+    def motion(self, variant: Variant) -> Motion:
+        return rhs.motion_of(Options(*variant))
+
+    def turning(self, variant: Variant) -> tuple[str, ...]:
+        return ("twist", "lag")[: 1 + Options(*variant).driven]
+
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         return rhs.make_right_hand_side(lanes, Options(*variant))
 
     def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
-        return tangent.make_tangent(lanes, Options(*variant), place)
+        return rhs.make_tangent(lanes, Options(*variant), place)
 
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
-        return tangent.make_contacts(lanes, Options(*variant), place)
+        return rhs.make_contacts(lanes, Options(*variant), place)
 
     def released(self, table: Array, contact: str) -> Array | None:
         if contact != "wall":

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from nsdrill.compiler.words import fma
-from nsdrill.models.christoforou_yigit.friction import bit_law, bit_slope
-from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
+from nsdrill.models.christoforou_yigit.equations import lobed
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.rhs import aux_of, columns_of, states_of
+from nsdrill.models.friction import LAWS, with_slope, with_slope_from_factors
 from nsdrill.observe.channels import (
     Channel,
     Declaration,
@@ -69,19 +69,20 @@ def names_of(options: Options) -> Names:
 
 # Values, slopes and second derivatives of the channels.
 def _outputs(lobes: int, friction: int) -> Any:
+    multiple, slope = lobed(lobes), with_slope_from_factors(list(LAWS.values())[friction])
+
     def outputs(  # type: ignore[no-untyped-def]
         cosine_now, sine_now, direction_now, decay_now, radius_now,
         x, vx, y, vy, z, vz, az, bit_speed, alpha, surface_amplitude, rock_stiffness,
         bit_smoothing, bit_decay, bit_rise, bit_dynamic,
     ):  # fmt: skip
-        sine, cosine = (
-            multiple_sine(sine_now, cosine_now, lobes),
-            multiple_cosine(cosine_now, lobes),
-        )
-        speed = surface_amplitude * lobes * bit_speed
-        u, du = fma(surface_amplitude, sine, -z), fma(speed, cosine, -vz)
+        sine, sine_slope = multiple(sine_now, cosine_now)  # of a multiple of the bit angle
+        speed = surface_amplitude * bit_speed
+        u, du = fma(surface_amplitude, sine, -z), fma(speed, sine_slope, -vz)
         ddu = fma(
-            surface_amplitude * lobes, alpha * cosine, fma(-speed * lobes, bit_speed * sine, -az)
+            surface_amplitude,
+            alpha * sine_slope,
+            fma(-speed * bit_speed, lobes * lobes * sine, -az),
         )
         # The bit torque is force times arm; the arm changes with the bit speed. One
         # division serves two quotients, torsional and lateral.
@@ -90,8 +91,8 @@ def _outputs(lobes: int, friction: int) -> Any:
         scaled = bit_smoothing * bit_speed
         flat = fma(scaled, scaled, 1.0)
         inverse = 1.0 / (flat * radius_now)
-        arm, darm = bit_slope(
-            friction, bit_speed, direction_now, decay_now, radius_now * inverse,
+        arm, darm = slope(
+            bit_speed, direction_now, decay_now, radius_now * inverse,
             bit_smoothing, bit_decay, bit_rise, bit_dynamic,
         )  # fmt: skip
         per_r = flat * inverse
@@ -102,10 +103,12 @@ def _outputs(lobes: int, friction: int) -> Any:
 
 
 def _torque_inside(friction: int) -> Any:
+    law = with_slope(list(LAWS.values())[friction])
+
     def torque(  # type: ignore[no-untyped-def]
         u, du, omega, alpha, rock_stiffness, bit_smoothing, bit_decay, bit_rise, bit_dynamic
     ):
-        arm, darm = bit_law(friction, omega, bit_smoothing, bit_decay, bit_rise, bit_dynamic)
+        arm, darm = law(omega, bit_smoothing, bit_decay, bit_rise, bit_dynamic)
         force = rock_stiffness * max(u, 0.0)
         dforce = rock_stiffness * (du if u > 0.0 else max(du, 0.0))
         return force * arm, fma(dforce, arm, force * darm * alpha)

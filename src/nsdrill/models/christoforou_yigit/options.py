@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.laws import LAWS
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.friction import LAWS
 
 
 class Options(NamedTuple):
@@ -19,7 +19,8 @@ class Options(NamedTuple):
     ``hertz``           the contact law of the wall is that of Hertz
     ``lobes``           number of lobes of the rock's surface
     ``driven``          the drive is not ideal
-    ``friction``        number of the bit's friction law in :data:`.laws.LAWS`
+    ``friction``        number of the bit's friction law in
+                        :data:`nsdrill.models.friction.LAWS`
     ``limited``         the torque of the drive has a limit
     ``motor``           the drive is a DC motor, whose torque is a state
     ``regulated``       the voltage of the motor has gains on the motion
@@ -45,12 +46,6 @@ class Options(NamedTuple):
     axial_friction: int = 0
     implicit: int = 0
 
-    @property
-    def differenced(self) -> bool:
-        """Whether the slopes of a deviation are a difference of two right-hand sides,
-        as these options are not linearised."""
-        return bool(self.stabilizer or self.axial_friction)
-
 
 def options_of(parameters: Parameters) -> Options:
     """The options of a string. A number that is an array, as along an axis of a sweep,
@@ -60,7 +55,7 @@ def options_of(parameters: Parameters) -> Options:
         hertz=int(parameters.well.law == "hertz"),
         lobes=int(parameters.bit.lobes),
         driven=int(not parameters.drive.ideal),
-        friction=LAWS.index(parameters.bit.friction.law),
+        friction=list(LAWS).index(parameters.bit.friction.law),
         limited=int(parameters.drive.limited),
         motor=int(parameters.drive.kind == "dc_motor"),
         regulated=int(parameters.drive.regulated),

@@ -8,26 +8,21 @@ vz, twist, bit_speed, all SI.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from nsdrill.abi import Rows
-from nsdrill.compiler.functions import BUFFER, compiled
-from nsdrill.compiler.words import fma, packed
-from nsdrill.elementary import sincos
+from nsdrill.equations.contacts import Law
+from nsdrill.equations.derivative import Tangents
+from nsdrill.equations.graph import Node
+from nsdrill.equations.motion import Motion
+from nsdrill.equations.stage import Stage
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
-from nsdrill.models.christoforou_yigit.friction import (
-    bit_arm,
-    bit_factors,
-    friction_per_slip,
-    slip_factors,
-)
-from nsdrill.models.christoforou_yigit.implicit import SOLVE_AUX, make_solve
-from nsdrill.models.christoforou_yigit.implicit_along import AXIAL_AUX
-from nsdrill.models.christoforou_yigit.implicit_held import STABILIZER_AUX
+from nsdrill.models.christoforou_yigit.equations import motion
 from nsdrill.models.christoforou_yigit.lateral import (
     AXIAL_PARAMETERS,
     STABILIZER_PARAMETERS,
@@ -36,28 +31,16 @@ from nsdrill.models.christoforou_yigit.lateral import (
     lane_parameters,
 )
 from nsdrill.models.christoforou_yigit.laws import bit_numbers
-from nsdrill.models.christoforou_yigit.lobes import multiple_sine
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
-from nsdrill.models.differences import rows_to_keep
 
 STATES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
-# Auxiliary outputs. The observer reads cosine and sine of the bit angle, the smoothed
-# direction of the bit speed, its decay factor and the radius. The others carry results
-# from one loop of the right-hand side to the next.
-AUX = (
-    "cosine",
-    "sine",
-    "direction",
-    "decay",
-    "force",
-    "torque",
-    "radius",
-    "slip",
-    "radial",
-    "tangential",
-    "friction",
-)
+# Auxiliary outputs, which the observer reads: cosine and sine of the bit angle, the
+# smoothed direction of the bit speed, the factor by which its friction falls, and the
+# radius; with implicit friction the slope of the bit's law, and by how much a load
+# relaxes its speed.
+AUX = ("cosine", "sine", "direction", "decay", "radius")
+SOLVE_AUX = ("slope", "bb")
 PARAMETERS = (
     "drive_speed",
     "wob",
@@ -106,7 +89,7 @@ MOTOR_STATES = ("motor_impulse", "motor_torque")
 MOTOR_PARAMETERS = ("motor_damping", "per_circuit_time")
 # The law of the motor's voltage, where it has gains.
 REGULATOR_PARAMETERS = tuple(f"regulator_{name}" for name in Regulator._fields)
-CONTACTS = 2  # rock and wall
+SIDES = ("rock", "wall")  # the contacts whose functions are followed
 # Bit masks of the slopes in which friction acts: those of vx, vy and the bit speed;
 # with friction along the axis that of vz as well.
 PUSHED, PUSHED_ALONG = 0b1011, 0b1111
@@ -136,14 +119,12 @@ def columns_of(options: Options) -> tuple[str, ...]:
 
 def aux_of(options: Options) -> tuple[str, ...]:
     """The names of the auxiliary outputs."""
-    if not options.implicit:
-        return AUX
-    return (
-        *AUX,
-        *SOLVE_AUX,
-        *(STABILIZER_AUX if options.stabilizer else ()),
-        *(AXIAL_AUX if options.axial_friction else ()),
-    )
+    return (*AUX, *SOLVE_AUX) if options.implicit else AUX
+
+
+def pushed_of(options: Options) -> tuple[str, ...]:
+    """The velocities in whose slopes friction acts."""
+    return ("vx", "vy", "vz", "bit_speed") if options.axial_friction else ("vx", "vy", "bit_speed")
 
 
 def rows_of(
@@ -157,296 +138,65 @@ def rows_of(
     width = len(columns_of(options)) if columns is None else columns
     implicit = (PUSHED_ALONG if options.axial_friction else PUSHED) if options.implicit else 0
     aux = len(aux_of(options))
-    if tangent and options.differenced:
-        aux += rows_to_keep(states, states // 2, implicit, CONTACTS)
     return Rows(states + tangent_states, aux, width, observed, tangent_states, implicit=implicit)
 
 
 MAIN = Options()
 
 
+def _bit_aux(stage: Stage, slips: Mapping[int, Node], steps: Mapping[int, Node]) -> dict[str, Node]:
+    """What the observer reads of the bit: the factors of its law on the last tangent of
+    Newton's method, as the load is, the slope of the law, and by how much a load
+    relaxes the bit speed."""
+    contact, omega = stage.contacts[0], slips[0]
+    assert isinstance(contact.law, Law)
+    direction, decay = contact.law.factors(omega, contact.numbers)
+    factors = {"direction": direction, "decay": decay}
+    rates = Tangents(stage.graph, {omega: 1.0})
+    changes = rates.of(factors | {"slope": contact.law(omega, contact.numbers)})
+    return {
+        **{name: node + changes[name] * steps[0] for name, node in factors.items()},
+        "slope": changes["slope"],
+        "bb": stage.relaxed[0, 0] * stage.normal[0],
+    }
+
+
+@lru_cache
+def motion_of(options: Options) -> Motion:
+    """The equations with these options."""
+    states = states_of(options)
+    return Motion(
+        motion,
+        options,
+        states,
+        columns_of(options),
+        states[1::2],
+        aux_of(options),
+        pushed_of(options) if options.implicit else (),
+        SIDES,
+        _bit_aux if options.implicit else None,
+    )
+
+
 @lru_cache
 def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool = False) -> Any:
     """The compiled right-hand side for a number of lanes and these options; with
     ``tangent`` for a buffer with a deviation, which it does not change."""
-    rows = rows_of(options, tangent=tangent)
-    W, hertz, lobes, driven = lanes, options.hertz, options.lobes, options.driven
-    law_of_bit = options.friction
-    x_, vx_, y_, vy_, z_, vz_, twist_, speed_ = (W * (rows.stage + i) for i in range(8))
-    ax_, ay_, az_, alpha_ = (W * (rows.acceleration + i) for i in range(4))
-    time_ = W * rows.stage_time
-    (
-        cosine_,
-        sine_,
-        direction_,
-        decay_,
-        force_,
-        torque_,
-        radius_,
-        slip_,
-        radial_,
-        tangential_,
-        friction_,
-    ) = (W * (rows.aux_now + i) for i in range(len(AUX)))
-    P = {name: W * (rows.parameter + i) for i, name in enumerate(columns_of(options))}
-    phase_, set_speed_, wob_ = W * rows.phase, P["drive_speed"], P["wob"]
-    iml_, iJ_, ima_, q_ = (
-        P["per_lateral_mass"],
-        P["per_inertia"],
-        P["per_axial_mass"],
-        P["unbalance_arm"],
-    )
-    bend_, soft_F_, soft_T_, drag_ = (
-        P["bending"],
-        P["softening_force"],
-        P["softening_torque"],
-        P["drag"],
-    )
-    c_a_, k_a_, c_t_, k_t_ = (
-        P["axial_damping"],
-        P["axial_stiffness"],
-        P["torsional_damping"],
-        P["torsional_stiffness"],
-    )
-    gap_, k_w_, R_c_ = P["gap"], P["wall_stiffness"], P["collar_radius"]
-    eps_w_, tau_w_, rise_w_, mu_w_ = (
-        P["wall_smoothing"],
-        P["wall_decay"],
-        P["wall_rise"],
-        P["wall_dynamic"],
-    )
-    k_c_, s0_ = P["rock_stiffness"], P["surface_amplitude"]
-    eps_b_, tau_b_, rise_b_, mu_b_ = (
-        P["bit_smoothing"],
-        P["bit_decay"],
-        P["bit_rise"],
-        P["bit_dynamic"],
-    )
-    # The rows of the drive; an ideal one has none.
-    lag_, omega_d_, alpha_d_ = (
-        W * (rows.stage + 8),
-        W * (rows.stage + 9),
-        W * (rows.acceleration + 4),
-    )
-    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_, torque_limit_ = (
-        W * (rows.parameter + len(PARAMETERS) + i) for i in range(7)
-    )
-    limited, motor = options.limited, options.motor
-    T_m_, T_m_rate_ = W * (rows.stage + 11), W * (rows.acceleration + 5)
-    motor_damping_, per_time_ = (
-        W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2)
-    )
-    regulated = options.regulated
-    T_0_, psi_0_, g_T_, g_lag_, g_drive_, g_twist_, g_speed_ = (
-        P.get(name, 0) for name in REGULATOR_PARAMETERS
-    )
-    # The rows of further options; 0 without them.
-    swirl, stabilizer, weight, axial_friction = (
-        options.swirl,
-        options.stabilizer,
-        options.weight,
-        options.axial_friction,
-    )
-    sigma_, momentum_ = (P.get(name, 0) for name in SWIRL_PARAMETERS)
-    clearance_, R_s_, arm_s_, eps_s_, tau_s_, rise_s_, mu_s_ = (
-        P.get(name, 0) for name in STABILIZER_PARAMETERS
-    )
-    weight_, eccentric_ = (P.get(name, 0) for name in WEIGHT_PARAMETERS)
-    (rop_,) = (P.get(name, 0) for name in AXIAL_PARAMETERS)
-    # the radius at which a contact begins: stabilisers touch before the collar does
-    contact_radius_ = clearance_ if stabilizer else gap_
-    axial_ = slip_  # friction along the axis overwrites the slip, which is not needed any more
-    implicit = options.implicit
-    solve = (
-        make_solve(lanes, options, rows, columns_of(options), aux_of(options)) if implicit else None
-    )
+    return motion_of(options).right_hand_side(lanes, rows_of(options, tangent=tangent))
 
-    @compiled(BUFFER)
-    def right_hand_side(b):  # type: ignore[no-untyped-def]
-        # Bit: interference with the lobed surface, force, torque. Cutting and friction
-        # share their direction. The collar's radius and slip are computed here, so that
-        # other instructions overlap with the square root.
-        touching = 0
-        for i in packed(W):
-            x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
-            # The floor has an effect at the hole's centre only, where no force acts.
-            r = np.sqrt(max(fma(x, x, y * y), 1e-60))
-            b[radius_ + i] = r
-            touching |= 1 if r > b[contact_radius_ + i] else 0
-            b[slip_ + i] = fma(b[speed_ + i] * b[R_c_ + i], r, fma(x, vy, -(y * vx)))
-            s, c = sincos(b[twist_ + i] + fma(b[set_speed_ + i], b[time_ + i], b[phase_ + i]))
-            force = b[k_c_ + i] * max(fma(b[s0_ + i], multiple_sine(s, c, lobes), -b[z_ + i]), 0.0)
-            b[cosine_ + i] = c
-            b[sine_ + i] = s
-            b[force_ + i] = force
-            if not implicit:
-                omega = b[speed_ + i]
-                g, decayed = bit_factors(law_of_bit, omega, b[eps_b_ + i], b[tau_b_ + i])
-                b[direction_ + i] = g
-                b[decay_ + i] = decayed
-                b[torque_ + i] = force * bit_arm(
-                    law_of_bit, omega, g, decayed, b[rise_b_ + i], b[mu_b_ + i]
-                )
 
-        # Wall, if some lane touches: penetration, normal force, friction against the
-        # slip of the collar's surface (the row has slip times radius).
-        if implicit:
-            solve(b, touching)
-        elif touching != 0:
-            for i in packed(W):
-                r = b[radius_ + i]
-                penetration = max(r - b[gap_ + i], 0.0)
-                normal = b[k_w_ + i] * penetration
-                if hertz:
-                    normal = normal * np.sqrt(penetration)
-                if axial_friction:
-                    slip, along = b[slip_ + i], b[vz_ + i] - b[rop_ + i]
-                    share, per_r = friction_per_slip(
-                        slip,
-                        along * r,
-                        r,
-                        b[eps_w_ + i],
-                        b[tau_w_ + i],
-                        b[rise_w_ + i],
-                        b[mu_w_ + i],
-                    )
-                    friction = normal * (share * slip)
-                    b[axial_ + i] = normal * (share * (along * r))
-                else:
-                    g, decayed, per_r = slip_factors(b[slip_ + i], r, b[eps_w_ + i], b[tau_w_ + i])
-                    friction = normal * (g * fma(b[rise_w_ + i], decayed, b[mu_w_ + i]))
-                b[radial_ + i] = normal * per_r
-                b[tangential_ + i] = friction * per_r
-                b[friction_ + i] = friction
-        else:
-            for i in packed(W):
-                b[radial_ + i] = 0.0
-                b[tangential_ + i] = 0.0
-                b[friction_ + i] = 0.0
-                if axial_friction:
-                    b[axial_ + i] = 0.0
+@lru_cache
+def make_tangent(lanes: int, options: Options, place: int) -> Any:
+    """The compiled right-hand side of the motion and of one deviation from it
+    (:meth:`nsdrill.equations.motion.Motion.tangent`)."""
+    return motion_of(options).tangent(lanes, rows_of(options, tangent=True), place)
 
-        # The stabilisers carry the restoring force of the bent span, whose size is the
-        # normal load of their friction. Its torque on the bit is added to the wall's
-        # friction, as a force at the surface of the collar.
-        if stabilizer and not implicit and touching != 0:
-            for i in packed(W):
-                x, vx, y, vy, r = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[radius_ + i]
-                stiffness = fma(
-                    -b[soft_F_ + i],
-                    b[force_ + i],
-                    fma(-b[soft_T_ + i], b[torque_ + i], b[bend_ + i]),
-                )
-                normal = stiffness * max(r - b[clearance_ + i], 0.0)
-                unit = r * r
-                slip = fma(
-                    b[speed_ + i] * b[R_s_ + i], unit, b[clearance_ + i] * fma(x, vy, -(y * vx))
-                )
-                if axial_friction:
-                    along = (b[vz_ + i] - b[rop_ + i]) * unit
-                    share, per_unit = friction_per_slip(
-                        slip,
-                        along,
-                        unit,
-                        b[eps_s_ + i],
-                        b[tau_s_ + i],
-                        b[rise_s_ + i],
-                        b[mu_s_ + i],
-                    )
-                    friction = abs(normal) * (share * slip)
-                    b[axial_ + i] += abs(normal) * (share * along)
-                else:
-                    g, decayed, per_unit = slip_factors(slip, unit, b[eps_s_ + i], b[tau_s_ + i])
-                    friction = abs(normal) * (g * fma(b[rise_s_ + i], decayed, b[mu_s_ + i]))
-                b[radial_ + i] += normal * (r * per_unit)
-                b[tangential_ + i] += friction * (r * per_unit)
-                b[friction_ + i] += friction * b[arm_s_ + i]
 
-        # Motion: lateral forces at the collar's centre, softened by axial force and
-        # torque; the moment; the slopes.
-        for i in packed(W):
-            x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
-            z, vz, twist, omega = b[z_ + i], b[vz_ + i], b[twist_ + i], b[speed_ + i]
-            c, s, force, torque, friction = (
-                b[cosine_ + i],
-                b[sine_ + i],
-                b[force_ + i],
-                b[torque_ + i],
-                b[friction_ + i],
-            )
-            radial = b[radial_ + i]
-            if not stabilizer:
-                stiffness = fma(-b[soft_F_ + i], force, fma(-b[soft_T_ + i], torque, b[bend_ + i]))
-                radial = radial + stiffness
-            tangential = b[tangential_ + i]
-            ux, uy = vx, vy
-            if swirl:  # relative to the mud
-                ux, uy = fma(b[sigma_ + i], y, vx), fma(-b[sigma_ + i], x, vy)
-            drag = b[drag_ + i] * np.sqrt(fma(ux, ux, uy * uy))
-            F_x = fma(tangential, y, -fma(radial, x, drag * ux))
-            F_y = -fma(tangential, x, fma(radial, y, drag * uy))
-            if swirl:
-                F_x = fma(b[momentum_ + i], fma(b[sigma_ + i], x, -2.0 * vy), F_x)
-                F_y = fma(b[momentum_ + i], fma(b[sigma_ + i], y, 2.0 * vx), F_y)
-            if weight:
-                F_y = F_y - b[weight_ + i]
-
-            if driven:
-                lag, omega_d, set_speed = b[lag_ + i], b[omega_d_ + i], b[set_speed_ + i]
-                twist = twist - lag  # of the pipe
-                shaft_torque = b[c_s_ + i] * (omega_d - omega)
-                minus_T_m = fma(
-                    b[K_i_ + i],
-                    lag,
-                    fma(
-                        b[K_p_ + i],
-                        omega_d - set_speed,
-                        fma(b[G_t_ + i], twist, b[G_w_ + i] * (omega - set_speed)),
-                    ),
-                )
-                if motor:
-                    minus_T_m = -b[T_m_ + i]
-                    b[T_m_rate_ + i] = (
-                        fma(b[motor_damping_ + i], set_speed - omega_d, minus_T_m)
-                        * b[per_time_ + i]
-                    )
-                    if regulated:
-                        feedback = fma(
-                            b[g_lag_ + i],
-                            lag,
-                            fma(
-                                b[g_drive_ + i],
-                                omega_d - set_speed,
-                                b[g_speed_ + i] * (omega - set_speed),
-                            ),
-                        )
-                        feedback = fma(b[g_twist_ + i], b[twist_ + i] - b[psi_0_ + i], feedback)
-                        feedback = fma(b[g_T_ + i], b[T_m_ + i] - b[T_0_ + i], feedback)
-                        b[T_m_rate_ + i] += (b[T_0_ + i] - feedback) * b[per_time_ + i]
-                if limited:
-                    minus_T_m = min(max(minus_T_m, -b[torque_limit_ + i]), 0.0)
-                b[alpha_d_ + i] = (fma(b[k_t_ + i], twist, -shaft_torque) - minus_T_m) * b[
-                    iJ_d_ + i
-                ]
-                torque = torque - shaft_torque
-            q = b[q_ + i]
-            moment = fma(
-                b[c_t_ + i], omega, fma(b[k_t_ + i], twist, fma(friction, b[R_c_ + i], torque))
-            )
-            if weight:
-                moment = fma(b[eccentric_ + i], c, moment)
-            if axial_friction:
-                force = force - b[axial_ + i]
-            angular = -fma(q, fma(F_y, c, -(F_x * s)), moment) * b[iJ_ + i]
-            omega_squared = omega * omega
-            b[ax_ + i] = fma(q, fma(omega_squared, c, angular * s), F_x * b[iml_ + i])
-            b[ay_ + i] = fma(q, fma(omega_squared, s, -(angular * c)), F_y * b[iml_ + i])
-            b[az_ + i] = (force - fma(b[c_a_ + i], vz, fma(b[k_a_ + i], z, b[wob_ + i]))) * b[
-                ima_ + i
-            ]
-            b[alpha_ + i] = angular
-
-    return right_hand_side
+@lru_cache
+def make_contacts(lanes: int, options: Options, place: int) -> Any:
+    """The compiled functions of rock and wall
+    (:meth:`nsdrill.equations.motion.Motion.contact_functions`)."""
+    return motion_of(options).contact_functions(lanes, rows_of(options, tangent=True), place)
 
 
 def pack(

@@ -1,5 +1,4 @@
-"""The steepness of the friction of bit, wall and stabilisers, and the strings whose
-friction cannot be integrated implicitly."""
+"""The steepness of the friction of bit, wall and stabilisers."""
 
 from __future__ import annotations
 
@@ -11,19 +10,8 @@ import numpy as np
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.lateral import stabilizer_radius
 from nsdrill.models.christoforou_yigit.laws import bit_numbers
-from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.friction import LAWS, values
 from nsdrill.models.leaves import Values
-
-
-def explicit_only(parameters: Parameters) -> str | None:
-    """The reason why the friction of this string cannot be integrated implicitly, None
-    where it can."""
-    if parameters.stabilizer.clearance is not None and parameters.well.axial_friction:
-        return (
-            "stabilisers and wall whose friction acts along the hole too (well.axial_friction) "
-            "share both slips"
-        )
-    return None
 
 
 def friction_rates(points: Values) -> dict[str, Any]:
@@ -34,11 +22,7 @@ def friction_rates(points: Values) -> dict[str, Any]:
     at the wall."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
     k = derive(parameters, depth, wob, speed)
-    bit = bit_numbers(parameters, k)
-    if parameters.bit.friction.law == "rational":
-        slope = bit.bit_dynamic * bit.bit_smoothing + bit.bit_rise
-    else:
-        slope = 2 / math.pi * bit.bit_smoothing * (bit.bit_rise + bit.bit_dynamic)
+    slope = values(LAWS[parameters.bit.friction.law], "slope", 0.0, bit_numbers(parameters, k))
     wall = parameters.well.friction
     normal = k.m_l * k.collar_radius**2 * np.square(speed) / k.gap
     per_mass = k.collar_radius**2 / k.J + 1 / k.m_l

@@ -61,7 +61,7 @@ def friction_rates(points: Values) -> dict[str, Any]:
     [1/s], at its steepest: at rest, or, where the depth of cut follows the bit speed,
     between two of the speeds :data:`.string.SPEEDS` of a bit that creeps. (The slope is
     infinite where such a bit begins to cut, but finite between speeds that differ by a
-    fifth.) See :mod:`nsdrill.models.segments.rhs`."""
+    fifth.) See :mod:`nsdrill.models.segments.equations`."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
     bit, cutting = parameters.bit, parameters.bit.cutting
     # The speed of the depth of cut, for a bit at rest.

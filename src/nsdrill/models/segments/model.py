@@ -4,19 +4,18 @@ compiled in."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from nsdrill.models.base import Array, Ramps, Variant
-from nsdrill.models.differences import rows_to_keep
+from nsdrill.models.base import Array, Variant
 from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
-from nsdrill.models.registry import NAMES
 from nsdrill.models.scalar_model import ScalarModel
 from nsdrill.models.segments import names
 from nsdrill.models.segments.drive import lag_of
+from nsdrill.models.segments.equations import Options, equations
 from nsdrill.models.segments.observed import BY_TORQUE, DECLARATION
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import bit_torque, steady_of, string_of
@@ -41,15 +40,16 @@ class Segments(ScalarModel):
     torque)."""
 
     name = "segments"
+    equations = staticmethod(equations)
     contacts = ("rock",)
     singles = 1
     fixed = 3
 
-    @property
-    def ramps(self) -> Ramps:  # type: ignore[override]
-        from nsdrill.models.segments.ramp import SegmentsRamps
+    set_speed = "set_speed"
 
-        return SegmentsRamps(self)
+    def turning(self, variant: Variant) -> tuple[str, ...]:
+        """All angles of the string."""
+        return names.nodes_of(sum(variant[:2])).angles
 
     def variant(self, parameters: Parameters) -> Variant:
         return parameters.segments.pipe, parameters.segments.collar, int(parameters.drive.by_torque)
@@ -60,47 +60,11 @@ class Segments(ScalarModel):
     def declaration(self, variant: Variant) -> Declaration:
         return BY_TORQUE if variant[2:3] == (1,) else DECLARATION
 
-    def slopes(self, variant: Variant) -> Callable[..., Sequence[float]]:
-        raise NotImplementedError("the right-hand side is written for lanes")
+    def options(self, variant: Variant) -> Options:
+        return Options(*variant[:3])
 
-    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
-        from nsdrill.models.segments.rhs import make_right_hand_side
-
-        return make_right_hand_side(lanes, self.rows(variant), *variant[:3])
-
-    def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
-        """By the difference of two right-hand sides."""
-        from nsdrill.models.differences import make_differences
-        from nsdrill.models.segments.rhs import make_right_hand_side
-
-        rows = self.rows(variant, tangent=True)
-        motion = make_right_hand_side(lanes, rows, *variant[:3])
-        aux = self.names(variant).aux
-        contact = rows.aux_now + aux.index("interference_"), -1
-        model_number = NAMES.index(self.name)
-        return make_differences(
-            motion,
-            lanes,
-            rows,
-            rows.aux_now + len(aux),
-            model_number,
-            *variant,
-            place,
-            touches=(contact,),
-            place=place,
-        )
-
-    def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
-        """The interference of bit and rock, its rate and second derivative."""
-        from nsdrill.models.segments.rhs import make_contact
-
-        return make_contact(lanes, self.rows(variant, tangent=True), place, *variant)
-
-    def extra_tangent_rows(self, states: int, implicit: int) -> int:
-        return rows_to_keep(states, (states + self.singles) // 2, implicit, len(self.contacts))
-
-    def pushed(self, variant: Variant) -> int:
-        return 1 << (2 * sum(variant[:2]) + 1)  # the slope of the bit speed
+    def pushed(self, variant: Variant) -> tuple[str, ...]:
+        return ("bit_speed",)
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         return names.columns(points, thresholds)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,21 +19,9 @@ from nsdrill.observe.thresholds import Thresholds
 
 DEFAULT = (10, 10, 0)  # segments of pipe and of collars, and the electric motor
 
-# Auxiliary outputs of the right-hand side: speeds of the mud past a string at rest,
-# sine and cosine of the lobes, the interference of bit and rock with its rate, force
-# and torque of the rock.
-AUX = (
-    "pipe_up",
-    "pipe_down",
-    "collar_up",
-    "collar_down",
-    "sine_",
-    "cosine_",
-    "interference_",
-    "closing_",
-    "force_",
-    "torque_",
-)
+# Outputs of the equations for the observer: sine and cosine of the lobes, the
+# interference of bit and rock with its rate, the force of the rock.
+AUX = ("sine_", "cosine_", "interference_", "closing_", "force_")
 PARAMETERS = (
     "set_speed",
     "wob",
@@ -63,7 +51,7 @@ PARAMETERS = (
     "bit_inertia_share",
     "axial_time",
     "torsional_time",
-    "flow_",
+    "flow",
     "pulsation",
     "pulsation_rate",
     "per_pipe_annulus",
@@ -78,18 +66,18 @@ PARAMETERS = (
     "rock_stiffness",
     "closing_factor",
     "surface_amplitude",
-    "lobes_",
+    "lobes",
     "friction_arm",
     "hump",
     "narrowing",
     "viscous",
     "cutting_arm",
     "cutting_factor",
-    "advance_",
+    "advance",
     "advance_offset",
     "slow_square",
     "smoothing",
-    "live_",
+    "live",
     "threshold",
     "per_threshold_width",
     "motor",
@@ -109,7 +97,7 @@ PARAMETERS = (
     "surface_stiffness",
     "steady_torque",
     "chain_stiffness",
-    # Read by the implicit method (rhs.py). For a bit that creeps: the root of the speed
+    # Read by the law of cutting (cutting.py). For a bit that creeps: the root of the speed
     # at which it begins to cut (0 for any other bit), r over tau and over the root of
     # its speed, the steepest fall of r, and twice the slow speed. For any other bit: r
     # at the set speed or at rest.
@@ -137,8 +125,8 @@ MOTOR = (
     "on_at",
 )
 TORQUE = (
+    "drive_share",
     "per_drive_inertia",
-    "half_inertia",
     "drive_stiffness",
     "drive_damping",
     "twist_gain",
@@ -147,8 +135,29 @@ TORQUE = (
     "torque_most",
     "top_drag",
     "on_at",
+    "set_acceleration",
 )
 BY_TORQUE = (*(name for name in PARAMETERS if name not in MOTOR), *TORQUE)
+
+
+class Nodes(NamedTuple):
+    """The names of the states of the nodes, from the surface to the bit."""
+
+    positions: tuple[str, ...]
+    velocities: tuple[str, ...]
+    angles: tuple[str, ...]
+    speeds: tuple[str, ...]
+
+
+def nodes_of(last: int) -> Nodes:
+    """The names for a string whose bit is the node ``last``."""
+    inner = range(1, last)
+    return Nodes(
+        ("u_0", *(f"u_{node}" for node in inner), "z"),
+        ("v_0", *(f"v_{node}" for node in inner), "vz"),
+        ("lag", *(f"angle_{node}" for node in inner), "twist"),
+        ("drive_speed", *(f"speed_{node}" for node in inner), "bit_speed"),
+    )
 
 
 @lru_cache
@@ -157,15 +166,11 @@ def names_of(pipes: int, collars: int, by_torque: int = 0) -> Names:
     torque or with the electric motor. Nodes are counted from the surface; the last one
     is the bit."""
     last = pipes + collars
-    inner = range(1, last)
-    axial = ["u_0", "v_0", *(f"{word}_{node}" for node in inner for word in "uv"), "z", "vz"]
-    rotary = [
-        "lag",
-        "drive_speed",
-        *(f"{word}_{node}" for node in inner for word in ("angle", "speed")),
-    ]
+    inner, nodes = range(1, last), nodes_of(last)
+    axial = (name for pair in zip(nodes.positions, nodes.velocities, strict=True) for name in pair)
+    rotary = (name for pair in zip(nodes.angles, nodes.speeds, strict=True) for name in pair)
     return Names(
-        states=(*axial, *rotary, "twist", "bit_speed", "current"),
+        states=(*axial, *rotary, "current"),
         slopes=(
             "top_acceleration",
             *(f"acceleration_{node}" for node in inner),
@@ -223,7 +228,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
             "bit_inertia_share": collar.inertia / (2 * string.bit_inertia),
             "axial_time": segments.material_damping.axial,
             "torsional_time": segments.material_damping.torsional,
-            "flow_": mud.flow,
+            "flow": mud.flow,
             "pulsation": mud.pulsation,
             "pulsation_rate": mud.pulsation_rate,
             "top_stiffness": segments.top.stiffness,
@@ -234,18 +239,18 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
             "rock_stiffness": bit.rock_stiffness,
             "closing_factor": quotient(segments.rock_damping, wob),
             "surface_amplitude": bit.surface_amplitude,
-            "lobes_": float(bit.lobes),
+            "lobes": float(bit.lobes),
             "friction_arm": bit.radius * friction.level,
             "hump": friction.hump,
             "narrowing": friction.narrowing,
             "viscous": friction.viscous,
             "cutting_arm": bit.radius * cutting.zeta,
             "cutting_factor": 2 * math.pi / bit.radius,
-            "advance_": cutting.c1 * wob,
+            "advance": cutting.c1 * wob,
             "advance_offset": cutting.c2,
             "slow_square": cutting.slow * cutting.slow,
             "smoothing": cutting.smoothing,
-            "live_": float(cutting.speed == "live"),
+            "live": float(cutting.speed == "live"),
             "threshold": segments.threshold_force,
             "per_threshold_width": 10 / segments.threshold_force,
             "surface_stiffness": pipe.torsional,
@@ -280,8 +285,8 @@ def _torque(parameters: Parameters, string: String) -> dict[str, Any]:
     limit = drive.torque_limit
     half = string.pipe.inertia / 2
     return {
+        "drive_share": half / (law.inertia + half),
         "per_drive_inertia": 1.0 / (law.inertia + half),
-        "half_inertia": half,
         "drive_stiffness": law.stiffness,
         "drive_damping": law.damping,
         "twist_gain": law.twist_gain,
@@ -290,6 +295,7 @@ def _torque(parameters: Parameters, string: String) -> dict[str, Any]:
         "torque_most": UNLIMITED if limit is None else limit,
         "top_drag": string.pipe.drag / 2,
         "on_at": NEVER if drive.kind == "ideal" else drive.on_at,
+        "set_acceleration": 0.0,
     }
 
 

@@ -31,13 +31,13 @@ def _bit(  # type: ignore[no-untyped-def]
     rock_stiffness,
     closing_factor,
     surface_amplitude,
-    lobes_,
+    lobes,
 ):
     """The interference of bit and rock [m], its rate and second derivative; the force
     [N] and its rate."""
-    lobe_rate = lobes_ * bit_speed
+    lobe_rate = lobes * bit_speed
     closing_rate = (
-        surface_amplitude * (lobes_ * cosine_ * bit_acceleration - sine_ * lobe_rate * lobe_rate)
+        surface_amplitude * (lobes * cosine_ * bit_acceleration - sine_ * lobe_rate * lobe_rate)
         - bit_axial_acceleration
     )
     damped = 1.0 + closing_factor * closing_

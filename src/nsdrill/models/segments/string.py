@@ -186,7 +186,7 @@ def _segment(parameters: Parameters, part: Any, length: Any) -> Segment:
 
 def bit_torque(parameters: Parameters, wob: Any, set_speed: Any, force: Any, speed: Any) -> Any:
     """The torque of the rock on the bit [N m] under a ``force`` [N] at a bit ``speed``
-    [rad/s], with friction and cutting (:mod:`nsdrill.models.segments.rhs`)."""
+    [rad/s], with friction and cutting (:mod:`nsdrill.models.segments.equations`)."""
     bit, friction, cutting = parameters.bit, parameters.bit.friction, parameters.bit.cutting
     cutting_speed = speed if cutting.speed == "live" else set_speed
     advance = np.maximum(cutting.c1 * wob * np.sqrt(np.abs(cutting_speed)) + cutting.c2, 0.0)
@@ -222,7 +222,7 @@ def depth_root(parameters: Parameters, wob: Any, speed: Any) -> Any:
 
 def creep_parameters(parameters: Parameters, wob: Any, set_speed: Any) -> dict[str, Any]:
     """The lane parameters of the cutting torque that the implicit method reads
-    (:mod:`nsdrill.models.segments.rhs`), by name: those of a bit that creeps, whose
+    (:mod:`nsdrill.models.segments.cutting`), by name: those of a bit that creeps, whose
     depth of cut follows its speed and begins at a speed above zero, or else the root at
     the set speed or at rest."""
     bit, cutting = parameters.bit, parameters.bit.cutting

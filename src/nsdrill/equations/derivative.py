@@ -1,0 +1,139 @@
+"""Forward-mode differentiation of a graph."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from nsdrill.equations.graph import TRUTHS, Graph, Node
+
+UNCHANGED = TRUTHS | {"fixed", "variable"}
+TINY = 1e-150  # in place of the root of zero, where its argument does not change either
+
+
+def closed(name: str) -> str:
+    """The input that says by a positive number that a contact counts as closed."""
+    return f"closed_{name}"
+
+
+class Tangents:
+    """The changes of nodes that follow from those of some others, ``seeds``: made in the
+    present region, or, in none, where the nodes are.
+
+    A unilateral contact in ``sides`` counts as open or closed, as its input
+    :func:`closed` says, so that the derivative does not jump within a step; any other
+    as it is. A node in ``instead`` changes as the one that stands there.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        seeds: Mapping[Node, Node | float],
+        sides: tuple[str, ...] = (),
+        instead: Mapping[Node, Node] | None = None,
+    ) -> None:
+        self.graph, self.sides, self.instead = graph, sides, instead or {}
+        self.zero = graph.node(0.0)
+        self.found = {node: graph.node(value) for node, value in seeds.items()}
+        self.widened: set[int] = set()
+
+    def of(self, outputs: Mapping[str, Node]) -> dict[str, Node]:
+        """The changes of ``outputs``."""
+        for node in self._followed(outputs.values()):
+            if node in self.instead:
+                self.found[node] = self.of({"": self.instead[node]})[""]
+            elif node not in self.found:
+                with self.graph.inside(self.graph.region or node.region):
+                    self.found[node] = self._change(node)
+        return {name: self.found[node] for name, node in outputs.items()}
+
+    def _followed(self, outputs: Any) -> list[Node]:
+        seen: set[Node] = set()
+        todo = list(outputs)
+        while todo:
+            node = todo.pop()
+            if node not in seen and node not in self.found:
+                seen.add(node)
+                if node not in self.instead and node.op not in UNCHANGED:
+                    todo += node.args
+        return sorted(seen, key=lambda node: node.id)
+
+    def _side(self, node: Node) -> Node | None:
+        """Whether the contact counts as closed, if the node is the depth of one."""
+        if node.op == "max" and node.extra in self.sides:
+            return self.graph.input(closed(node.extra)) > 0.0
+        return None
+
+    def _change(self, node: Node) -> Node:
+        if node.op in UNCHANGED:
+            return self.zero
+        changes = [self.found[arg] for arg in node.args]
+        if all(change.zero for change in changes):
+            return self.zero
+        rule = getattr(self, f"_{node.op}", None)
+        if rule is None:
+            raise TypeError(f"no rule for the derivative of {node.op}")
+        made: Node = rule(node, node.args, changes)
+        return made
+
+    def _add(self, node: Node, args: Any, d: Any) -> Node:
+        return d[0] + d[1]
+
+    def _sub(self, node: Node, args: Any, d: Any) -> Node:
+        return d[0] - d[1]
+
+    def _neg(self, node: Node, args: Any, d: Any) -> Node:
+        return -d[0]
+
+    def _product(self, a: Node, b: Node) -> Node:
+        return self.zero if a.zero or b.zero else a * b
+
+    def _mul(self, node: Node, args: Any, d: Any) -> Node:
+        return self._product(args[0], d[1]) + self._product(args[1], d[0])
+
+    def _fma(self, node: Node, args: Any, d: Any) -> Node:
+        return self._mul(node, args, d) + d[2]
+
+    def _div(self, node: Node, args: Any, d: Any) -> Node:
+        return (d[0] - self._product(node, d[1])) / args[1]
+
+    def _sqrt(self, node: Node, args: Any, d: Any) -> Node:
+        return d[0] * (0.5 / self.graph.make("max", node, TINY))
+
+    def _abs(self, node: Node, args: Any, d: Any) -> Node:
+        return self.graph.select(args[0] < 0.0, -d[0], d[0])
+
+    def _max(self, node: Node, args: Any, d: Any) -> Node:
+        side = self._side(node)
+        side = args[0] > args[1] if side is None else side
+        return self.graph.select(side, d[0], d[1])
+
+    def _min(self, node: Node, args: Any, d: Any) -> Node:
+        return self.graph.select(args[0] < args[1], d[0], d[1])
+
+    def _select(self, node: Node, args: Any, d: Any) -> Node:
+        return self.graph.select(args[0], d[1], d[2])
+
+    def _either(self, node: Node, args: Any, d: Any) -> Node:
+        return self.graph.make("either", d[0], d[1], extra=node.extra)
+
+    def _result(self, node: Node, args: Any, d: Any) -> Node:
+        function, number = node.extra
+        results = function.nodes(self.graph, args)
+        total = self.zero
+        for partial, change in zip(function.derivatives(args, results)[number], d, strict=True):
+            if not change.zero:
+                if partial is None:
+                    raise TypeError(f"{function.name}: no rule for this derivative")
+                total = total + self._product(self.graph.node(partial), change)
+        return total
+
+    def _join(self, node: Node, args: Any, d: Any) -> Node:
+        condition, region = args[0], node.extra
+        side = self._side(condition.args[0]) if condition.op == "gt" else None
+        if side is not None:
+            if region not in self.widened:  # a lane needs it on either account
+                self.widened.add(region)
+                self.graph.condition[region] = condition | side
+            condition = side
+        return self.graph.make("join", condition, d[1], d[2], extra=region)

@@ -1,0 +1,360 @@
+"""The equations of a model as a graph: operations on values, each value once.
+
+A model's function runs once on nodes (:mod:`nsdrill.equations.trace`). Each operation on
+them makes a node, or finds the one that is there. What only some lanes need, as the
+forces of a contact that is closed, is in a *region*, which is skipped where no lane
+needs it. A value leaves its region by a ``join``.
+
+=============================  =========================================================
+``const input``                a number; a state, a parameter, ...; ``extra``: which
+``add sub mul div neg abs``    arithmetic, with ``fma``, ``sqrt``, ``max``, ``min``
+``lt le gt ge eq``             comparisons, with ``and``, ``or``, ``not`` of them
+``select``                     (condition, a, b): a where the condition holds, else b
+``result``                     one result of a function of :mod:`.library`
+``join``                       (condition, inner, outer): inner, of region ``extra``,
+                               where the condition holds, else outer
+``either``                     (inner, other): the value of the region ``extra`` or, where
+                               no lane needs that, of the region in place of it
+``variable``                   (start): what the loop ``extra`` repeats
+``fixed``                      (value): the value, which a deviation does not change
+=============================  =========================================================
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from numbers import Real
+from typing import Any, TypeAlias
+
+TRUTHS = frozenset({"lt", "le", "gt", "ge", "eq", "and", "or", "not"})
+LEAVES = frozenset({"const", "input"})
+Number: TypeAlias = "Node | float"
+
+
+class Node:
+    """A value of a graph. ``settled`` says that :mod:`.sums` keeps its operation as it
+    stands; ``needs`` are the regions, not around its own, that it depends on."""
+
+    __slots__ = ("args", "extra", "graph", "id", "needs", "op", "region", "settled")
+
+    def __init__(
+        self, graph: Graph, op: str, args: tuple[Node, ...], extra: Any, region: int
+    ) -> None:
+        self.graph, self.op, self.args, self.extra, self.region = graph, op, args, extra, region
+        self.id, self.settled = len(graph.nodes), False
+        self.needs: frozenset[int] = graph.needs(args, region)
+
+    # fmt: off
+    def __add__(self, other: Number) -> Node: return self.graph.add(self, other)
+    def __radd__(self, other: Number) -> Node: return self.graph.add(other, self)
+    def __sub__(self, other: Number) -> Node: return self.graph.sub(self, other)
+    def __rsub__(self, other: Number) -> Node: return self.graph.sub(other, self)
+    def __mul__(self, other: Number) -> Node: return self.graph.mul(self, other)
+    def __rmul__(self, other: Number) -> Node: return self.graph.mul(other, self)
+    def __truediv__(self, other: Number) -> Node: return self.graph.div(self, other)
+    def __rtruediv__(self, other: Number) -> Node: return self.graph.div(other, self)
+    def __neg__(self) -> Node: return self.graph.neg(self)
+    def __abs__(self) -> Node: return self.graph.abs(self)
+    def __lt__(self, other: Number) -> Node: return self.graph.make("lt", self, other)
+    def __le__(self, other: Number) -> Node: return self.graph.make("le", self, other)
+    def __gt__(self, other: Number) -> Node: return self.graph.make("gt", self, other)
+    def __ge__(self, other: Number) -> Node: return self.graph.make("ge", self, other)
+    def __and__(self, other: Node) -> Node: return self.graph.make("and", self, other)
+    def __or__(self, other: Node) -> Node: return self.graph.make("or", self, other)
+    # fmt: on
+
+    __array_ufunc__ = None  # numpy's functions do not work on it, its numbers do
+
+    def __pow__(self, exponent: int) -> Node:
+        if not isinstance(exponent, Real) or exponent != int(exponent) or exponent < 1:
+            raise TypeError(
+                f"found the power {exponent!r}; allowed: 1, 2, 3, ..., sqrt(x) and 1 / x"
+            )
+        value = self
+        for _ in range(int(exponent) - 1):
+            value = value * self
+        return value
+
+    def __bool__(self) -> bool:
+        raise TypeError(
+            "found a condition on a value, which every lane answers for itself; allowed: `a if c "
+            "else b`, `and`, `or`, `not`, and an `if` without `return`, in the equations themselves "
+            "and in functions marked with `part` of nsdrill.equations.trace; elsewhere, and in a "
+            "loop, conditions on options"
+        )
+
+    def __float__(self) -> float:
+        raise TypeError("found a value where a number is wanted")
+
+    def __repr__(self) -> str:
+        return f"{self.op}#{self.id}"
+
+    def is_number(self, number: float) -> bool:
+        """Whether this is the constant ``number``."""
+        return self.op == "const" and bool(self.extra == number)
+
+    @property
+    def zero(self) -> bool:
+        return self.is_number(0.0)
+
+
+@dataclass
+class Loop:
+    """A region that is repeated while some lane is ``unfinished``, ``most`` times at
+    most: each of ``variables`` then takes the value in ``following``."""
+
+    variables: list[Node]
+    following: list[Node]
+    unfinished: Node
+    most: int
+
+    @property
+    def needs(self) -> list[Node]:
+        return [*self.following, self.unfinished]
+
+
+@dataclass
+class Graph:
+    """Nodes in the order in which they were made; an argument precedes its users."""
+
+    nodes: list[Node] = field(default_factory=list)
+    region: int = 0  # where nodes are made; 0 is the whole
+    parent: list[int] = field(default_factory=lambda: [-1])  # of each region
+    condition: list[Node | None] = field(default_factory=lambda: [None])
+    loops: dict[int, Loop] = field(default_factory=dict)
+    otherwise: dict[int, int] = field(default_factory=dict)  # region in place of another
+    names: dict[str, Any] = field(default_factory=dict)  # what the equations call them
+    frictions: list[Any] = field(default_factory=list)  # contacts with friction, in order
+    gaps: dict[str, Node] = field(default_factory=dict)  # of unilateral contacts, by name
+    with_slopes: bool = False  # laws of friction are evaluated with their slopes
+    reciprocals: dict[tuple[Node, int], Node] = field(default_factory=dict)
+    known: dict[Any, Node] = field(default_factory=dict)
+
+    # Construction.
+
+    def node(self, value: Number) -> Node:
+        if isinstance(value, Node):
+            return value
+        if not isinstance(value, Real):
+            raise TypeError(f"found {value!r} where a number is wanted")
+        return self.make("const", extra=float(value))
+
+    def make(self, op: str, *args: Number, extra: Any = None) -> Node:
+        nodes = tuple(self.node(arg) for arg in args)
+        region = 0 if op in LEAVES else self.region
+        mark = (math.copysign(1.0, extra), extra) if op == "const" else extra
+        at = region
+        while at >= 0:  # known here or in a region around this one
+            found = self.known.get((op, nodes, mark, at))
+            if found is not None and (at == region or found.needs.isdisjoint(self.around(region))):
+                return found
+            at = self.parent[at]
+        made = Node(self, op, nodes, extra, region)
+        self.nodes.append(made)
+        self.known[op, nodes, mark, region] = made
+        return made
+
+    def input(self, name: str) -> Node:
+        return self.make("input", extra=name)
+
+    def add(self, a: Number, b: Number) -> Node:
+        a, b = self.node(a), self.node(b)
+        if a.op == b.op == "const":
+            return self.node(a.extra + b.extra)
+        if a.zero or b.zero:
+            return b if a.zero else a
+        if b.op == "neg":
+            return self.make("sub", a, b.args[0])
+        return self.make("sub", b, a.args[0]) if a.op == "neg" else self.make("add", a, b)
+
+    def sub(self, a: Number, b: Number) -> Node:
+        a, b = self.node(a), self.node(b)
+        if a.op == b.op == "const":
+            return self.node(a.extra - b.extra)
+        if a.zero or b.zero:
+            return self.neg(b) if a.zero else a
+        return self.make("add", a, b.args[0]) if b.op == "neg" else self.make("sub", a, b)
+
+    def mul(self, a: Number, b: Number) -> Node:
+        a, b = self.node(a), self.node(b)
+        if a.op == b.op == "const":
+            return self.node(a.extra * b.extra)
+        for one, other in ((a, b), (b, a)):
+            if one.is_number(1.0):
+                return other
+            if one.is_number(-1.0):
+                return self.neg(other)
+            if one.op == "neg":
+                return self.neg(self.mul(one.args[0], other))
+        return self.make("mul", a, b)
+
+    def div(self, a: Number, b: Number) -> Node:
+        a, b = self.node(a), self.node(b)
+        if a.op == b.op == "const":
+            return self.node(a.extra / b.extra)
+        if a.op == "neg":
+            return self.neg(self.div(a.args[0], b))
+        if b.op == "sqrt":  # a length: its reciprocal is shared
+            return self.mul(a, self.reciprocal(b))
+        return self.make("div", a, b)
+
+    def reciprocal(self, of: Node) -> Node:
+        """1 / of, as a law of friction gives it besides (:meth:`share_reciprocal`), or
+        by a division."""
+        for region in self.around(self.region):
+            if (found := self.reciprocals.get((of, region))) is not None:
+                return found
+        return self.make("div", 1.0, of)
+
+    def share_reciprocal(self, of: Node, value: Node) -> None:
+        """Let ``value`` be what divides by ``of`` from here on, in this region."""
+        self.reciprocals[of, self.region] = value
+
+    def neg(self, a: Number) -> Node:
+        a = self.node(a)
+        if a.op == "const":
+            return self.node(-a.extra)
+        if a.op == "neg":
+            return a.args[0]
+        return self.make("sub", a.args[1], a.args[0]) if a.op == "sub" else self.make("neg", a)
+
+    def abs(self, a: Number) -> Node:
+        a = self.node(a)
+        return self.node(abs(a.extra)) if a.op == "const" else self.make("abs", a)
+
+    def fixed(self, a: Number) -> Node:
+        a = self.node(a)
+        return a if a.op in ("const", "fixed") else self.make("fixed", a)
+
+    def select(self, condition: Node, a: Number, b: Number) -> Node:
+        a, b = self.node(a), self.node(b)
+        return a if a is b else self.make("select", condition, a, b)
+
+    def sum(self, terms: Iterable[Number]) -> Node:
+        total = self.node(0.0)
+        for term in terms:
+            total = self.add(total, term)
+        return total
+
+    # Regions.
+
+    @contextmanager
+    def inside(self, region: int) -> Iterator[None]:
+        before, self.region = self.region, region
+        try:
+            yield
+        finally:
+            self.region = before
+
+    def new_region(self, condition: Node | None) -> int:
+        self.parent.append(self.region)
+        self.condition.append(condition)
+        return len(self.parent) - 1
+
+    def around(self, region: int) -> Iterator[int]:
+        """The region and those around it, the whole last."""
+        while region >= 0:
+            yield region
+            region = self.parent[region]
+
+    def needs(self, args: Iterable[Node], region: int) -> frozenset[int]:
+        """The regions, not around ``region``, that the ``args`` depend on."""
+        found: frozenset[int] = frozenset()
+        for arg in args:
+            if arg.region and arg.region != region:
+                found |= frozenset(self.around(arg.region))
+            found |= arg.needs
+        return found - frozenset(self.around(region)) if found else found
+
+    # What depends on what.
+
+    def live(self, outputs: Iterable[Node], until: Container[Node] = ()) -> list[Node]:
+        """The nodes on which ``outputs`` depend, in order, with the conditions of their
+        regions; those in ``until`` are left out, with what these alone depend on."""
+        seen: set[Node] = set()
+        todo = list(outputs)
+        while todo:
+            node = todo.pop()
+            if node in seen or node in until:
+                continue
+            seen.add(node)
+            todo += node.args
+            for region in self.around(node.region):
+                if region in self.loops:
+                    todo += self.loops[region].needs + self.loops[region].variables
+                elif (condition := self.condition[region]) is not None:
+                    todo.append(condition)
+        return sorted(seen, key=lambda node: node.id)
+
+    def again(self, op: str, args: Sequence[Node], extra: Any) -> Node:
+        """The operation on other arguments, simplified where that is possible."""
+        simple: dict[str, Callable[..., Node]] = {"add": self.add, "sub": self.sub, "mul": self.mul, "div": self.div,
+                                                  "neg": self.neg, "abs": self.abs, "select": self.select}  # fmt: skip
+        return simple[op](*args) if op in simple else self.make(op, *args, extra=extra)
+
+    def substituted(
+        self, wanted: Iterable[Node], given: Mapping[Node, Number], regions: dict[int, int]
+    ) -> list[Node]:
+        """The nodes ``wanted`` with other values in place of those ``given``; what does
+        not depend on these is shared. A region of what does is made again, as its
+        values may depend on what comes after it; ``regions`` remembers which."""
+        wanted = list(wanted)
+        found = {node: self.node(value) for node, value in given.items()}
+        for node in self.live(wanted):
+            if node in found or all(found.get(arg, arg) is arg for arg in node.args):
+                continue
+            region = node.region
+            if region and region not in regions:
+                regions[region] = self.new_region(self.condition[region])
+                self.parent[-1] = regions.get(self.parent[region], self.region)
+            with self.inside(regions[region] if region else self.region):
+                args = [found.get(arg, arg) for arg in node.args]
+                extra = node.extra
+                if node.op == "join" and args[1] is not node.args[1]:
+                    extra = regions.get(extra, extra)
+                found[node] = self.again(node.op, args, extra)
+        return [found.get(node, node) for node in wanted]
+
+
+def rewritten(
+    graph: Graph,
+    outputs: Mapping[str, Node],
+    change: Callable[[Graph, Callable[[Node], Node], Node], Node],
+) -> tuple[Graph, dict[str, Node]]:
+    """A copy of what ``outputs`` need, in which ``change(new, of, node)`` stands for
+    each node; ``of`` gives the new node of an old one."""
+    new = Graph(
+        parent=list(graph.parent),
+        condition=[None] * len(graph.parent),
+        otherwise=dict(graph.otherwise),
+        with_slopes=graph.with_slopes,
+    )
+    found: dict[Node, Node] = {}
+
+    def of(node: Node) -> Node:
+        if node not in found:
+            with new.inside(node.region):
+                found[node] = change(new, of, node)
+        return found[node]
+
+    needed = graph.live(outputs.values())
+    present = set(needed)
+    for node in needed:
+        of(node)
+    result = {name: of(node) for name, node in outputs.items()}
+    for region, condition in enumerate(graph.condition):
+        if condition in present:
+            new.condition[region] = of(condition)
+    for region, loop in graph.loops.items():
+        if loop.unfinished in present:
+            new.loops[region] = Loop(
+                [of(node) for node in loop.variables],
+                [of(node) for node in loop.following],
+                of(loop.unfinished),
+                loop.most,
+            )
+    new.gaps = {name: of(node) for name, node in graph.gaps.items() if node in present}
+    return new, result

@@ -1,0 +1,184 @@
+"""The functions that equations may call, with their derivatives.
+
+Each works on numbers, on the nodes of a graph and, through the graph, on arrays. In
+compiled code they are those of :mod:`nsdrill.elementary`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nsdrill import elementary
+from nsdrill.elementary import TWO_OVER_PI
+from nsdrill.equations.graph import Node
+
+# The derivatives of the results with respect to the arguments: function(args, results)
+# -> one sequence per result; None where there is no rule, as for the numbers of a law.
+Derivatives = Callable[[Sequence[Any], Sequence[Any]], Sequence[Sequence[Any]]]
+
+
+@dataclass(frozen=True, eq=False)
+class Library:
+    """A function of some arguments with ``results`` results, ``scalar`` in compiled
+    code and on numbers, ``array`` on arrays; in code so many ``operations``, of the
+    first ``arguments`` arguments."""
+
+    name: str
+    scalar: Callable[..., Any]
+    array: Callable[..., Any]
+    results: int
+    operations: int
+    derivatives: Derivatives
+    arguments: int = 1
+
+    def __call__(self, *args: Any) -> Any:
+        graph = next((arg.graph for arg in args if isinstance(arg, Node)), None)
+        if graph is None:
+            return self.scalar(*args[: self.arguments])
+        made = self.nodes(graph, args)
+        return made if self.results > 1 else made[0]
+
+    def nodes(self, graph: Any, args: Sequence[Any]) -> tuple[Node, ...]:
+        return tuple(graph.make("result", *args, extra=(self, k)) for k in range(self.results))
+
+    def __repr__(self) -> str:
+        return self.name
+
+
+def _graph_of(*values: Any) -> Any:
+    return next((value.graph for value in values if isinstance(value, Node)), None)
+
+
+def sqrt(x: Any) -> Any:
+    """The square root."""
+    return x.graph.make("sqrt", x) if isinstance(x, Node) else math.sqrt(x)
+
+
+def fma(a: Any, b: Any, c: Any) -> Any:
+    """a * b + c, in this order, in one rounding when compiled."""
+    graph = _graph_of(a, b, c)
+    return a * b + c if graph is None else graph.make("fma", a, b, c)
+
+
+def choose(condition: Any, a: Any, b: Any) -> Any:
+    """``a`` where the condition holds, else ``b``."""
+    if isinstance(condition, Node):
+        return condition.graph.select(condition, a, b)
+    return a if condition else b
+
+
+def greater(a: Any, b: Any) -> Any:
+    graph = _graph_of(a, b)
+    return max(a, b) if graph is None else graph.make("max", a, b)
+
+
+def over_quotient(v: Any) -> tuple[Any, list[Node]]:
+    """(speed, divisors) with v = speed / divisors: where v is a sum with a quotient by
+    a length, or by two, so that v needs no division of its own; else v and none."""
+    if not isinstance(v, Node) or v.op not in ("add", "sub"):
+        return v, []
+    for k in (1, 0):
+        numerator, other, divisors = v.args[k], v.args[1 - k], []
+        while (found := _quotient(numerator)) is not None:
+            numerator, divisor = found
+            other = other * divisor
+            divisors.append(divisor)
+        if divisors:
+            if v.op == "add":
+                return other + numerator, divisors
+            return (other - numerator if k else numerator - other), divisors
+    return v, []
+
+
+def _quotient(value: Node) -> tuple[Node, Node] | None:
+    """(a, d) of a value a * (1 / d)."""
+    for a, b in (value.args, value.args[::-1]) if value.op == "mul" else ():
+        if b.op == "div" and b.args[0].is_number(1.0) and b.args[1].op == "sqrt":
+            return a, b.args[1]
+    return None
+
+
+def slip_factors(v: Any, smoothing: Any, decay: Any) -> tuple[Any, Any]:
+    """(2/pi) atan(smoothing v), the smoothed direction of a slip v, and 1 / (1 + decay
+    |v|), by which friction falls; with one division for both, for v where that is a
+    sum with a quotient, and for the slope."""
+    if isinstance(v, Node) and v.graph.with_slopes:
+        unit = flat(v, smoothing)
+        return _slip_factors(v * unit, unit, smoothing, decay, v)[:2]
+    speed, divisors = over_quotient(v)
+    unit = math.prod(divisors, start=1.0)
+    direction, decayed, per_unit = _slip_factors(speed, unit, smoothing, decay, v)
+    for k, divisor in enumerate(divisors):
+        others = math.prod(divisors[:k] + divisors[k + 1 :], start=1.0)
+        divisor.graph.share_reciprocal(divisor, per_unit * others)
+    return direction, decayed
+
+
+def flat(v: Any, smoothing: Any) -> Any:
+    """1 + (smoothing v)^2."""
+    scaled = smoothing * v
+    return fma(scaled, scaled, 1.0)
+
+
+def _slip_factors_of_arrays(speed: Any, unit: Any, smoothing: Any, decay: Any, v: Any) -> Any:
+    return TWO_OVER_PI * np.arctan(smoothing * v), 1.0 / (1.0 + decay * np.abs(v)), 1.0 / unit
+
+
+def _slip_slopes(args: Sequence[Any], results: Sequence[Any]) -> Any:
+    """The first two with respect to v, from which speed and unit follow."""
+    _, unit, smoothing, decay, v = args
+    one_plus_square = flat(v, smoothing)
+    per_flat = results[2] if unit is one_plus_square else 1.0 / one_plus_square
+    falling = choose(v < 0.0, decay, -decay) * (results[1] * results[1])
+    steep = TWO_OVER_PI * smoothing * per_flat
+    return (0.0, 0.0, None, None, steep), (0.0, 0.0, None, None, falling), (
+        0.0, -(results[2] * results[2]), 0.0, 0.0, 0.0,
+    )  # fmt: skip
+
+
+_slip_factors = Library(
+    "slip_factors", elementary.slip_factors, _slip_factors_of_arrays, 3, 45, _slip_slopes, 4
+)
+sincos = Library(
+    "sincos",
+    elementary.sincos,
+    lambda a: (np.sin(a), np.cos(a)),
+    2,
+    35,
+    lambda args, results: ((results[1],), (-results[0],)),
+)
+direction = Library(
+    "direction",
+    elementary.direction,
+    lambda x: TWO_OVER_PI * np.arctan(x),
+    1,
+    35,
+    lambda args, results: ((TWO_OVER_PI * (1.0 / fma(args[0], args[0], 1.0)),),),
+)
+expm1 = Library(
+    "expm1", elementary.expm1, np.expm1, 1, 30, lambda args, results: ((1.0 + results[0],),)
+)
+# The square root of the first argument; its derivative is that of a root of at least the
+# second, so that it is bounded.
+bounded_root = Library(
+    "bounded_root",
+    elementary.root,
+    lambda x, least: np.sqrt(x),
+    1,
+    1,
+    lambda args, results: ((0.5 / greater(results[0], args[1]), None),),
+)
+tanh = Library(
+    "tanh",
+    elementary.tanh,
+    np.tanh,
+    1,
+    30,
+    lambda args, results: ((fma(-results[0], results[0], 1.0),),),
+)
+FUNCTIONS = ("sqrt", "sincos", "direction", "exp2", "expm1", "tanh", "fma")  # of every model

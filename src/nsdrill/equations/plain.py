@@ -1,0 +1,79 @@
+"""A graph without lanes: as a function of numbers that is written out where lane code
+calls it, and evaluated on arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from nsdrill.compiler.functions import inlined
+from nsdrill.compiler.words import fma
+from nsdrill.equations.graph import Node
+from nsdrill.equations.lanes import FORMS, INFIX
+from nsdrill.generate import define
+
+
+def written_out(name: str, wanted: Sequence[Node], arguments: Mapping[Node, str]) -> Any:
+    """The function of numbers that gives the values ``wanted``, with its ``arguments``
+    in place of these nodes."""
+    known, space = dict(arguments), {"np": np, "fma": fma}
+    lines: list[str] = []
+    calls: dict[str, list[str]] = {}  # the names of the results of each
+    graph = wanted[0].graph
+    for node in graph.live(wanted, until=known):
+        a = [known[arg] for arg in node.args]
+        known[node] = f"v{node.id}"
+        if node.op == "const":
+            known[node] = f"({node.extra!r})"
+        elif node.op == "result":
+            function, number = node.extra
+            call = f"{function.name}({', '.join(a[: function.arguments])})"
+            if call not in calls:
+                space[function.name] = function.scalar
+                calls[call] = [f"r{len(calls)}_{k}" for k in range(function.results)]
+                lines.append(f"    {', '.join(calls[call])} = {call}")
+            known[node] = calls[call][number]
+        elif node.op in INFIX:
+            lines.append(f"    {known[node]} = {a[0]} {INFIX[node.op]} {a[1]}")
+        elif node.op in ("select", "join"):
+            lines.append(f"    {known[node]} = {a[1]} if {a[0]} else {a[2]}")
+        else:
+            lines.append(f"    {known[node]} = {FORMS[node.op].format(*a)}")
+    returned = ", ".join(known[node] for node in wanted)
+    text = f"def {name}({', '.join(arguments.values())}):\n" + "\n".join(lines)
+    return inlined(define(name, f"{text}\n    return {returned}\n", **space))
+
+
+_ARRAYS: dict[str, Callable[..., Any]] = {
+    "add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "neg": np.negative,
+    "abs": np.abs, "sqrt": np.sqrt, "max": np.maximum, "min": np.minimum, "lt": np.less,
+    "le": np.less_equal, "gt": np.greater, "ge": np.greater_equal, "eq": np.equal,
+    "and": np.logical_and, "or": np.logical_or, "not": np.logical_not, "select": np.where,
+    "join": np.where, "fma": lambda a, b, c: a * b + c, "fixed": lambda a: a,
+}  # fmt: skip
+
+
+def values(wanted: Mapping[str, Node], given: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of nodes on arrays; ``given`` are the graph's inputs by name."""
+    found: dict[Node, Any] = {}
+    calls: dict[Any, Any] = {}
+    graph = next(iter(wanted.values())).graph
+    with np.errstate(all="ignore"):  # also in regions where nothing needs them
+        for node in graph.live(wanted.values()):
+            a = [found[arg] for arg in node.args]
+            if node.op == "const":
+                found[node] = node.extra
+            elif node.op == "input":
+                found[node] = given[node.extra]
+            elif node.op == "result":
+                function, number = node.extra
+                key = function, node.args
+                if key not in calls:
+                    made = function.array(*a)
+                    calls[key] = made if function.results > 1 else (made,)
+                found[node] = calls[key][number]
+            else:
+                found[node] = _ARRAYS[node.op](*a)
+    return {name: found[node] for name, node in wanted.items()}

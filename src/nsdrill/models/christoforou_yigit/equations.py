@@ -1,0 +1,177 @@
+"""The equations of motion of the 4-DOF oscillator, once, as the theory page derives
+them from the Lagrangian of the coupled system.
+
+``s`` holds the states, ``p`` the lane parameters, ``o`` the options; all SI.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+from nsdrill.equations.contacts import friction, friction_along, touching
+from nsdrill.equations.derivative import Tangents
+from nsdrill.equations.graph import Graph
+from nsdrill.equations.library import sincos, sqrt
+from nsdrill.equations.plain import written_out
+from nsdrill.models.friction import LAWS, hyperbolic, numbers_of
+
+
+@lru_cache
+def lobed(lobes: int) -> Any:
+    """The function (sine, cosine) -> (sin(lobes phi), its slope with phi), to be
+    written out in lane code."""
+    graph = Graph()
+    sine, cosine = graph.input("sine"), graph.input("cosine")
+    value = graph.node(multiple_sine(sine, cosine, lobes))
+    slope = Tangents(graph, {sine: cosine, cosine: -sine}).of({"": value})[""]
+    return written_out("lobed", [value, slope], {sine: "sine", cosine: "cosine"})
+
+
+def multiple_sine(sine: Any, cosine: Any, lobes: int) -> Any:
+    """sin(lobes phi) from sine and cosine of phi: Chebyshev's recurrence."""
+    before, now = 0.0, sine
+    for _ in range(lobes - 1):
+        before, now = now, 2.0 * cosine * now - before
+    return now
+
+
+def bit_on_rock(t: Any, phase: Any, s: Any, p: Any, lobes: int, law: Any) -> tuple[Any, ...]:
+    """(sine and cosine of the bit's angle, force and torque of the rock), which is
+    lobed."""
+    sine, cosine = sincos(s.twist + (p.drive_speed * t + phase))
+    surface = p.surface_amplitude * multiple_sine(sine, cosine, lobes)
+    force = p.rock_stiffness * touching("rock", surface - s.z)
+    numbers = numbers_of(p, "bit")
+    return (
+        sine,
+        cosine,
+        force,
+        friction("bit", slip=s.bit_speed, normal=force, law=law, numbers=numbers),
+    )
+
+
+def motion(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
+    """(slopes of the velocities by name, further outputs)."""
+    # Where the collar is. The floor of the radius has an effect at the hole's centre
+    # only, where no force acts.
+    radius = sqrt(max(s.x * s.x + s.y * s.y, 1e-60))
+    around = s.x * s.vy - s.y * s.vx  # radius times the speed around the hole
+    along = s.vz - p.penetration_rate if o.axial_friction else 0.0
+
+    law = list(LAWS.values())[o.friction]
+    sine, cosine, bit_force, bit_torque = bit_on_rock(t, phase, s, p, o.lobes, law)
+
+    # The wall.
+    stiffness = p.bending - p.softening_torque * bit_torque - p.softening_force * bit_force
+    radial, tangential, axial_friction, wall_friction = 0.0, 0.0, 0.0, 0.0
+    penetration = touching("wall", radius - p.gap)
+    if penetration > 0.0:
+        wall_force = p.wall_stiffness * penetration
+        if o.hertz:
+            wall_force = wall_force * sqrt(penetration)
+        slip = s.bit_speed * p.collar_radius + around / radius
+        numbers = numbers_of(p, "wall")
+        if o.axial_friction:
+            wall_friction, axial_friction = friction_along(
+                "wall", slip=(slip, along), normal=wall_force, law=hyperbolic, numbers=numbers
+            )
+        else:
+            wall_friction = friction(
+                "wall", slip=slip, normal=wall_force, law=hyperbolic, numbers=numbers
+            )
+        radial = wall_force / radius
+        tangential = wall_friction / radius
+
+    # The stabilisers carry the force of the bent span, which is the normal load of
+    # their friction.
+    stabilizer_friction = 0.0
+    if o.stabilizer:
+        bent = touching("stabilizer", radius - p.clearance)
+        if bent > 0.0:
+            carried = stiffness * bent
+            slip = s.bit_speed * p.stabilizer_radius + p.clearance * around / radius / radius
+            numbers = numbers_of(p, "stabilizer")
+            if o.axial_friction:
+                stabilizer_friction, along_there = friction_along(
+                    "stabilizer",
+                    slip=(slip, along),
+                    normal=abs(carried),
+                    law=hyperbolic,
+                    numbers=numbers,
+                )
+                axial_friction = axial_friction + along_there
+            else:
+                stabilizer_friction = friction(
+                    "stabilizer", slip=slip, normal=abs(carried), law=hyperbolic, numbers=numbers
+                )
+            radial = radial + carried / radius
+            tangential = tangential + stabilizer_friction / radius
+    else:
+        radial = radial + stiffness
+
+    # Lateral forces at the collar's centre; the drag is relative to the mud.
+    ux, uy = s.vx, s.vy
+    if o.swirl:
+        ux, uy = s.vx + p.swirl_rate * s.y, s.vy - p.swirl_rate * s.x
+    drag = p.drag * sqrt(ux * ux + uy * uy)
+    F_x = tangential * s.y - radial * s.x - drag * ux
+    F_y = -tangential * s.x - radial * s.y - drag * uy
+    if o.swirl:
+        F_x = F_x + p.swirl_momentum * (p.swirl_rate * s.x - 2.0 * s.vy)
+        F_y = F_y + p.swirl_momentum * (p.swirl_rate * s.y + 2.0 * s.vx)
+    if o.weight:
+        F_y = F_y - p.weight
+
+    # The drive.
+    slopes = {}
+    pipe_twist, torque = s.twist, bit_torque
+    if o.driven:
+        pipe_twist = s.twist - s.lag
+        shaft_torque = p.shaft_damping * (s.drive_speed - s.bit_speed)
+        drive_torque = -(
+            p.drive_stiffness * s.lag
+            + p.drive_damping * (s.drive_speed - p.drive_speed)
+            + p.twist_gain * pipe_twist
+            + p.speed_gain * (s.bit_speed - p.drive_speed)
+        )
+        if o.motor:
+            drive_torque = s.motor_torque
+            rate = p.motor_damping * (p.drive_speed - s.drive_speed) - s.motor_torque
+            if o.regulated:
+                rate = (
+                    rate
+                    + p.regulator_steady_motor_torque
+                    - (
+                        p.regulator_torque * (s.motor_torque - p.regulator_steady_motor_torque)
+                        + p.regulator_lag * s.lag
+                        + p.regulator_twist * (s.twist - p.regulator_steady_twist)
+                        + p.regulator_drive_speed * (s.drive_speed - p.drive_speed)
+                        + p.regulator_bit_speed * (s.bit_speed - p.drive_speed)
+                    )
+                )
+            slopes["motor_torque"] = rate * p.per_circuit_time
+        if o.limited:
+            drive_torque = max(min(drive_torque, p.torque_limit), 0.0)
+        pipe_torque = p.torsional_stiffness * pipe_twist - shaft_torque
+        slopes["drive_speed"] = (pipe_torque + drive_torque) * p.per_drive_inertia
+        torque = bit_torque - shaft_torque
+
+    # The string, whose mass centre is off the axis.
+    moment = p.torsional_damping * s.bit_speed + p.torsional_stiffness * pipe_twist
+    moment = moment + wall_friction * p.collar_radius + torque
+    if o.stabilizer:
+        moment = moment + stabilizer_friction * p.stabilizer_radius
+    if o.weight:
+        moment = moment + p.eccentric_weight * cosine
+    angular = -(p.unbalance_arm * (F_y * cosine - F_x * sine) + moment) * p.per_inertia
+    square = s.bit_speed * s.bit_speed
+    axial_force = bit_force - axial_friction - p.wob - p.axial_stiffness * s.z
+    slopes["vx"] = p.unbalance_arm * (square * cosine + angular * sine) + F_x * p.per_lateral_mass
+    slopes["vy"] = p.unbalance_arm * (square * sine - angular * cosine) + F_y * p.per_lateral_mass
+    slopes["vz"] = (axial_force - p.axial_damping * s.vz) * p.per_axial_mass
+    slopes["bit_speed"] = angular
+    outputs = {"cosine": cosine, "sine": sine, "radius": radius}
+    if not o.implicit:  # else as they are where friction is solved for
+        outputs["direction"], outputs["decay"] = law.factors(s.bit_speed, numbers_of(p, "bit"))
+    return slopes, outputs

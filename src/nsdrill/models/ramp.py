@@ -1,0 +1,125 @@
+"""A model along a ramp: its own equations, with lane parameters that move in time.
+
+A ramp is a chain of short segments. Within a segment every lane parameter changes
+linearly: this is exact for speed and weight on bit, and has an error of second order
+for parameters that depend on them.
+
+In the kernel, angles are relative to a drive of constant speed, that of the middle of a
+segment. The true drive, with the speed Omega(t), is ahead of it by
+
+    ahead(t) = integral of (Omega - Omega_middle) dt = slope t (t - length) / 2 ,
+
+which is zero at both ends: there the angles are the true ones, and are carried to the
+next segment unchanged. The equations read the true set speed, the time of the whole
+run, and angles that are less by ahead(t).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsdrill.models.leaves import Values
+from nsdrill.models.registry import described
+from nsdrill.models.schedule import Schedule
+from nsdrill.observe.thresholds import Thresholds
+
+if TYPE_CHECKING:
+    from nsdrill.models.base import Array, Model, Variant
+
+AHEAD = "segment_start", "ahead_square", "ahead_linear"
+# The rate of the set speed [rad/s^2], for a drive that follows it; a lane parameter that
+# is 0 where the set speed is constant.
+SET_RATE = "set_acceleration"
+
+
+@dataclass(frozen=True)
+class Course:
+    """What equations read along a ramp. ``names`` are the lane parameters that move,
+    ``speed`` is the set speed, ``turning`` the angles relative to the drive."""
+
+    names: tuple[str, ...]
+    speed: str
+    turning: tuple[str, ...]
+
+    def moved(self, t: Any, phase: Any, s: Any, p: Any) -> tuple[Any, Any, Any, Any]:
+        """Time, phase, states and parameters in place of those of the kernel."""
+        from nsdrill.equations.trace import Named
+
+        states = vars(s) | {}
+        ahead = (p.ahead_square * t + p.ahead_linear) * t
+        rate = 2.0 * p.ahead_square * t + p.ahead_linear
+        middle = getattr(p, self.speed)
+        time, speed = t + p.segment_start, middle + rate
+        states |= {name: states[name] - ahead for name in self.turning}
+        parameters = {
+            name: getattr(p, f"{name}_slope") * t + getattr(p, f"{name}_start")
+            for name in self.names
+        }
+        parameters |= {self.speed: speed, SET_RATE: 2.0 * p.ahead_square}
+        phase = phase + ((middle * t + ahead) - speed * time)
+        return time, phase, Named(**states), Named(**parameters)
+
+
+def ahead_of(table: Array, cuts: Array, time: Array) -> Array:
+    """The angle [rad] by which the true drive is ahead of the constant one of its
+    segment at ``time`` [s], with the ``table`` of :meth:`Ramps.pack`."""
+    segment = np.clip(np.searchsorted(cuts, time, side="right") - 1, 0, len(table) - 1)
+    within = np.clip(time - cuts[segment], 0.0, None)
+    return np.asarray((table[segment, -2] * within + table[segment, -1]) * within)
+
+
+class Ramps:
+    """A ``model`` along ramps."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+
+    def _course(self, variant: Variant) -> Course:
+        names, model = self.model.parameter_names(variant), self.model
+        moving = tuple(name for name in names if name != model.set_speed)
+        return Course(moving, model.set_speed, model.turning(variant))
+
+    def columns(self, variant: Variant) -> tuple[str, ...]:
+        """Names of the lane parameters: those of the model, then those of their course
+        in time."""
+        moving = self._course(variant).names
+        ends = (f"{name}_{word}" for word in ("start", "slope") for name in moving)
+        return (*self.model.parameter_names(variant), *ends, *AHEAD)
+
+    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
+        """The compiled right-hand side."""
+        columns = self.columns(variant)
+        motion = replace(
+            self.model.motion(variant), parameters=columns, course=self._course(variant)
+        )
+        return motion.right_hand_side(lanes, self.model.rows(variant, columns=len(columns)))
+
+    def pack(
+        self, parameters: Any, schedule: Schedule, cuts: Array, thresholds: Thresholds
+    ) -> Array:
+        """Lane parameters of the segments between ``cuts`` [s], shape (segments,
+        columns)."""
+        point, variant = schedule.at(cuts), self.model.variant(parameters)
+        operation = (point.depth, point.wob, point.rotary_speed)
+        initial = described(self.model.name).initial()
+        ends = self.model.pack(Values(parameters, initial, operation), thresholds)
+        names, course = self.model.parameter_names(variant), self._course(variant)
+        moving, speed = [names.index(name) for name in course.names], names.index(course.speed)
+        length = np.diff(cuts)
+        slope = np.diff(ends, axis=0) / length[:, np.newaxis]
+        first = ends[:-1].copy()
+        first[:, speed] = 0.5 * (ends[:-1, speed] + ends[1:, speed])
+        ahead = cuts[:-1], 0.5 * slope[:, speed], -0.5 * slope[:, speed] * length
+        return np.column_stack([first, ends[:-1, moving], slope[:, moving], *ahead])
+
+    def mend(
+        self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant
+    ) -> None:
+        """Convert, in place, the states that the kernel has sampled at ``time`` [s],
+        shape (samples, states), to the true ones."""
+        states = self.model.states(variant)
+        for name in self.model.turning(variant):
+            samples[:, states.index(name)] -= ahead_of(table, cuts, time)
