@@ -17,13 +17,12 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.data import Array, Results, Trace, json_text
 from nsdrill.errors import FileError, InputError
-from nsdrill.plot.labels import operating_point, retold
 from nsdrill.plot.registry import is_study
 from nsdrill.variables import OK, POINT
 from nsdrill.web import asked
 from nsdrill.web.around import MAX_POINTS
 from nsdrill.web.branches import Branches, is_branches, read_branches
-from nsdrill.web.sliders import DEFAULT_SLIDERS, adjustable
+from nsdrill.web.sliders import adjustable
 
 if TYPE_CHECKING:
     from nsdrill.app.motions import Motions
@@ -121,17 +120,8 @@ class Source:
 
     @property
     def title(self) -> str:
-        """The title of the study, in the units that are shown; the name of the file
-        where it has none."""
-        axes = self.study.axes
-        values = {
-            name: axes.get(name, np.array([getattr(self.study.operation, name)]))
-            for name in DEFAULT_SLIDERS
-        }
-        held = {name: float(of[0]) for name, of in values.items() if len(of) == 1}
-        return retold(
-            " ".join(self.study.title.split()), operating_point(held, self.units)
-        ) or os.path.basename(self.path)
+        """The title of the study; the name of the file where it has none."""
+        return " ".join(self.study.title.split()) or os.path.basename(self.path)
 
     def sweep(self) -> Results:
         """The results; InputError where there are none."""
