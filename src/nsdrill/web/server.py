@@ -61,6 +61,7 @@ STATIC_FILES = {
     "/charts.js": ("charts.js", "text/javascript"),
     "/motion.js": ("motion.js", "text/javascript"),
     "/vector.js": ("vector.js", "text/javascript"),
+    "/asking.js": ("asking.js", "text/javascript"),
     "/style.css": ("style.css", "text/css"),
     "/uPlot.js": ("uplot/uPlot.iife.min.js", "text/javascript"),
     "/uPlot.css": ("uplot/uPlot.min.css", "text/css"),

@@ -345,7 +345,7 @@ window.nsdrill = (() => {
         c.strokeStyle = REFERENCE;
         c.lineWidth = dpr;
         for (const line of d.lines || []) {
-          c.setLineDash(line.words === "rotary speed" ? [5 * dpr, 3 * dpr] : []);
+          c.setLineDash(isWall(line) ? [] : [5 * dpr, 3 * dpr]);
           c.beginPath();
           c.moveTo(X(xs[0]), Y(line.y[0]));
           c.lineTo(X(xs[N - 1]), Y(line.y[1]));
@@ -521,7 +521,7 @@ window.nsdrill = (() => {
       items.push(dash("#000", "stable"), dash("#000", "unstable", [6, 4]));
     }
     for (const line of new Map(all.flatMap((one) => one.lines || []).map((one) => [one.words, one])).values())
-      items.push(dash(REFERENCE, line.words, line.words === "rotary speed" ? [8, 4] : []));
+      items.push(dash(REFERENCE, line.words, isWall(line) ? [] : [8, 4]));
     if (d.note) items.push(make("li", {}, d.note));
     if (codes.has(-2)) items.push(swatch("X", "#000", "failed"));
     return items;
@@ -572,6 +572,9 @@ window.nsdrill = (() => {
     const [low, high] = d.limits;
     return shade(d.scale || VIRIDIS, (value - low) / (high - low || 1));
   }
+
+  // The lines of reference of a diagram are dashed, but for the wall of the hole.
+  const isWall = (line) => line.words.startsWith("wall");
 
   // Where two procedures of a map differ: of classes yes or no, of numbers the second less the first.
   function difference(d, a, b) {
