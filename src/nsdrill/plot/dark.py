@@ -53,10 +53,11 @@ def on_dark_page(figure: Figure, artists: Iterable[Artist]) -> None:
                 colours = getattr(artist, f"get_{name}")()
                 if len(colours) and not isinstance(colours, str):
                     getattr(artist, f"set_{name}")([shown(colour) for colour in colours])
-        elif isinstance(artist, Collection) and artist.cmap.N < 32:  # categories, no scale
+        elif isinstance(artist, Collection) and isinstance(artist.cmap, ListedColormap):
             categories: Any = artist.cmap
-            colours = [shown(colour) for colour in categories.colors]
-            artist.set_cmap(ListedColormap(colours, name=categories.name))
+            if categories.N < 32:  # no scale
+                colours = [shown(colour) for colour in categories.colors]
+                artist.set_cmap(ListedColormap(colours, name=categories.name))
 
 
 def marks_of(figure: Figure, panels: Iterable[Axes]) -> list[Artist]:
