@@ -391,7 +391,8 @@ def _range_lines(ranges: dict[str, Any], units: str) -> Iterator[str]:
             scale * (from_si(r[end], unit) if unit not in ("", "percent") else r[end]) + 0.0
             for end in ("min", "max")
         )
-        sign_shown = "%" if name.endswith("_fraction") else sign(unit)
+        # a terminal may know ASCII only
+        sign_shown = "%" if name.endswith("_fraction") else sign(unit).replace("²", "^2")
         yield f"  {name:27s} {_digits(low):>9s} to {_digits(high):>9s} {sign_shown:8s} {r['meaning']}"
 
 
