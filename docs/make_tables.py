@@ -15,14 +15,17 @@ import sys
 import textwrap
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import nsdrill
 from nsdrill import api
 from nsdrill.cli.main import COMMANDS, group
+from nsdrill.models.beam.options import Options as Collar
 from nsdrill.models.christoforou_yigit.further_quantities import further_quantities
+from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import NAMES, described
+from nsdrill.models.registry import NAMES, described, model_named
 from nsdrill.plot.kinds.sweep import ALIASES
 from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
 from nsdrill.study.continuation import BORDERS, CURVE_POINTS, LOBES, MOTIONS, SEEDS
@@ -471,7 +474,52 @@ def link(found: re.Match[str]) -> str:
     return f"[`{name}`](#{name})" if name in nsdrill.__all__ and name.islower() else f"`{name}`"
 
 
+def equations_of(model: str) -> Callable[[], str]:
+    """The source of a model's equations, with what it calls of its own file."""
+
+    def text() -> str:
+        function = model_named(model).motion(MOTIONS_OF[model]).equations
+        module = inspect.getmodule(function)
+        assert module is not None
+        helpers = [
+            helper
+            for name, helper in vars(module).items()
+            if inspect.isfunction(helper)
+            and helper.__module__ == module.__name__
+            and name in function.__code__.co_names
+        ]
+        return source(*helpers, function)
+
+    return text
+
+
+# A variant of each model.
+MOTIONS_OF: dict[str, tuple[int, ...]] = {
+    MODEL: Options(),
+    "beam": Collar(2, 1),
+    "segments": (3, 2, 0),
+    "torsion": (),
+}
+
+
+def friction_laws() -> str:
+    from nsdrill.models import friction
+
+    text = inspect.getsource(friction)
+    begin, end = text.index("def _hyperbolic"), text.index("def numbers_of")
+    return f"```python\n{text[begin:end].strip()}\n```\n"
+
+
+def source(*functions: Any) -> str:
+    return "```python\n" + "\n\n".join(inspect.getsource(f).strip() for f in functions) + "\n```\n"
+
+
 TABLES: dict[str, Callable[[], str]] = {
+    **{
+        f"equations of {name}": equations_of(name)
+        for name in (MODEL, "beam", "segments", "torsion")
+    },
+    "friction laws": friction_laws,
     "parameters": parameters,
     "study keys": study_keys,
     "continuation keys": continuation_keys,
