@@ -73,3 +73,8 @@ def tables() -> ModuleType:
 @pytest.fixture
 def verify() -> ModuleType:
     return script("verify")
+
+
+@pytest.fixture(scope="session")
+def make_site() -> ModuleType:
+    return script("make_site")

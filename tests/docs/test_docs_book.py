@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 import warnings
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -103,11 +104,9 @@ def test_every_word_of_the_glossary_stands_once(docs: Path) -> None:
     assert words == sorted(words, key=str.lower)
 
 
-def test_formulas_can_be_drawn(docs: Path) -> None:
+def test_formulas_can_be_drawn(docs: Path, make_site: ModuleType) -> None:
     """Those of all pages, without a network."""
-    from conftest import script
-
-    site = script("make_site")
+    site = make_site
     for page in for_users(docs):
         for formula in site.BLOCK.findall(page.read_text(encoding="utf-8")):
             assert "<path" in site.drawn(formula), page.name
