@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from nsdrill.plot.branches import COLOURS
+from nsdrill.plot.kinds.branches import COLOURS
 
 from nsdrill.analysis.bifurcations import CYCLE, PERIODIC
 from nsdrill.cli.main import group

@@ -19,11 +19,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nsdrill.equations.contacts import friction
-from nsdrill.models.base import Level, Symmetry, Variant
+from nsdrill.models.base import Level, Model, Symmetry, Variant
 from nsdrill.models.description import STICK_ONSET, Description, Drawn, Order, Panel
 from nsdrill.models.friction import hyperbolic, numbers_of
 from nsdrill.models.leaves import Values
-from nsdrill.models.scalar_model import ScalarModel
 from nsdrill.models.starts import Starts, state
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.observe.channels import (
@@ -187,7 +186,7 @@ def equations(t: Any, phase: Any, s: Any, p: Any, o: Any) -> Any:
     return {"bit_speed": (-p.damping * s.bit_speed - p.stiffness * s.twist - rock) / p.inertia}
 
 
-class Torsion(ScalarModel):
+class Torsion(Model):
     """The model: its equations and lane parameters."""
 
     name = "torsion"

@@ -214,7 +214,7 @@ FURTHER_COLOURS = ("#332288", "#AA4499", "#882255", "#117733")
 def _colour(kind: str, kinds: list[str]) -> str:
     """The colour of a kind of motion: that of the pictures; of several periodic kinds
     one each."""
-    from nsdrill.plot.branches import COLOURS
+    from nsdrill.plot.kinds.branches import COLOURS
 
     name = kind.partition(" over ")[0]
     periodic = [one for one in kinds if one.startswith("periodic over ")]
@@ -225,7 +225,7 @@ def _colour(kind: str, kinds: list[str]) -> str:
 
 def _mark(code: int, codes: list[int]) -> dict[str, str]:
     """The marker and the colour of a label, as in the pictures."""
-    from nsdrill.plot.branches import GRAZING_MARKERS, MARKERS
+    from nsdrill.plot.kinds.branches import GRAZING_MARKERS, MARKERS
 
     grazing = sorted(set(codes) - MARKERS.keys())
     if code in MARKERS:

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from nsdrill.models.base import Array, Symmetry, Variant
+from nsdrill.models.base import Array, Model, Symmetry, Variant
 from nsdrill.models.beam import columns
 from nsdrill.models.beam.equations import equations
 from nsdrill.models.beam.forces import forces
@@ -23,14 +23,13 @@ from nsdrill.models.christoforou_yigit.observed import coordinates, in_the_bit_f
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
-from nsdrill.models.scalar_model import ScalarModel
 from nsdrill.models.starts import in_the_disc, slice_points
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.findings import returns_of
 from nsdrill.observe.thresholds import Record, Thresholds
 
 
-class ElasticCollar(ScalarModel):
+class ElasticCollar(Model):
     """The variant is an :class:`Options`. The states and lane parameters that every
     collar has come first."""
 

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.base import Array, Variant
+from nsdrill.models.base import Array, Model, Variant
 from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
-from nsdrill.models.scalar_model import ScalarModel
 from nsdrill.models.segments import names
 from nsdrill.models.segments.drive import lag_of
 from nsdrill.models.segments.equations import Options, equations
@@ -33,7 +32,7 @@ SECTION = {
 }
 
 
-class Segments(ScalarModel):
+class Segments(Model):
     """States are pairs of position and velocity from the surface to the bit, then pairs
     of angle and speed, then the motor's current, which stays 0 with a drive by torque.
     The variant is (segments of pipe, segments of collars, whether the drive is one by
