@@ -493,17 +493,7 @@ def replay(
         sample=seconds_in("sample", sample),
     )
     if not result.same_bits:
-        cause = (
-            "; ".join(result.differing)
-            or "nothing that the file records, so this is a fault: please report it"
-        )
-        warnings.warn(
-            f"The run does not end in the stored final state. What differs: {cause}. Where the "
-            f"motion is chaotic, the "
-            "trajectory is then another one of the same kind.",
-            RunWarning,
-            stacklevel=3,
-        )
+        warnings.warn(f"The run {result.warning}", RunWarning, stacklevel=3)
     return _trace(result).assign_attrs(same_bits=int(bool(result.same_bits)))
 
 

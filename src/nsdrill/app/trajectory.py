@@ -52,13 +52,27 @@ class Trajectory:
     is the remedy where the run reached its limit of steps.
 
     Of a replay, ``same_bits`` says whether the final state has the stored bits, and
-    ``differing`` which versions differ from those that made the results, in words."""
+    ``differing`` which versions differ from those that made the results, in words;
+    ``apart`` says how far the final state is from the stored one."""
 
     trace: Trace
     status: int
     same_bits: bool | None = None
     differing: tuple[str, ...] = ()
     advice: str = ""
+    apart: str = ""
+
+    @property
+    def warning(self) -> str:
+        """What to say of a replay that has other bits."""
+        cause = (
+            "; ".join(self.differing)
+            or "nothing that the file records, so this is a fault: please report it"
+        )
+        return (
+            f"does not end in the stored final state{self.apart}. What differs: {cause}. Where the "
+            f"motion is chaotic, the trajectory is then another one of the same kind."
+        )
 
 
 def simulate(
@@ -228,9 +242,24 @@ def replay(
     same = result.status == int(point["status"]) and bool(
         np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True)
     )
+    states = model_named(study.model).states(model_named(study.model).variant(study.parameters))
     return replace(
-        result, same_bits=same, differing=tuple(unlike(outline.attrs, "numpy_version", "processor"))
+        result,
+        same_bits=same,
+        differing=tuple(unlike(outline.attrs, "numpy_version", "processor")),
+        apart="" if same else _apart(result.trace, states, np.asarray(point["final_state"])),
     )
+
+
+def _apart(trace: Trace, names: tuple[str, ...], stored: Array) -> str:
+    """How far the final state of a trace is from the ``stored`` one."""
+    final = np.asarray(trace.attrs["final_state"])
+    ranges = [float(np.ptp(trace.variables[name])) or 1.0 for name in names]
+    shares = np.abs(final - stored)[: len(names)] / ranges
+    if not np.isfinite(shares).all():
+        return ""
+    worst = int(np.argmax(shares))
+    return f", but in {names[worst]} {shares[worst]:.2g} of its range away, in the others less"
 
 
 def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int:
