@@ -23,7 +23,7 @@ from nsdrill.compiler.words import fma, local
 from nsdrill.equations.graph import LEAVES, TRUTHS, Graph, Node
 from nsdrill.generate import define
 
-PIECE = 150
+PIECE = 200
 LEAST_PIECE = 60
 ANYWHERE = TRUTHS | {"neg", "fixed"}  # written where they are used, as they cost little
 NOWHERE = LEAVES | ANYWHERE | {"either", "variable"}  # in no piece
