@@ -511,7 +511,9 @@ def friction_laws() -> str:
 
 
 def source(*functions: Any) -> str:
-    return "```python\n" + "\n\n".join(inspect.getsource(f).strip() for f in functions) + "\n```\n"
+    return (
+        "```python\n" + "\n\n\n".join(inspect.getsource(f).strip() for f in functions) + "\n```\n"
+    )
 
 
 TABLES: dict[str, Callable[[], str]] = {

@@ -138,9 +138,17 @@ def _placed(error: Exception, function: Any) -> str:
             "; allowed on values: + - * / **, comparisons, abs, max, min, and of "
             f"nsdrill.equations.library {', '.join(FUNCTIONS)}"
         )
+    elif isinstance(error, AttributeError) and hasattr(error.obj, "_fields"):  # options
+        near = get_close_matches(error.name or "", error.obj._fields, 1)
+        text = (
+            f"found {error.name}, which is none of the options; "
+            + (f"did you mean {near[0]}? " if near else "")
+            + f"allowed: {', '.join(error.obj._fields)}"
+        )
     elif not isinstance(error, (TypeError, AttributeError)):
         text = f"{type(error).__name__}: {text}"
-    return f"{last.filename}, line {last.lineno}: {last.name}: {last.line}: {text}."
+    source = (last.line or "").rstrip(":")
+    return f"{last.filename}, line {last.lineno}: {last.name}: {source}: {text}."
 
 
 class Part:

@@ -95,11 +95,9 @@ def onset(parameters: Parameters, k: Coefficients, slope: float) -> float | None
     """The greatest bit speed [rad/s] at which the torque over the force falls as
     steeply as ``slope`` [m s/rad], which is positive; None where it does so nowhere.
     Above that speed the fall of every law becomes less steep."""
-    law = parameters.bit.friction
-    start = 0.0
-    if law.law == "rational":  # it rises first, and falls most steeply where b3 v^2 is about 3
-        trial = np.geomspace(1e-2, 1e2, 4001) / math.sqrt(law.b3)
-        start = float(trial[int(np.argmax(fall(parameters, k, trial)))])
+    # from the steepest fall on: most laws fall most steeply at rest, others rise first
+    trial = np.append(0.0, np.geomspace(1e-3, FASTEST, 7001))
+    start = float(trial[int(np.argmax(fall(parameters, k, trial)))])
     if not fall(parameters, k, start) > slope:
         return None
     low, high = start, FASTEST

@@ -262,6 +262,8 @@ def pack(
             values |= dict(zip(REGULATOR_PARAMETERS, law_of_voltage, strict=True))
     values |= lane_parameters(parameters, k, rotary_speed)
     names = columns_of(options)
+    if missing := set(names) - set(values):
+        raise TypeError(f"pack: found no value of the lane parameters {', '.join(sorted(missing))}")
     table = np.zeros((depth.size, len(names)))
     for i, name in enumerate(names):
         table[:, i] = values[name]
