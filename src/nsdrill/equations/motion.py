@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from nsdrill.abi import RATES, Rows
+from nsdrill.abi import RATES, RIGHT_HAND_SIDE, Rows
 from nsdrill.compiler.functions import BUFFER, generated, identity
 from nsdrill.compiler.language import LanguageError
 from nsdrill.equations.derivative import Tangents, closed
@@ -59,7 +59,7 @@ class Motion:
             graph, outputs, _ = self._graph(())
             return lane_code("right_hand_side", graph, outputs, self._place(rows), lanes)
 
-        return generated("right_hand_side", BUFFER, self._key(rows, lanes), make)
+        return generated("right_hand_side", RIGHT_HAND_SIDE, self._key(rows, lanes), make)
 
     def tangent(self, lanes: int, rows: Rows, place: int) -> Any:
         """The compiled right-hand side of the motion and of one deviation from it.
@@ -92,7 +92,7 @@ class Motion:
             }
             return lane_code("tangent", graph, outputs, where, lanes)
 
-        return generated("tangent", BUFFER, (*self._key(rows, lanes), place), make)
+        return generated("tangent", RIGHT_HAND_SIDE, (*self._key(rows, lanes), place), make)
 
     def contact_functions(self, lanes: int, rows: Rows, place: int) -> Any:
         """The compiled function that writes the gap of each contact in ``sides``, its

@@ -136,10 +136,6 @@ def _values_not_in_title(point: str, title: str) -> str:
 _LONG_NUMBER = re.compile(r"(?<![\w.])-?\d+\.\d{6,}(?:e[-+]?\d+)?", re.IGNORECASE)
 
 
-def _rounded(match: re.Match[str]) -> str:
-    return f"{float(match[0]):.6g}"
-
-
 def _unusual_features(attrs: Mapping[str, Any]) -> list[str]:
     """What sets the string apart: a drive that is not ideal, and frozen motions."""
     drive, frozen = drive_kind(attrs), frozen_modes(attrs)
