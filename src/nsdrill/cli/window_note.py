@@ -17,6 +17,7 @@ from nsdrill.plot.answer import (
     answer,
     drilling,
     in_order,
+    is_hint,
     limit,
     percent,
     warnings,
@@ -271,7 +272,7 @@ def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -
         )
     best = plane["recommended"]
     yield (
-        "Recommended: "
+        f"{'Best hint' if is_hint(summary, best) else 'Recommended'}: "
         f"{', '.join(fmt.value(axis, best[axis]) for axis in axes)}.{_drilling_text(best, fmt)}"
     )
     if "probability" in best:

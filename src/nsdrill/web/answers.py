@@ -22,6 +22,7 @@ from nsdrill.plot.answer import (
     drilling,
     explained,
     in_order,
+    is_hint,
     limit,
     percent,
     warnings,
@@ -80,6 +81,7 @@ def _borders(window: Mapping[str, Any], units: str) -> str:
     best = plane and plane["recommended"]
     if not best:
         return ""
+    word = "best hint" if is_hint(window, best) else "recommended"
     rows = []
     for axis in in_order(window["axes"]):
         sides = best["margins"][axis]
@@ -91,7 +93,7 @@ def _borders(window: Mapping[str, Any], units: str) -> str:
                 *(limit(axis, sides[side], fmt) for side in ("less", "more")),
             )
         )
-    pieces = [table(("", "recommended", "safe", "below that", "above that"), rows)]
+    pieces = [table(("", word, "safe", "below that", "above that"), rows)]
     if yields := drilling(best, fmt):
         pieces.append(paragraph(f"There: {yields}."))
     pieces += [paragraph(text) for text in explained(window, units)]
