@@ -34,11 +34,16 @@ CLASS_LABELS = {"rim": "history-dependent"}  # of the keys that are not words of
 
 def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
     """The lines of the summary in the units ``si`` or ``field``."""
-    fmt = Formatter(units)
     yield from textwrap.wrap(answer(summary, units), WIDTH)
     for warning in warnings(summary, units):
         yield from textwrap.wrap(warning, WIDTH, initial_indent="  ", subsequent_indent="  ")
     yield ""
+    yield from number_lines(summary, units)
+
+
+def number_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+    """The lines below the answer and its warnings."""
+    fmt = Formatter(units)
     yield from _basis_lines(summary)
     yield ""
     held = ", ".join(fmt.value(axis, value) for axis, value in summary["fixed"].items())
@@ -384,14 +389,14 @@ def contrast_lines(found: dict[str, Any], units: str, names: Sequence[str] = ())
             app.border_rows(found, units),
         ),
         (
-            f"Where along the {axis} a response occurs, where that changed:",
+            f"Where along the {axis} a response occurs, where that changed ({app.thresholds(found)}):",
             ("", "", "", "a", "b"),
             app.onset_rows(found, units),
         ),
     ):
         if body:
             yield ""
-            yield heading
+            yield from textwrap.wrap(heading, WIDTH)
             yield from aligned([head, *body[:MAX_ROWS]])
             if len(body) > MAX_ROWS:
                 yield f"  and {len(body) - MAX_ROWS} more (all with --json)"

@@ -261,7 +261,7 @@ def _brought_to_wall(study: Any, corners: list[Values], format_value: FormatValu
         for speed in sorted({slowest, fastest})
     ]
     least, greatest = (end(limit for _, limit in ends) for end in (min, max))
-    if LEAST_OFFSET < least and greatest <= ONE_LIMIT * least:
+    if least > LEAST_OFFSET and greatest <= ONE_LIMIT * least:
         remedy = f"to stay off the wall it must be below {format_value(least, 'm', 'mm')}"
     else:
         remedy = "too small to bring it there would be " + ", ".join(

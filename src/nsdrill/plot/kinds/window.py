@@ -159,6 +159,7 @@ def put_warnings(figure: Figure, texts: list[str]) -> None:
     both, and of its title."""
     if not figure.legends:
         return
+    texts = texts if look.get().warnings else []
     legend, size = figure.legends[-1], font_size(7)
     title, width = legend.get_title(), figure.bbox.width - 12.0 * figure.dpi / 72
     title.set(color=WARNING, gid="warnings", parse_math=False)
