@@ -135,6 +135,8 @@ def _change(name: str, pair: Mapping[str, float | None], fmt: Formatter) -> str:
     if a is None or b is None:
         texts = ["none" if value is None else fmt.value(name, value) for value in (b, a)]
         return f"{texts[0]} for {texts[1]}"
+    if fmt.value(name, a) == fmt.value(name, b):
+        return f"{fmt.value(name, b)} in both"
     relative = f" ({100 * (b - a) / a:+.1f} %)" if a > 0.0 else ""
     return f"{fmt.value(name, b)} for {fmt.value(name, a)}{relative}"
 

@@ -80,7 +80,8 @@ def file_answer(
         picture(results, "window", sentence, units, **drawing) if is_drawn else "",
     ]
     if SAMPLE in results.coords and 0 < len(results.swept) < 3:
-        pieces.append(picture(results, "probability", "How probable each outcome is", units))
+        words, level = "How probable each outcome is", window["confidence"]
+        pieces.append(picture(results, "probability", words, units, confidence=level))
     return "".join(pieces)
 
 
