@@ -6,10 +6,17 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from nsdrill.analysis.probability import EVERY, interval, probabilities_of, window_state
+from nsdrill.analysis.probability import (
+    EVERY,
+    interval,
+    probabilities_of,
+    samples_for,
+    window_state,
+)
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.plot.answer import warnings
 from nsdrill.sampling import Uncertain, draw
 from nsdrill.variables import BIT_BOUNCE, DIVERGED, OK, STICK_SLIP, WHIRL, Unknown
 
@@ -204,3 +211,27 @@ def test_results_without_samples_have_no_probability() -> None:
     with pytest.raises(InputError, match="--confidence: found results without samples"):
         find_window(plain, confidence=0.9)
     assert find_window(plain)["confidence"] is None
+
+
+def test_too_few_samples_to_show_the_confidence_are_told() -> None:
+    """Of n samples that are all safe the interval begins at n / (n + 1.96^2): 35 reach
+    90 %, 34 do not."""
+
+    def warned(count: int, confidence: float, sign: int = 0) -> str:
+        note = find_window(made_up(np.full((1, 1, 3, count), sign)), confidence=confidence)
+        return "\n".join(warnings(note, "si"))
+
+    text = warned(16, 0.9)
+    assert "TOO FEW SAMPLES to show a confidence of 90 %: where all of 16 are safe" in text
+    assert "as low as 80.6 %. 35 samples are needed" in text
+    assert "TOO FEW SAMPLES" in warned(34, 0.9)
+    assert "TOO FEW" not in warned(35, 0.9)
+    assert "TOO FEW SAMPLES" in warned(16, 0.9, WHIRL)  # where no point is safe as well
+    assert [samples_for(level) for level in (0.5, 0.9, 0.95)] == [4, 35, 73]
+
+
+def test_the_history_decides_a_window_of_samples_as_well() -> None:
+    up, down = map_of_safety([[0.95, 0.10]]), map_of_safety([[0.10, 0.10]])
+    note = find_window(made_up(np.concatenate([up, down])), confidence=0.9)
+    assert note["safe"] == 0
+    assert "HISTORY DECIDES at 1 point (50.0 %)" in "\n".join(warnings(note, "si"))

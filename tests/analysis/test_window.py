@@ -12,8 +12,9 @@ import pytest
 import nsdrill
 from nsdrill.analysis.plane import largest_margin, normalised, regions
 from nsdrill.analysis.window import find_window
-from nsdrill.data import Results
+from nsdrill.data import Results, json_text
 from nsdrill.errors import FileError, InputError
+from nsdrill.plot.answer import answer, warnings
 from nsdrill.variables import CHECKS, DIVERGED, OK, PENDING, POINT, Axis
 
 from .grids import grid
@@ -480,3 +481,41 @@ def test_what_the_points_yield_is_told() -> None:
         "rate_of_penetration": weight * speed,
     }
     assert find_window(grid({"up": [UP]}, SPEEDS, WEIGHTS))["maps"][0]["fastest"] is None
+
+
+def said(results: Results, confidence: float | None = None) -> tuple[str, str]:
+    """The answer and the warnings of a window."""
+    note = {**find_window(results, confidence=confidence)}
+    return answer(note, "si"), "\n".join(warnings(note, "si"))
+
+
+def test_only_a_point_with_room_that_settled_is_an_order() -> None:
+    """No room, a motion that was changing, a sweep that begins above a critical speed:
+    each makes the best point a hint."""
+    speeds, weights = [1.0, 2.0, 3.0, 4.0, 5.0], [1e3, 2e3, 3e3]
+    roomy = ["s...w", "s...w", "s...w"]
+    firm = grid({"up": [roomy], "down": [roomy]}, speeds, weights)
+    assert said(firm)[0].startswith("Run at 2 kN and 3 rad/s")
+    tight = grid({"up": [["sss.w"] * 3], "down": [["sss.w"] * 3]}, speeds, weights)
+    unsettled = grid({"up": [roomy], "down": [roomy]}, speeds, weights)
+    unsettled.variables["settled"] = np.ones(unsettled["status"].shape, dtype=np.int8)
+    unsettled["settled"][0, 0, 1, 2] = 0
+    above = grid({"up": [roomy], "down": [roomy]}, speeds, weights)
+    speed = {"axis": "rotary_speed", "name": "wall_speed", "words": "it", "min": 0.5, "max": 0.7}
+    above.attrs["passed_over"] = json_text([{**speed, "from": 1.0, "everywhere": True}])
+    for results, word in ((tight, "NO ROOM"), (unsettled, "NOT SETTLED"), (above, "SWEEP BEGINS")):
+        text, warned = said(results)
+        assert text.startswith("No setting can be recommended; the best hint is 2 kN and ")
+        assert word in warned
+
+
+def test_without_a_safe_point_the_warnings_are_of_all_points() -> None:
+    """Three points of six are not settled, two are safe one way."""
+    results = grid({"up": [["ss.", "sss"]], "down": [["sss", ".ss"]]}, [1.0, 2.0, 3.0], [1e3, 2e3])
+    results.variables["settled"] = np.ones(results["status"].shape, dtype=np.int8)
+    results["settled"][0, 0, 0, :] = 0
+    text, warned = said(results)
+    assert text.startswith("No safe point")
+    assert "NOT SETTLED: at 3 of 6 points a motion" in warned
+    assert "HISTORY DECIDES at 2 points (33.3 %)" in warned
+    assert "THE MAP ENDS: only 1 to 2 kN and 1 to 3 rad/s (9.55 to 28.6 rpm) was examined" in warned

@@ -110,6 +110,9 @@ def test_new_thresholds_are_told_too(call: Call, shared: Path) -> None:
             ["other.depth=" + "[1 m]" * 99, "bit.rock_stiffness=50 MN/m"],
             "other.depth = " + ("[1 m]" * 99)[:71] + " ... and 1 more",
         ),
+        # where something physical changed, that alone
+        (["simulation.observe=9 s", "uncertain=null", "bit.lobes=1"], "bit.lobes = 1"),
+        (["simulation.observe=9 s"], "simulation.observe = 9 s"),
     ],
 )
 def test_a_title_stays_short(texts: list[str], said: str) -> None:

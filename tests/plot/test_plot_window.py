@@ -183,6 +183,9 @@ def test_the_answer_and_its_warnings_are_in_the_picture(both: Results) -> None:
         find_window(alone)["safe"] == 0
     )
     sent = plot.draw(both, "window")
+    assert "No setting can be recommended; the best hint is " in sent._suptitle.get_text()
+    both["settled"][:] = 1
+    sent = plot.draw(both, "window")
     assert "Run at " in sent._suptitle.get_text()
     assert "HISTORY DECIDES at" in sent.legends[0].get_title().get_text()
 
@@ -195,7 +198,8 @@ def test_the_cells_of_failed_runs_are_grey(both: Results) -> None:
 
 def test_a_point_without_room_is_a_hint(both: Results) -> None:
     """One safe cell alone: its marker is open and the legend says why; with room it is
-    filled."""
+    filled, if its motion settled."""
+    both["settled"][:] = 1
     firm = next(
         line
         for line in panels(plot.draw(both, "window"))[0].lines
@@ -207,4 +211,4 @@ def test_a_point_without_room_is_a_hint(both: Results) -> None:
     figure = plot.draw(both, "window")
     hint = next(line for line in panels(figure)[0].lines if line.get_gid() == "recommended")
     assert hint.get_markerfacecolor() == "white"
-    assert "a hint: no room to one side" in words(figure)
+    assert "a hint, not a setting, bars to the last safe point" in words(figure)

@@ -21,7 +21,7 @@ from nsdrill.cli.main import group
 from nsdrill.data import Results
 from nsdrill.plot.answer import answer, warnings
 from nsdrill.store import read_results
-from nsdrill.web.answers import file_answer
+from nsdrill.web.answers import LIMITS, file_answer
 from nsdrill.web.report import representatives
 
 
@@ -197,6 +197,37 @@ def test_every_warning_of_the_text_is_in_the_first_lines(page: str, shared: Path
         assert " ".join(one.split()) in text
 
 
+def test_what_limits_the_answer_stands_beside_it(page: str) -> None:
+    """The recipient of a page has no documentation."""
+    text = words_of(page)
+    assert text.count(LIMITS) == 1
+    assert text.index(LIMITS) < text.index("Diagrams")
+    for wanted in ("Not validated against field data", "rate of penetration has default constants"):
+        assert wanted in LIMITS
+
+
+def test_every_warning_stands_once(page: str, shared: Path) -> None:
+    """Neither below the numbers nor in the picture a second time."""
+    window = re.findall(r'src="data:image/svg\+xml;base64,([^"]*)"', page)
+    drawn = "".join(base64.b64decode(one).decode() for one in window)
+    for one in warnings(window_of(read_results(shared / "small.h5")), "si"):
+        assert words_of(page).count(" ".join(one.split())) == 1
+        assert one.partition(":")[0].partition(" at ")[0] not in drawn
+
+
+def test_the_window_of_a_page_is_by_severity_or_confidence(shared: Path, tmp_path: Path) -> None:
+    """As in ``nsdrill window``, and in the command that writes the page again."""
+    assert made(shared / "map.h5", "-o", tmp_path / "a.html", "--severity", "4").exit_code == 0
+    page = (tmp_path / "a.html").read_text(encoding="utf-8")
+    window = window_of(read_results(shared / "map.h5"), 4)
+    assert window["safe"] > window_of(read_results(shared / "map.h5"))["safe"]
+    assert answer(window, "si") in words_of(page)
+    assert "--severity 4</code>" in page
+    done = made(shared / "map.h5", "-o", tmp_path / "b.html", "--confidence", "80")
+    assert "--confidence: found results without samples" in str(done.exception)
+    assert not (tmp_path / "b.html").exists()
+
+
 def test_the_title_is_that_of_the_user(shared: Path, tmp_path: Path) -> None:
     """A weight in a title stays as it was written, whatever the units of the page."""
     source = tmp_path / "own.h5"
@@ -218,6 +249,8 @@ def test_two_files_are_compared_and_named(shared: Path, tmp_path: Path) -> None:
     assert made(shared / "map.h5", other, "-o", tmp_path / "two.html").exit_code == 0
     text = first_lines(tmp_path / "two.html")
     assert "0 gained, 0 lost" in text
+    assert text.count(LIMITS) == 1
+    assert text.index(LIMITS) < text.index("a: ", text.index("0 lost"))
     assert "The studies are the same." in text
     for name in (f"a: {shared / 'map.h5'}", f"b: {other}"):
         assert name in text

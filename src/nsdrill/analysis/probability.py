@@ -6,6 +6,7 @@ critical response. Runs that failed count as not safe.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -88,6 +89,12 @@ def interval(count: Array, total: Array | float) -> tuple[Array, Array]:
         np.where(count == total, 1.0, centre + half_width),
     )
     return np.where(total == 0, 0.0, low), np.where(total == 0, 1.0, high)
+
+
+def samples_for(confidence: float) -> int:
+    """The number of independent samples from which the interval of a share lies above
+    ``confidence`` where all of them are safe: 35 for 0.9."""
+    return math.ceil(confidence / (1.0 - confidence) * NORMAL_QUANTILE**2 - 1e-9)
 
 
 def independent(results: Results) -> slice:

@@ -299,6 +299,9 @@ def find_window(
         "distrusted_points": int(np.count_nonzero(maps.distrusted)),
         "pending_runs": int(np.count_nonzero(results["status"] == PENDING)),
         "unsettled_points": int(np.count_nonzero(maps.unsettled & (maps.state == SAFE))),
+        "unsettled_in_all": int(np.count_nonzero(maps.unsettled)),
+        "by_history": _by_history(maps),
+        "ranges": {axis: [float(maps.values(axis)[end]) for end in (0, -1)] for axis in axes},
         "passed_over": json.loads(results.attrs.get(PASSED_OVER, "[]")),
         **_counts(maps.state),
         "unknown_failed": int(np.count_nonzero((maps.state == UNKNOWN) & maps.failed)),
@@ -354,6 +357,14 @@ def unknown_words(summary: dict[str, Any]) -> str:
         [f"{failed} failed"] * bool(failed)
         + [f"{inferred} inferred, without a severity"] * bool(inferred)
     )
+
+
+def _by_history(maps: Classes) -> int:
+    """The number of points that are safe by some histories only; of results with samples
+    those that reach the confidence in some procedures only."""
+    if maps.confidence is None:
+        return int(np.count_nonzero(maps.state == HISTORY_DEPENDENT))
+    return int(np.count_nonzero(maps.is_safe_in.any(axis=0) & (maps.state == CRITICAL)))
 
 
 def _counts(state: Array) -> dict[str, Any]:

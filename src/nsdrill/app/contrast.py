@@ -4,12 +4,14 @@ where the responses begin, and the rate of penetration."""
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from nsdrill.analysis import contrast as analysis
 from nsdrill.app.window import read_for_window, with_passed_over
 from nsdrill.data import Results, resolved_study
+from nsdrill.observe.thresholds import Thresholds
 from nsdrill.plot.answer import (
     WAYS,
     Formatter,
@@ -20,6 +22,7 @@ from nsdrill.plot.answer import (
     response_words,
     warnings,
 )
+from nsdrill.study.study import build
 from nsdrill.study.write import changes
 from nsdrill.variables import MODEL
 
@@ -29,12 +32,17 @@ Source = Results | str | os.PathLike[str]
 
 
 def contrast(
-    a: Source, b: Source, severity: int | None = None, confidence: float | None = None
+    a: Source,
+    b: Source,
+    severity: int | None = None,
+    confidence: float | None = None,
+    names: Sequence[str] | None = None,
 ) -> dict[str, Any]:
     """The windows of two results, or results files, against each other as plain data in
     SI units: that of :func:`nsdrill.analysis.contrast.contrast`, the ``study`` keys in
-    which they differ, and the ``models`` of the two. InputError where the axes of the
-    sweeps differ."""
+    which they differ, the ``models`` of the two, their ``thresholds``, and their
+    ``names`` in a sentence (by default those of the files). InputError where the axes of
+    the sweeps differ."""
     data = [
         with_passed_over(one) if isinstance(one, Results) else read_for_window(one, severity)
         for one in (a, b)
@@ -44,16 +52,54 @@ def contrast(
     found["study"] = [
         {"key": key, "a": old, "b": new} for key, old, new in changes(*studies) if key != "title"
     ]
+    files = names or [
+        Path(one).name if not isinstance(one, Results) else letter
+        for one, letter in zip((a, b), "ab", strict=True)
+    ]
+    found["names"] = _names(found["study"], files)
+    found["thresholds"] = [_thresholds(study) for study in studies]
     found["models"] = [str(one.attrs.get("model") or MODEL) for one in data]
     return found
+
+
+def _names(study: Sequence[Mapping[str, Any]], files: Sequence[str]) -> list[str]:
+    """What the two are called: their drives where the studies differ in the kind of
+    drive, a word where they differ in that alone, else the files, each with its letter."""
+    words = [row for row in study if str(row["a"]).isidentifier() and str(row["b"]).isidentifier()]
+    told = list(files)
+    if len(words) == 1 and all(row["key"].startswith("drive.") for row in study):
+        told = [f"the {str(words[0][side]).replace('_', ' ')} drive" for side in ("a", "b")]
+    elif len(words) == len(study) == 1:
+        told = [f"{words[0]['key']} {words[0][side]}" for side in ("a", "b")]
+    return [
+        letter if name == letter else f"{name} ({letter})"
+        for name, letter in zip(told, "ab", strict=True)
+    ]
+
+
+def _thresholds(study: Mapping[str, Any]) -> str:
+    """From where the responses count, in words."""
+    limits = build(Thresholds, study.get("classify", {}), lenient=True)
+    return (
+        f"bit-bounce: off the rock for more than {100 * limits.bit_bounce.lift_off_fraction:g} % of "
+        f"the time; stick-slip: index above {limits.stick_slip.stick_slip_index:g} %; whirl: on the "
+        f"wall for more than {100 * limits.whirl.wall_contact_fraction:g} % of the time"
+    )
+
+
+def thresholds(found: Mapping[str, Any]) -> str:
+    """From where the responses of the two count, in words."""
+    a, b = found["thresholds"]
+    return a if a == b else f"in a {a}; in b {b}"
 
 
 def sentence(found: Mapping[str, Any], units: str) -> str:
     """What b wins and costs against a, in one sentence."""
     fmt = Formatter(units)
+    a, b = found["names"]
     text = (
-        f"With b {found['both'] + found['gained']} of {found['points']} common points are safe, "
-        f"with a {found['both'] + found['lost']}: {found['gained']} gained, {found['lost']} lost"
+        f"With {b} {found['both'] + found['gained']} of {found['points']} common points are safe, "
+        f"with {a} {found['both'] + found['lost']}: {found['gained']} gained, {found['lost']} lost"
     )
     text += "; " + "; ".join(filter(None, (_moves(found, fmt), _cost(found, fmt))))
     return text.rstrip("; ") + "."
@@ -73,11 +119,14 @@ def _moves(found: Mapping[str, Any], fmt: Formatter) -> str:
 
 
 def _cost(found: Mapping[str, Any], fmt: Formatter) -> str:
-    rate = found["rate"] and found["rate"]["recommended"]
-    if not rate or None in rate.values():
-        return ""
-    change = _change("rate_of_penetration", rate, fmt)
-    return f"rate of penetration at the recommended point {change}"
+    """The rates of penetration at the best and at the fastest safe point."""
+    words = {"recommended": "at the best point", "fastest": "at the fastest safe point"}
+    parts = [
+        f"{where} {_change('rate_of_penetration', found['rate'][key], fmt)}"
+        for key, where in words.items()
+        if found["rate"] and None not in found["rate"][key].values()
+    ]
+    return f"rate of penetration {', '.join(parts)}" if parts else ""
 
 
 def _change(name: str, pair: Mapping[str, float | None], fmt: Formatter) -> str:
@@ -86,6 +135,8 @@ def _change(name: str, pair: Mapping[str, float | None], fmt: Formatter) -> str:
     if a is None or b is None:
         texts = ["none" if value is None else fmt.value(name, value) for value in (b, a)]
         return f"{texts[0]} for {texts[1]}"
+    if fmt.value(name, a) == fmt.value(name, b):
+        return f"{fmt.value(name, b)} in both"
     relative = f" ({100 * (b - a) / a:+.1f} %)" if a > 0.0 else ""
     return f"{fmt.value(name, b)} for {fmt.value(name, a)}{relative}"
 
@@ -138,7 +189,11 @@ def rows(found: Mapping[str, Any], units: str) -> list[tuple[str, ...]]:
     planes = [chosen_map(window) for window in windows]
     bests = [plane["recommended"] if plane else None for plane in planes]
     axes = in_order(windows[0]["axes"])
-    table.append(("recommended", *(fmt.setting(best, axes) if best else "none" for best in bests)))
+    settings = [
+        f"{letter}: {fmt.setting(best, axes) if best else 'none'}"
+        for letter, best in zip("ab", bests, strict=True)
+    ]
+    table.append(("best point", *settings))
     for axis in axes:
         ends = [
             fmt.range(axis, [best["margins"][axis][side]["safe_to"] for side in ("less", "more")])

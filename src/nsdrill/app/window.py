@@ -60,10 +60,15 @@ def read_for_window(
         if isinstance(source, Results)
         else read_results(source, [*needed(severity), *USES, *TRUST])
     )
+    check_severity(results, severity, path)
+    return with_passed_over(with_overrides(results))
+
+
+def check_severity(results: Results, severity: int | None, path: str | os.PathLike[str]) -> None:
+    """FileError where the results lack what a window by ``severity`` needs."""
     if lacking := [name for name in needed(severity) if name not in results.variables]:
         raise FileError(
             f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill "
             f"did not write; allowed: "
             "the window without a severity. Or run the study again."
         )
-    return with_passed_over(with_overrides(results))

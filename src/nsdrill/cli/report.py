@@ -32,9 +32,17 @@ if TYPE_CHECKING:
     help="Of so many kinds of response a point is run again, and its motion drawn.",
 )
 @options.units
+@options.severity
+@options.confidence
 @options.overwrite
 def command(
-    results: tuple[str, ...], output: str, motions: int, units: str, overwrite: bool
+    results: tuple[str, ...],
+    output: str,
+    motions: int,
+    units: str,
+    severity: int | None,
+    confidence: float | None,
+    overwrite: bool,
 ) -> int:
     """Write RESULTS, files of sweeps or branches, as one page of HTML that opens
     without a network: what was run, diagrams with numbers, where history matters, the
@@ -54,11 +62,14 @@ def command(
     # drawn over the sweeps along the same number
     over = branches[0] if len(branches) == 1 else None
     sessions = [_session(file, units, None if file in branches else over) for file in results]
-    parts = [Part(session, _summaries(session, units)) for session in sessions]
+    probability = None if confidence is None else confidence / 100.0
+    parts = [Part(one, _summaries(one, units, severity, probability)) for one in sessions]
     words = ["nsdrill", "report", *results, "-o", output]
     words += ["--motions", str(motions)] if motions != 4 else []
     words += ["--units", units] if units != "si" else []
-    text = report(parts, shlex.join(words), motions)
+    words += ["--severity", str(severity)] if severity is not None else []
+    words += ["--confidence", f"{confidence:g}"] if confidence is not None else []
+    text = report(parts, shlex.join(words), motions, severity, probability)
     write_text(output, text, overwrite=overwrite)
     click.echo(f"{output}: written, {amount(len(text.encode()))}.", err=True)
     return 0
@@ -75,12 +86,16 @@ def _session(file: str, units: str, over: str | None) -> Session:
     return Session(file, units)
 
 
-def _summaries(session: Session, units: str) -> list[tuple[str, list[str]]]:
-    """The summaries that ``nsdrill show`` and ``nsdrill window`` print of the file."""
+def _summaries(
+    session: Session, units: str, severity: int | None, confidence: float | None
+) -> list[tuple[str, list[str]]]:
+    """The summaries that ``nsdrill show`` and ``nsdrill window`` print of the file; not
+    the answer of the window and its warnings, with which the page begins."""
+    from nsdrill.analysis.probability import check_samples
     from nsdrill.app.summary import summarize
-    from nsdrill.app.window import window_of
+    from nsdrill.app.window import check_severity, window_of
     from nsdrill.cli.show import lines
-    from nsdrill.cli.window_note import lines as window_lines
+    from nsdrill.cli.window_note import number_lines
 
     if session.branches is not None and session.results is None:
         return []
@@ -88,7 +103,11 @@ def _summaries(session: Session, units: str) -> list[tuple[str, list[str]]]:
         raise InputError(
             f"{session.path}: found a study; allowed: results. Run it first: nsdrill run."
         )
+    if confidence is not None:
+        check_samples(session.results, f"{session.path}: --confidence")
+    check_severity(session.results, severity, session.path)
     summaries = [("Numbers", list(lines(session.path, summarize(session.results), units)))]
     with suppress(NsdrillError):  # of a single point, or of four axes, there is no window
-        summaries.append(("Safe window", list(window_lines(window_of(session.results), units))))
+        window = window_of(session.results, severity, confidence)
+        summaries.append(("Safe window", list(number_lines(window, units))))
     return summaries

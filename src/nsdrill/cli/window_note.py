@@ -17,6 +17,7 @@ from nsdrill.plot.answer import (
     answer,
     drilling,
     in_order,
+    is_hint,
     limit,
     percent,
     warnings,
@@ -33,11 +34,16 @@ CLASS_LABELS = {"rim": "history-dependent"}  # of the keys that are not words of
 
 def lines(summary: dict[str, Any], units: str) -> Iterator[str]:
     """The lines of the summary in the units ``si`` or ``field``."""
-    fmt = Formatter(units)
     yield from textwrap.wrap(answer(summary, units), WIDTH)
     for warning in warnings(summary, units):
         yield from textwrap.wrap(warning, WIDTH, initial_indent="  ", subsequent_indent="  ")
     yield ""
+    yield from number_lines(summary, units)
+
+
+def number_lines(summary: dict[str, Any], units: str) -> Iterator[str]:
+    """The lines below the answer and its warnings."""
+    fmt = Formatter(units)
     yield from _basis_lines(summary)
     yield ""
     held = ", ".join(fmt.value(axis, value) for axis, value in summary["fixed"].items())
@@ -271,7 +277,7 @@ def _map_lines(summary: dict[str, Any], plane: dict[str, Any], fmt: Formatter) -
         )
     best = plane["recommended"]
     yield (
-        "Recommended: "
+        f"{'Best hint' if is_hint(summary, best) else 'Recommended'}: "
         f"{', '.join(fmt.value(axis, best[axis]) for axis in axes)}.{_drilling_text(best, fmt)}"
     )
     if "probability" in best:
@@ -383,14 +389,14 @@ def contrast_lines(found: dict[str, Any], units: str, names: Sequence[str] = ())
             app.border_rows(found, units),
         ),
         (
-            f"Where along the {axis} a response occurs, where that changed:",
+            f"Where along the {axis} a response occurs, where that changed ({app.thresholds(found)}):",
             ("", "", "", "a", "b"),
             app.onset_rows(found, units),
         ),
     ):
         if body:
             yield ""
-            yield heading
+            yield from textwrap.wrap(heading, WIDTH)
             yield from aligned([head, *body[:MAX_ROWS]])
             if len(body) > MAX_ROWS:
                 yield f"  and {len(body) - MAX_ROWS} more (all with --json)"

@@ -10,7 +10,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from nsdrill.analysis import reasons
+from nsdrill.analysis.probability import interval, samples_for
 from nsdrill.analysis.window import unknown_words
 from nsdrill.quantity import quantity, sign
 from nsdrill.units import from_si
@@ -118,7 +121,10 @@ def answer(summary: Mapping[str, Any], units: str) -> str:
     if summary["third"] and not at:
         where = f", at every {quantity(summary['third']).words} of the file"
     setting = " and ".join(fmt.setting(best, axes).split(", "))
-    text = f"Run{where} at {setting}" if at else f"Run at {setting}{where}"
+    if is_hint(summary, best):
+        text = f"No setting can be recommended; the best hint is {setting}{where}"
+    else:
+        text = f"Run{where} at {setting}" if at else f"Run at {setting}{where}"
     sides = best["margins"][speed]
     ends = [sides["less"]["safe_to"], sides["more"]["safe_to"]]
     if ends[0] == ends[1]:
@@ -139,6 +145,20 @@ def answer(summary: Mapping[str, Any], units: str) -> str:
     if all(side["why"] == "edge" for side in sides.values()):
         return f"{text}; the map ends on both sides."
     return f"{text}; {words['less']}, {words['more']}."
+
+
+def has_no_room(best: Mapping[str, Any]) -> bool:
+    """Whether a point has no margin to one side or more: it might not be safe on a finer
+    map."""
+    return any(
+        side["margin"] == 0.0 for sides in best["margins"].values() for side in sides.values()
+    )
+
+
+def is_hint(summary: Mapping[str, Any], best: Mapping[str, Any]) -> bool:
+    """Whether the best point of a map is a hint, not a setting: it has no room, its
+    motion had not settled, or the sweep begins above a critical speed."""
+    return has_no_room(best) or not best["settled"] or bool(summary["passed_over"])
 
 
 def chosen_map(summary: Mapping[str, Any]) -> Mapping[str, Any] | None:
@@ -287,37 +307,54 @@ def warnings(summary: Mapping[str, Any], units: str) -> Iterator[str]:
             f"{'is' if is_one else 'are'} not to be trusted and {'counts' if is_one else 'count'} "
             "as not safe."
         )
-    if summary["unsettled_points"]:
-        plane = chosen_map(summary)
-        best = plane and plane["recommended"]
-        which = "" if not best or best["settled"] else ", the recommended one among them,"
-        yield (
-            f"NOT SETTLED: at {summary['unsettled_points']} of "
-            f"{_count(summary['safe'], 'safe point')}{which} a motion was still changing when it "
-            "was observed. A longer simulation.transient would tell."
-        )
-    if share := summary["share"]["rim"]:
-        yield (
-            f"HISTORY DECIDES at {_count(summary['rim'], 'point')} ({100 * share:.1f} %): there "
-            "the setting is safe or not by how one came to it."
-        )
+    yield from _of_motions(summary)
     yield from _of_recommended(summary, fmt)
 
 
+def _of_motions(summary: Mapping[str, Any]) -> Iterator[str]:
+    """Motions that had not settled and histories that decide, over the safe points; over
+    all where none is safe."""
+    plane = chosen_map(summary)
+    best = plane and plane["recommended"]
+    which, of, points = "", "point", summary["points"]
+    unsettled = summary["unsettled_in_all"]
+    if summary["safe"]:
+        unsettled, of, points = summary["unsettled_points"], "safe point", summary["safe"]
+        which = "" if not best or best["settled"] else ", the best one among them,"
+    if unsettled:
+        yield (
+            f"NOT SETTLED: at {unsettled} of {_count(points, of)}{which} a motion was still "
+            "changing when it was observed. A longer simulation.transient would tell."
+        )
+    if decided := summary["by_history"]:
+        yield (
+            f"HISTORY DECIDES at {_count(decided, 'point')} "
+            f"({100 * decided / summary['points']:.1f} %): there the setting is safe or not by how "
+            "one came to it."
+        )
+
+
 def _of_recommended(summary: Mapping[str, Any], fmt: Formatter) -> Iterator[str]:
+    """What is said of the recommended point, and of the edges of the map and the samples
+    also where there is none."""
     plane = chosen_map(summary)
     best = plane and plane["recommended"]
     if not best:
+        ends = " and ".join(
+            fmt.range(axis, summary["ranges"][axis]) for axis in in_order(summary["axes"])
+        )
+        yield f"THE MAP ENDS: only {ends} was examined, and nothing is known beyond."
+        yield from _too_few_samples(summary)
         return
-    edges, tight = [], False
-    for axis in in_order(summary["axes"]):
-        for side in best["margins"][axis].values():
-            tight |= side["margin"] == 0.0
-            if side["why"] == "edge":
-                edges.append(fmt.value(axis, side["safe_to"]))
-    if tight:
+    edges = [
+        fmt.value(axis, side["safe_to"])
+        for axis in in_order(summary["axes"])
+        for side in best["margins"][axis].values()
+        if side["why"] == "edge"
+    ]
+    if has_no_room(best):
         yield (
-            "NO ROOM to one side or more of the recommended point: a hint, not a setting. A finer "
+            "NO ROOM to one side or more of the best point: a hint, not a setting. A finer "
             "map around it would tell."
         )
     if edges:
@@ -325,13 +362,32 @@ def _of_recommended(summary: Mapping[str, Any], fmt: Formatter) -> Iterator[str]
             f"THE MAP ENDS at {' and '.join(edges)}, and the window with it: nothing is known "
             "beyond."
         )
-    if "probability" in best:
+    told = list(_too_few_samples(summary))
+    yield from told
+    if "probability" in best and not told:
         half = (best["probability_high"] - best["probability_low"]) / 2
         if half > FEW_SAMPLES:
             yield (
                 f"FEW SAMPLES: {summary['counted']} give the probability to about "
                 f"{100 * half:.0f} %; four times as many halve that."
             )
+
+
+def _too_few_samples(summary: Mapping[str, Any]) -> Iterator[str]:
+    """So few samples that the interval of a point at which all are safe reaches below the
+    confidence."""
+    confidence, count = summary["confidence"], summary["effective"]
+    if confidence is None or count >= (needed := samples_for(confidence)):
+        return
+    low = float(interval(np.asarray(count), count)[0])
+    text = f"{summary['counted']}"
+    if count < summary["counted"]:
+        text += f" samples, which count as {count:.3g},"
+    yield (
+        f"TOO FEW SAMPLES to show a confidence of {100 * confidence:g} %: where all of {text} are "
+        f"safe, the probability may be as low as {100 * low:.1f} %. "
+        f"{needed} samples are needed, better more (uncertain.samples)."
+    )
 
 
 def explained(summary: Mapping[str, Any], units: str) -> Iterator[str]:

@@ -145,16 +145,24 @@ def _unusual_features(attrs: Mapping[str, Any]) -> list[str]:
     ]
 
 
+# sections of a study that say nothing of the string, the rock or the rig
+NOT_PHYSICAL = ("sweep", "simulation", "uncertain", "check", "output", "units", "classify")
+
+
 def describe_overrides(attrs: Mapping[str, Any], width: int) -> str:
     """What ``--set`` of run and classify changed, in one line:
     ``bit.lobes = 1 and 3 more``. The title and the operating point, which stand in the
-    heading anyway, and the sweep, which the axes show, are left out."""
+    heading anyway, and the sweep, which the axes show, are left out; where something
+    physical changed, how it was simulated as well."""
     changes = overrides(attrs, thresholds=True)
     in_title = ("title", *AXES, *(f"operation.{name}" for name in AXES))
+    # what is physical alone, where there is something
+    physical = [key for key in changes if key.partition(".")[0] not in (*in_title, *NOT_PHYSICAL)]
     texts = [
         f"{key} = {_LONG_NUMBER.sub(lambda number: f'{float(number[0]):.6g}', value)}"
         for key, value in changes.items()
-        if key not in in_title and key.partition(".")[0] != "sweep"
+        if (key in physical if physical else key.partition(".")[0] != "sweep")
+        and key not in in_title
     ]
     line = ""
     for remaining, text in zip(reversed(range(len(texts))), texts, strict=True):

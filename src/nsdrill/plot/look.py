@@ -37,7 +37,8 @@ class Look:
     """How the user wants a picture to look; what is None is chosen by the kind.
 
     ``width`` and ``height`` in inches, ``font_size`` in points, ``title`` a text or
-    False for none; ``style`` holds settings of matplotlib. ``xlim`` and ``ylim``: the
+    False for none; ``warnings`` whether a window has its own, which a page that has them
+    besides does not need; ``style`` holds settings of matplotlib. ``xlim`` and ``ylim``: the
     ends of the axes; ``time``: the part of a trace that is drawn.
     """
 
@@ -49,6 +50,7 @@ class Look:
     xlim: Ends | None = None
     time: Ends | None = None
     ylim: Ends | None = None
+    warnings: bool = True
 
 
 look: ContextVar[Look] = ContextVar("look", default=Look())  # noqa: B039, as a Look is frozen

@@ -79,7 +79,7 @@ def _draw(
         has_lines |= draw_map(axes, one, window, place, units)
         at = {one.third: one.values(one.third)[place]} if one.third else {}
         where = f", {operating_point(at, units)}" if at else ""
-        title = [f"{letter}: {name}{where}", answer(window, units)]
+        title = [f"{letter}: {name}{where}", f"{letter}: {answer(window, units)}"]
         width = int(CHARACTERS * figure.get_figwidth() / (2 if is_map else 1))
         if has_title():
             wrapped = "\n".join(textwrap.fill(line, max(width, SHORTEST_LINE)) for line in title)

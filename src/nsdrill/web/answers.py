@@ -8,7 +8,15 @@ import html
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from nsdrill.app.contrast import border_rows, contrast, difference, notes, onset_rows, sentence
+from nsdrill.app.contrast import (
+    border_rows,
+    contrast,
+    difference,
+    notes,
+    onset_rows,
+    sentence,
+    thresholds,
+)
 from nsdrill.app.contrast import rows as contrast_rows
 from nsdrill.app.sensitivity import sensitivity
 from nsdrill.app.window import window_of, with_passed_over
@@ -22,6 +30,7 @@ from nsdrill.plot.answer import (
     drilling,
     explained,
     in_order,
+    is_hint,
     limit,
     percent,
     warnings,
@@ -33,22 +42,46 @@ from nsdrill.variables import SAMPLE
 MAX_ROWS = 40  # of a table of the comparison
 
 
-def file_answer(results: Results, units: str, is_drawn: bool = True) -> str:
-    """The answer of one file as HTML: the sentence, the warnings, the borders, and if
-    ``is_drawn`` the picture."""
+# the limits of validity that the reader of a report must know, who has no documentation
+LIMITS = (
+    "Not validated against field data: use this to compare, to understand and to ask, not as "
+    "settings. The rate of penetration has default constants, of one bit in one rock, unless the "
+    "study sets them: use its ratios, not its feet per hour. The hole is straight; motors, reamers, "
+    "jars, changes of formation and the surface that the bit cut before are left out, and "
+    "estimates of eccentricity, bit friction and rock stiffness change the answer. Points between "
+    "those of the map were not run; nothing is known beyond its edge."
+)
+
+
+def file_answer(
+    results: Results,
+    units: str,
+    is_drawn: bool = True,
+    letter: str = "",
+    severity: int | None = None,
+    confidence: float | None = None,
+    limits: bool = True,
+) -> str:
+    """The answer of one file as HTML: the sentence after the ``letter`` of the file, the
+    warnings, the ``limits`` of validity, the borders, and if ``is_drawn`` the picture."""
     try:
-        window = window_of(results)
+        window = window_of(results, severity, confidence)
     except NsdrillError as error:  # a single point, four axes, a part of a design
-        return paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer")
+        reason = paragraph(f"No window: {str(error).removeprefix('window: ')}", "answer")
+        return reason + (paragraph(LIMITS, "limits") if limits else "")
+    sentence = answer(window, units)
+    drawing = {"severity": severity, "confidence": confidence}
     pieces = [
-        paragraph(answer(window, units), "answer"),
+        paragraph(f"{letter}: {sentence}" if letter else sentence, "answer"),
         warning_list(warnings(window, units)),
+        paragraph(LIMITS, "limits") if limits else "",
         _borders(window, units),
         _doubt(results, window, units),
-        picture(results, "window", answer(window, units), units) if is_drawn else "",
+        picture(results, "window", sentence, units, **drawing) if is_drawn else "",
     ]
     if SAMPLE in results.coords and 0 < len(results.swept) < 3:
-        pieces.append(picture(results, "probability", "How probable each outcome is", units))
+        words, level = "How probable each outcome is", window["confidence"]
+        pieces.append(picture(results, "probability", words, units, confidence=level))
     return "".join(pieces)
 
 
@@ -58,11 +91,17 @@ def warning_list(texts: Iterable[str]) -> str:
     return f'<ul class="warnings">{items}</ul>' if items else ""
 
 
-def picture(results: Results, kind: str, words: str, units: str) -> str:
-    """A picture of the program as vectors, without the title, which the page has; a
-    sentence where it cannot be drawn."""
+def picture(results: Results, kind: str, words: str, units: str, **drawing: Any) -> str:
+    """A picture of the program as vectors, without the title and the warnings, which the
+    page has; a sentence where it cannot be drawn."""
     try:
-        drawn = draw(with_passed_over(results), kind, units=units, look=Look(title=False))
+        drawn = draw(
+            with_passed_over(results),
+            kind,
+            units=units,
+            look=Look(title=False, warnings=False),
+            **drawing,
+        )
         return image(svg(drawn), words)
     except NsdrillError as error:
         return paragraph(str(error))
@@ -80,6 +119,7 @@ def _borders(window: Mapping[str, Any], units: str) -> str:
     best = plane and plane["recommended"]
     if not best:
         return ""
+    word = "best hint" if is_hint(window, best) else "recommended"
     rows = []
     for axis in in_order(window["axes"]):
         sides = best["margins"][axis]
@@ -91,7 +131,7 @@ def _borders(window: Mapping[str, Any], units: str) -> str:
                 *(limit(axis, sides[side], fmt) for side in ("less", "more")),
             )
         )
-    pieces = [table(("", "recommended", "safe", "below that", "above that"), rows)]
+    pieces = [table(("", word, "safe", "below that", "above that"), rows)]
     if yields := drilling(best, fmt):
         pieces.append(paragraph(f"There: {yields}."))
     pieces += [paragraph(text) for text in explained(window, units)]
@@ -126,11 +166,17 @@ def _doubt(results: Results, window: Mapping[str, Any], units: str) -> str:
     return paragraph(" ".join(texts))
 
 
-def comparison(results: Sequence[Results], names: Sequence[str], units: str) -> tuple[str, str]:
+def comparison(
+    results: Sequence[Results],
+    names: Sequence[str],
+    units: str,
+    severity: int | None = None,
+    confidence: float | None = None,
+) -> tuple[str, str]:
     """Two files against each other: the first lines, and the tables, as HTML; ("", the
     reason) where they cannot be compared."""
     try:
-        found = contrast(results[0], results[1])
+        found = contrast(results[0], results[1], severity, confidence, names)
     except InputError as error:
         return "", paragraph(f"The two windows are not compared: {error}")
     from nsdrill.plot.two_windows import draw_two
@@ -146,7 +192,9 @@ def comparison(results: Sequence[Results], names: Sequence[str], units: str) -> 
             ),
         ]
     )
-    drawn = draw_two(with_passed_over(results[0]), with_passed_over(results[1]), names, units)
+    data = [with_passed_over(one) for one in results]
+    look = Look(warnings=False)  # the page has them
+    drawn = draw_two(data[0], data[1], names, units, severity, confidence, look)
     pieces = [table(head, body), image(svg(drawn), sentence(found, units))]
     for heading, columns, rows in (
         (
@@ -155,7 +203,7 @@ def comparison(results: Sequence[Results], names: Sequence[str], units: str) -> 
             border_rows(found, units),
         ),
         (
-            f"Where along the {axis} a response occurs, where that changed",
+            f"Where along the {axis} a response occurs, where that changed ({thresholds(found)})",
             ("", "way", "response", "a", "b"),
             onset_rows(found, units),
         ),

@@ -28,7 +28,7 @@ from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import Line, edges
 from nsdrill.variables import INFERRED, OK, SAMPLE
-from nsdrill.web.answers import comparison, file_answer
+from nsdrill.web.answers import LIMITS, comparison, file_answer, paragraph
 from nsdrill.web.areas import (
     MAX_MAPS,
     TitledReply,
@@ -85,9 +85,16 @@ class _Page:
         )
 
 
-def report(parts: Sequence[Part], command: str, motions: int) -> str:
+def report(
+    parts: Sequence[Part],
+    command: str,
+    motions: int,
+    severity: int | None = None,
+    confidence: float | None = None,
+) -> str:
     """The page as HTML. ``command`` is the command line that writes it again; of each
-    file up to ``motions`` points are drawn moving."""
+    file up to ``motions`` points are drawn moving. ``severity`` and ``confidence`` are
+    those of the windows."""
     page, units = _Page(), parts[0].session.units
     names = _names([part.session.path for part in parts])
     letters = "ab" if len(parts) == 2 else [str(i) for i in range(1, len(parts) + 1)]
@@ -100,13 +107,15 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
         else f"<p>{_text(names[0])}</p>",
         "</div></header><main>",
     )
-    tables = _add_comparison(page, parts, names, units)
+    tables = _add_comparison(page, parts, names, units, severity, confidence)
     for number, part in enumerate(parts):
         page.add(f'<section class="first" id="answer{number}">')
         if len(parts) > 1:
             page.add(f"<h2>{letters[number]}: {_text(names[number])}</h2>")
             page.add("" if is_one else f"<p>{_text(titles[number])}</p>")
-        _add_answer(page, part.session, units, not tables)
+        letter = letters[number] if len(parts) > 1 else ""
+        is_first = number == 0 and not tables
+        _add_answer(page, part.session, units, not tables, letter, severity, confidence, is_first)
         page.add("</section>")
     page.add(tables)
     if len(parts) > 1:
@@ -135,9 +144,19 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
     return _document(titles[0], page)
 
 
-def _add_answer(page: _Page, session: Session, units: str, is_drawn: bool) -> None:
+def _add_answer(
+    page: _Page,
+    session: Session,
+    units: str,
+    is_drawn: bool,
+    letter: str,
+    severity: int | None,
+    confidence: float | None,
+    limits: bool,
+) -> None:
     if session.results is not None:
-        page.add(file_answer(session.results, units, is_drawn))
+        results = session.results
+        page.add(file_answer(results, units, is_drawn, letter, severity, confidence, limits))
     elif (branches := session.branches) is not None:
         x = quantity(branches.along, units)
         ends = " to ".join(x.value(float(end(branches.numbers))) for end in (np.min, np.max))
@@ -150,16 +169,25 @@ def _add_answer(page: _Page, session: Session, units: str, is_drawn: bool) -> No
         )
 
 
-def _add_comparison(page: _Page, parts: Sequence[Part], names: Sequence[str], units: str) -> str:
-    """The first lines of the comparison of two results; returns its tables."""
+def _add_comparison(
+    page: _Page,
+    parts: Sequence[Part],
+    names: Sequence[str],
+    units: str,
+    severity: int | None,
+    confidence: float | None,
+) -> str:
+    """The first lines of the comparison of two results, and the limits of validity;
+    returns its tables."""
     results = [part.session.results for part in parts]
     if len(results) != 2 or results[0] is None or results[1] is None:
         return ""
-    first, tables = comparison([results[0], results[1]], names, units)
+    pair = [results[0], results[1]]
+    first, tables = comparison(pair, names, units, severity, confidence)
     if not first:
         page.add(tables)
         return ""
-    page.add(f'<section class="first">{first}</section>')
+    page.add(f'<section class="first">{first}{paragraph(LIMITS, "limits")}</section>')
     return f'<section id="compared"><h2>The two compared</h2>{tables}</section>'
 
 

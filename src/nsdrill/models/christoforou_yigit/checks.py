@@ -59,6 +59,7 @@ POORLY_KNOWN = (
     "bit.friction.decay",
 )
 LEAST_OFFSET = 1e-6  # m
+ONE_LIMIT = 1.01  # greatest over least eccentricity at the ends of a sweep that are told as one
 LEAST_SHIFT = 0.25  # change of the critical fraction of the sweep's speeds
 RESONANCE_WIDTH = 0.2  # relative, to either side of the resonance with the lobes
 
@@ -259,18 +260,22 @@ def _brought_to_wall(study: Any, corners: list[Values], format_value: FormatValu
         )
         for speed in sorted({slowest, fastest})
     ]
-    without_contact = ", ".join(
-        f"at {format_value(speed, 'rad/s', 'rad/s')} "
-        + (f"up to {format_value(limit, 'm', 'mm')}" if limit > LEAST_OFFSET else "none")
-        for speed, limit in ends
-    )
+    least, greatest = (end(limit for _, limit in ends) for end in (min, max))
+    if least > LEAST_OFFSET and greatest <= ONE_LIMIT * least:
+        remedy = f"to stay off the wall it must be below {format_value(least, 'm', 'mm')}"
+    else:
+        remedy = "too small to bring it there would be " + ", ".join(
+            f"at {format_value(speed, 'rad/s', 'rad/s')} "
+            + (f"up to {format_value(limit, 'm', 'mm')}" if limit > LEAST_OFFSET else "none")
+            for speed, limit in ends
+        )
     return (
         f"Wall: from {format_value(highest, 'rad/s', 'rad/s')} on the imbalance can bring the collar "
         f"to the wall, and the whole sweep, from {format_value(slowest, 'rad/s', 'rad/s')} on, lies "
         "above that. A collar that passes through that speed reaches the wall and may stay there; "
         "one that starts centred above it need not. The eccentricity is "
-        f"{format_value(eccentricity, 'm', 'mm')}; too small to bring it there would be "
-        f"{without_contact}. A shorter span helps as well."
+        f"{format_value(eccentricity, 'm', 'mm')}; {remedy}. "
+        "A shorter span helps as well."
     )
 
 

@@ -32,7 +32,7 @@ from nsdrill.analysis.window import (
 )
 from nsdrill.data import Array, Results
 from nsdrill.plot import isolines
-from nsdrill.plot.answer import answer, notes
+from nsdrill.plot.answer import answer, is_hint, notes
 from nsdrill.plot.hatching import hatch
 from nsdrill.plot.isolines import RATE_OF_PENETRATION, line_variables
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
@@ -124,7 +124,7 @@ def draw_map(
         has_lines = isolines.draw_lines(
             axes, x, y, classified.yields[RATE_OF_PENETRATION][map_number], units, points
         )
-    _draw_recommended(axes, classified, point, units)
+    _draw_recommended(axes, classified, point, bool(point) and is_hint(numbers, point), units)
     name_areas(axes, classified, cells, map_number, point)
     if most_probable is not None:
         scales = [
@@ -159,6 +159,7 @@ def put_warnings(figure: Figure, texts: list[str]) -> None:
     both, and of its title."""
     if not figure.legends:
         return
+    texts = texts if look.get().warnings else []
     legend, size = figure.legends[-1], font_size(7)
     title, width = legend.get_title(), figure.bbox.width - 12.0 * figure.dpi / 72
     title.set(color=WARNING, gid="warnings", parse_math=False)
@@ -250,9 +251,10 @@ def cell_edges(classified: Classes, units: str) -> tuple[Array, Array]:
 
 
 def _draw_recommended(
-    axes: Axes, classified: Classes, point: dict[str, Any] | None, units: str
+    axes: Axes, classified: Classes, point: dict[str, Any] | None, hint: bool, units: str
 ) -> None:
-    """Draw the recommended point, with bars to the last safe point in each direction."""
+    """Draw the recommended point, with bars to the last safe point in each direction;
+    hollow where it is a ``hint``."""
     if point is None:
         return
     scale = quantity(classified.x, units).scale
@@ -273,18 +275,10 @@ def _draw_recommended(
             capthick=width,
             marker="o",
             markersize=size,
-            markerfacecolor="white" if is_hint(point) else colour,
+            markerfacecolor="white" if hint else colour,
             zorder=5,
         )
         artists[0].set_gid("recommended" if colour == BLACK else "halo")
-
-
-def is_hint(point: dict[str, Any]) -> bool:
-    """Whether a recommended point has no margin to one side or more: it might not be
-    safe on a finer map."""
-    return any(
-        side["margin"] == 0.0 for axis in point["margins"].values() for side in axis.values()
-    )
 
 
 def _most_probable_in(
@@ -359,9 +353,9 @@ def legend_entries(classified: Classes, numbers: dict[str, Any]) -> list[Artist]
         if point_of_map["recommended"]
     ]
     for of_hints in (False, True):
-        if any(is_hint(point_of_map) == of_hints for point_of_map in recommended):
+        if any(is_hint(numbers, point_of_map) == of_hints for point_of_map in recommended):
             label = (
-                "a hint: no room to one side"
+                "a hint, not a setting, bars to the last safe point"
                 if of_hints
                 else "recommended, bars to the last safe point"
             )
