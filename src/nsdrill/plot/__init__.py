@@ -77,6 +77,10 @@ def draw(
     check_units(units)
     kind_options = {name: value for name, value in options.items() if value is not None}
     look = look or Look()
+    if panel is not None and not isinstance(panel, str):
+        raise InputError(
+            f"panel: found a value of the type {type(panel).__name__}; allowed: the name of one panel."
+        )
     branches = None
     if isinstance(data, Results) and is_branches(kind_options.get("over")):
         branches = kind_options.pop("over")

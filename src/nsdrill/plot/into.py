@@ -7,6 +7,7 @@ others on a figure that nobody sees.
 
 from __future__ import annotations
 
+import difflib
 import itertools
 from collections.abc import Callable, Iterator
 from copy import copy
@@ -89,7 +90,10 @@ def _number(names: list[str], panel: str | None, axes: Axes | None) -> int:
             f"ax: found a picture with {len(names)} panels; allowed: one of them, by --panel: "
             f"{allowed}. Without ax it is a figure of its own."
         )
-    raise InputError(f"--panel: found {panel!r}; allowed here: {allowed}.")
+    near = difflib.get_close_matches(panel, names, n=1, cutoff=0.5) if not fitting else []
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    semicolon = f".{hint} Allowed" if hint else "; allowed"
+    raise InputError(f"--panel: found {panel!r}{semicolon} here: {allowed}.")
 
 
 def _alone(panel: Axes) -> Axes:
