@@ -202,7 +202,9 @@ def _draw_branch_curves(figure: Figure, data: Results, branches: Any, units: str
 
     if len(data.swept) != 2:
         raise InputError(
-            "--over: found curves with no map over two axes; allowed: the map of a sweep over two."
+            "--over: found branches, with a sweep over one axis; allowed: a map over two axes, over "
+            "which their curves are drawn. For branches over the peaks of this sweep, give the file of "
+            "branches first and the sweep with --over."
         )
     planes = Planes.of(data)
     held = {name: float(branches[name].values.ravel()[0]) for name in data.held if name in branches}

@@ -27,6 +27,13 @@ from nsdrill.plot.labels import quantity
 LEGEND_BELOW = 32.0  # points: room for the ticks and the label of the x axis
 TEXT_HEIGHT = 1.3  # inches of title, axis labels and legend of one panel
 PANEL_HEIGHT = (2.0, 3.4)  # inches: least and greatest
+# The caller's layout takes the room of a legend from the panel.
+COMPACT: dict[str, Any] = {
+    "handlelength": 1.2,
+    "columnspacing": 0.8,
+    "labelspacing": 0.2,
+    "borderpad": 0.0,
+}
 ENLARGED = 1.6  # a panel alone is higher than one of several
 
 
@@ -157,6 +164,7 @@ class _StandIn:
         return panel.legend(
             handles=handles,
             ncols=ncols,
+            **COMPACT,
             loc="upper center",
             bbox_to_anchor=(0.5, 0.0),
             borderaxespad=0.0,
