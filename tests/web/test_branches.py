@@ -11,12 +11,12 @@ import h5py
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from nsdrill.plot.kinds.branches import COLOURS
 
 from nsdrill.analysis.bifurcations import CYCLE, PERIODIC
 from nsdrill.cli.main import group
 from nsdrill.errors import FileError, InputError
 from nsdrill.models.vocabulary import IN_TRACE
+from nsdrill.plot.kinds.branches import COLOURS
 from nsdrill.store import hdf5, read_results
 from nsdrill.store.layout import root_attributes
 from nsdrill.web.branches import is_branches, read_branches
