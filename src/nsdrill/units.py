@@ -340,8 +340,14 @@ def _wrong_dimension(text: str, units: str, unit: str, dimensions: Dimensions) -
     return QuantityError(
         f"{quoted(text)}, in units of {_in_words(dimensions)}",
         allowed_units(units),
-        _pounds(units, unit, dimensions),
+        _pounds(units, unit, dimensions) or _other_capitals(units, unit),
     )
+
+
+def _other_capitals(units: str, unit: str) -> str | None:
+    """The suggestion where a usual unit is written with other capitals, kn for kN."""
+    meant = [usual for usual in USUAL.get(units, ()) if usual.lower() == unit.lower()]
+    return f"Did you mean {meant[0]}? (Capitals matter.)" if meant else None
 
 
 def _pounds(units: str, unit: str, dimensions: Dimensions) -> str | None:

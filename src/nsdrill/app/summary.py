@@ -29,6 +29,7 @@ from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE
 
 # the rooms of the variables that decide labels
 MEASURED = ("feature", "label", "section", "trust")
+EXPONENT = ("lyapunov_exponent", "lyapunov_error")  # where it is recorded
 
 
 def needed(path: str | os.PathLike[str] | None = None) -> tuple[str, ...]:
@@ -94,7 +95,9 @@ def _summarize_results(results: Results) -> dict[str, Any]:
             for i, procedure in enumerate(summary["procedures"])
         }
     summary["settled"] = int(np.count_nonzero(results["settled"][ok]))
-    for name in (name for name in model.shown if name in results.variables):
+    for name in (*model.shown, *EXPONENT):
+        if name not in results.variables:
+            continue
         values = results[name][ok]
         values = values[np.isfinite(values)]
         if values.size:

@@ -94,6 +94,8 @@ def command(
         replaced = "; the sweep takes its place in nsdrill run" if name in loaded.swept else ""
         knots = knots_text(name, ramp.times, ramp.values, units)
         click.echo(f"Ramp, for nsdrill simulate: {label_of(name)} {knots}{replaced}.")
+    if loaded.continuation is not None and not loaded.swept:
+        click.echo("Section continue: nsdrill branches follows it; nsdrill run runs the one point.")
     shown = {
         name: derived
         for name, derived in report.figures.items()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import click
@@ -71,8 +72,11 @@ def command(
         text = short_text(options.model_name(model), units or "si")
     options.write(output, text, overwrite)
     if output not in (None, "-"):
+        follows = re.search(r"^continue:", text, re.MULTILINE)
+        command = "branches" if follows and not re.search(r"^sweep:", text, re.MULTILINE) else "run"
         click.echo(
-            f"{output}: written. Next: nsdrill check {output}; nsdrill run {output} -o out.h5",
+            f"{output}: written. Next: nsdrill check {output}; "
+            f"nsdrill {command} {output} -o out.h5",
             err=True,
         )
     return 0

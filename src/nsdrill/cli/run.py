@@ -87,6 +87,12 @@ def command(
     from nsdrill.store import check_target
 
     check_sweep(loaded)
+    if loaded.continuation is not None and not loaded.swept:
+        click.echo(
+            f"{study} has no sweep: one point is run. nsdrill branches {study} -o {output} follows "
+            f"its section continue.",
+            err=True,
+        )
     check_target(output)  # before a cluster is started for nothing
     executing = executor_of(engine, scheduler, workers)
     with executing as (executor, count), reporting(not quiet) as watch:

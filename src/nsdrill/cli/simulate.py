@@ -120,7 +120,15 @@ def command(
         f"{_sample_text(loaded, requested, units)}.",
         err=True,
     )
-    return finish(result, output, overwrite)
+    code = finish(result, output, overwrite)
+    if loaded.record.exponent:
+        click.echo(
+            "A trace has no Lyapunov exponent (record.exponent): nsdrill run measures it at every "
+            "point of a sweep, "
+            "and nsdrill show prints it.",
+            err=True,
+        )
+    return code
 
 
 def _simulate_orbit(

@@ -77,6 +77,10 @@ def draw(
     check_units(units)
     kind_options = {name: value for name, value in options.items() if value is not None}
     look = look or Look()
+    if panel is not None and not isinstance(panel, str):
+        raise InputError(
+            f"panel: found a value of the type {type(panel).__name__}; allowed: the name of one panel."
+        )
     branches = None
     if isinstance(data, Results) and is_branches(kind_options.get("over")):
         branches = kind_options.pop("over")
@@ -198,7 +202,9 @@ def _draw_branch_curves(figure: Figure, data: Results, branches: Any, units: str
 
     if len(data.swept) != 2:
         raise InputError(
-            "--over: found curves with no map over two axes; allowed: the map of a sweep over two."
+            "--over: found branches, with a sweep over one axis; allowed: a map over two axes, over "
+            "which their curves are drawn. For branches over the peaks of this sweep, give the file of "
+            "branches first and the sweep with --over."
         )
     planes = Planes.of(data)
     held = {name: float(branches[name].values.ravel()[0]) for name in data.held if name in branches}

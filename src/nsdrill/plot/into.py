@@ -7,6 +7,7 @@ others on a figure that nobody sees.
 
 from __future__ import annotations
 
+import difflib
 import itertools
 from collections.abc import Callable, Iterator
 from copy import copy
@@ -26,6 +27,13 @@ from nsdrill.plot.labels import quantity
 LEGEND_BELOW = 32.0  # points: room for the ticks and the label of the x axis
 TEXT_HEIGHT = 1.3  # inches of title, axis labels and legend of one panel
 PANEL_HEIGHT = (2.0, 3.4)  # inches: least and greatest
+# The caller's layout takes the room of a legend from the panel.
+COMPACT: dict[str, Any] = {
+    "handlelength": 1.2,
+    "columnspacing": 0.8,
+    "labelspacing": 0.2,
+    "borderpad": 0.0,
+}
 ENLARGED = 1.6  # a panel alone is higher than one of several
 
 
@@ -89,7 +97,10 @@ def _number(names: list[str], panel: str | None, axes: Axes | None) -> int:
             f"ax: found a picture with {len(names)} panels; allowed: one of them, by --panel: "
             f"{allowed}. Without ax it is a figure of its own."
         )
-    raise InputError(f"--panel: found {panel!r}; allowed here: {allowed}.")
+    near = difflib.get_close_matches(panel, names, n=1, cutoff=0.5) if not fitting else []
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    semicolon = f".{hint} Allowed" if hint else "; allowed"
+    raise InputError(f"--panel: found {panel!r}{semicolon} here: {allowed}.")
 
 
 def _alone(panel: Axes) -> Axes:
@@ -153,6 +164,7 @@ class _StandIn:
         return panel.legend(
             handles=handles,
             ncols=ncols,
+            **COMPACT,
             loc="upper center",
             bbox_to_anchor=(0.5, 0.0),
             borderaxespad=0.0,

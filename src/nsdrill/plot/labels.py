@@ -37,9 +37,11 @@ class Shown:
     def wrapped(self) -> str:
         """The label beside a low panel, in lines of :data:`LABEL_WIDTH` characters at
         most."""
-        return textwrap.fill(
-            self.label, LABEL_WIDTH, break_long_words=False, break_on_hyphens=False
-        )
+        return self.in_lines(LABEL_WIDTH)
+
+    def in_lines(self, width: int) -> str:
+        """The label in lines of ``width`` characters at most."""
+        return textwrap.fill(self.label, width, break_long_words=False, break_on_hyphens=False)
 
     def value(self, si: float) -> str:
         """A number with its unit for titles: ``22.24 kN``; or a word."""

@@ -168,7 +168,10 @@ def choose_kind(data: Any, kind: str | None, panel: str | None = None) -> tuple[
             f"{describe(data)}{f' ({advice})' if advice else ''}; "
             f"allowed here:\n{lines}"
         )
-    close_matches = difflib.get_close_matches(kind, _fitting(data), n=1)
+    fitting = _fitting(data)
+    close_matches = difflib.get_close_matches(kind, fitting, n=1) or [
+        name for name in fitting if kind and kind in name.split("_")
+    ]
     hint = f" Did you mean {close_matches[0]!r}?" if close_matches else ""
     raise InputError(
         f"plot kind: found {kind!r}, which is not known.{hint} Allowed for "

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, reduce
+from operator import getitem
 from typing import Any
 
 from nsdrill.errors import Fault
@@ -226,6 +227,12 @@ def _seeds(at: Reading, found: Any, along: str, low: float, high: float) -> Any:
 def _ends(at: Reading, path: KeyPath, found: Mapping[str, float]) -> tuple[float, float]:
     """The ends of a range, ascending."""
     low, high = sorted((found["from"], found["to"]))
+    if found["from"] > found["to"]:
+        raw = reduce(getitem, path, at.document.data)
+        at.document.notes.append(
+            f"{'.'.join(map(str, path))} goes from {raw['from']} down to {raw['to']}; the range is "
+            f"taken in ascending order. Branches are followed both up and down."
+        )
     if high - low <= 1e-6 * max(abs(low), abs(high)):
         at.refuse((*path, "to"), "the same value as in from", "from and to that differ")
     return low, high

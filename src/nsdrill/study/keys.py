@@ -527,11 +527,17 @@ def shown(raw: Any, remark: str = "") -> str:
     )
 
 
+# What a key may be called elsewhere.
+OTHER_WORDS = {"speed": "rotary_speed", "rpm": "rotary_speed", "lyapunov": "exponent"}
+
+
 def did_you_mean(name: str, candidates: typing.Iterable[str]) -> str | None:
     """ "Did you mean ...?" for the nearest candidate, None where nothing is near."""
     import difflib
 
-    near = difflib.get_close_matches(name[:80], list(candidates), n=1)
+    known = list(candidates)
+    usual = [key for key in known if key == OTHER_WORDS.get(name)]
+    near = usual or difflib.get_close_matches(name[:80], known, n=1)
     return f"Did you mean {near[0]}?" if near else None
 
 

@@ -41,6 +41,7 @@ from nsdrill.plot.slices import line as line_of
 from nsdrill.plot.style import (
     BLACK,
     BLUE,
+    FONT_SIZE,
     GREEN,
     ORANGE,
     SKY,
@@ -56,6 +57,7 @@ from nsdrill.plot.style import (
 from nsdrill.quantity import quantity as base_quantity
 
 HEIGHT, TEXT_HEIGHT = 5.6, 1.4  # inches
+LETTER = 0.48  # its mean width, in font sizes
 # The peaks of the sweep: a pale colour, and points wider than the lines above them.
 SWEEP_COLOUR, SWEEP_MARKER_SIZE = "#A9C3DC", 3.2
 # Marker and colour of each label; those of grazing take the rest in order.
@@ -103,6 +105,8 @@ def draw(data: Any, units: str = "si", over: Results | None = None) -> Figure:
         page_width(), TEXT_HEIGHT + (HEIGHT - TEXT_HEIGHT) * max(2, len(panels)) / 3
     )
     axes = stack(figure, len(panels))
+    panel_height = (figure.get_figheight() - TEXT_HEIGHT) / len(panels)
+    letters = max(8, int(72.0 * panel_height / (LETTER * font_size(FONT_SIZE))))
     handles: dict[str, Artist] = {}
     ends = [
         float(data.attrs.get(name, np.nan)) / x.scale for name in ("continue_from", "continue_to")
@@ -112,7 +116,7 @@ def draw(data: Any, units: str = "si", over: Results | None = None) -> Figure:
         if over is not None:
             _draw_sweep(panel_axes, over, along, panel, x.scale, y.scale, handles)
         _draw_branches(panel_axes, data, along, panel.greatest, x.scale, y.scale, handles)
-        panel_axes.set_ylabel(y.label)
+        panel_axes.set_ylabel(y.in_lines(letters))
         name_panel(panel_axes, panel.greatest, panel.greatest)
     axes[-1].set_xlabel(x.label)
     if (xlim := look.get().xlim) is not None:
@@ -274,7 +278,7 @@ def _draw_special_points(
         members = places[group]
         codes = dict.fromkeys(labels[members].tolist())
         if len(codes) > 2:
-            _mark(axes, "several special points, their number", x, y, members[0], handles, "o")
+            _mark(axes, "several special points", x, y, members[0], handles, "o")
         for code in codes if len(codes) <= 2 else ():
             name = meanings[code].name.replace("_", " ") if code in meanings else str(code)
             marker, colour = looks.get(code, ("o", BLACK))
