@@ -76,7 +76,8 @@ def test_labels_are_broken_beside_low_panels(crowd: Dataset) -> None:
         for height in ("5 in", "1.9 in")
     ]
     assert "\n" not in labels[0]
-    assert labels[1].split() == labels[0].split() and "\n" in labels[1]
+    assert "\n" in labels[1]
+    assert labels[1].split() == labels[0].split()
 
 
 def test_a_panel_is_one_name(crowd: Dataset) -> None:
