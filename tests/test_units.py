@@ -329,3 +329,9 @@ def test_a_dimension_has_its_usual_name() -> None:
     ):
         with pytest.raises(QuantityError, match=said):
             to_si(text, si)
+
+
+def test_other_capitals_are_named() -> None:
+    """kn is the knot, a speed."""
+    with pytest.raises(QuantityError, match=r"Did you mean kN\? \(Capitals matter\.\)"):
+        to_si("22 kn", "N")

@@ -337,3 +337,24 @@ def test_numbers_on_which_the_answer_hangs_are_named(call: Call) -> None:
     # What is said to be uncertain is no longer a guess.
     told = "uncertain={drillstring.eccentricity: {uniform: [1 mm, 5 mm]}}"
     assert "drillstring.eccentricity moves" not in call("check", "rotary.yaml", "--set", told).err
+
+
+def test_other_words_for_keys(call: Call, small: Path) -> None:
+    for change, meant in (
+        ("record.lyapunov=true", "record.exponent"),
+        ("operation.speed=3 rad/s", "operation.rotary_speed"),
+    ):
+        answer = call("check", small, "--set", change)
+        assert answer.code == 2
+        assert f"Did you mean {meant}?" in answer.err
+
+
+def test_branches_are_named_where_a_study_has_no_sweep(call: Call, tmp_path: Path) -> None:
+    study = tmp_path / "branches.yaml"
+    made = call("new", "--example", "branches_stick_slip", "-o", study)
+    assert f"nsdrill branches {study} -o out.h5" in made.err
+    assert "nsdrill branches follows it" in call("check", study).out
+    ends = ("--set", "continue.from=8 rad/s", "--set", "continue.to=1.5 rad/s")
+    turned = call("check", study, *ends)
+    assert turned.code == 0
+    assert "continue goes from 8 rad/s down to 1.5 rad/s" in " ".join(turned.err.split())
