@@ -58,9 +58,6 @@ RANGES = {
     "stick_slip_index": (1, "%"),
     "lift_off_fraction": (100, "% of the time"),
     "wall_contact_fraction": (100, "% of the time"),
-    "bit_force_max": (1e-3, "kN"),
-    "bit_torque_max": (1e-3, "kN m"),
-    "wall_force_max": (1e-3, "kN"),
 }
 
 
