@@ -55,6 +55,21 @@ def draw_orbit_page(trace: Trace, units: str = "si") -> Figure:
     return figure
 
 
+def mark_axis(axes: Axes, **placed: Any) -> None:
+    """A small cross at the axis of the hole; ``placed`` are properties of the line, as
+    ``zorder`` or ``gid``."""
+    axes.plot(
+        [0],
+        [0],
+        marker="+",
+        color=REFERENCE,
+        markersize=6,
+        markeredgewidth=0.6,
+        linestyle="none",
+        **placed,
+    )
+
+
 def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
     """Draw the path of the collar centre in the cross-section of the hole, in a
     different colour where the collar is on the wall."""
@@ -74,16 +89,7 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
             rasterized=rasterised,
             gid="orbit:wall",
         )
-    axes.plot(
-        [0],
-        [0],
-        marker="+",
-        color=REFERENCE,
-        markersize=6,
-        markeredgewidth=0.6,
-        linestyle="none",
-        gid="axis",
-    )
+    mark_axis(axes, gid="axis")
     extent, wall_text = float(np.nanmax(np.hypot(x, y), initial=0.0)), ""
     if gap is not None:
         wall = float(gap) / across.scale
@@ -272,16 +278,7 @@ class Scene:
                 gid="bit",
             )
         )
-        axes.plot(
-            [0],
-            [0],
-            marker="+",
-            color=REFERENCE,
-            markersize=6,
-            markeredgewidth=0.6,
-            linestyle="none",
-            zorder=4,
-        )
+        mark_axis(axes, zorder=4)
         line_style: dict[str, Any] = {"solid_capstyle": "round", "zorder": 3}
         self._blades = [
             axes.plot([], [], color=BIT, linewidth=3.0, gid="blade")[0] for _ in range(BLADES)
