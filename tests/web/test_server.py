@@ -24,6 +24,8 @@ from nsdrill.web import server
 from nsdrill.web.server import ADDRESS, CLOSE_DELAY, MAX_REQUEST, TOKEN_HEADER, Explorer
 from nsdrill.web.session import Session
 
+PATIENCE = 120  # s that a client waits: the machine of the tests may be busy
+
 
 @pytest.fixture
 def explorer(session: Session) -> Iterator[Explorer]:
@@ -46,7 +48,7 @@ def ask(
             named.pop(name, None)
         else:
             named[name] = value
-    connection = http.client.HTTPConnection(ADDRESS, explorer.port, timeout=20)
+    connection = http.client.HTTPConnection(ADDRESS, explorer.port, timeout=PATIENCE)
     connection.putrequest(method, path, skip_host=True)
     if body is not None and "Content-Length" not in named:
         named["Content-Length"] = str(len(body))

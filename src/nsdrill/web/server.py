@@ -24,7 +24,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from pathlib import Path
@@ -45,6 +45,7 @@ MAX_CONNECTIONS = 128  # further ones wait until one of these ends
 # s that a connection may be without a whole request: as a rule, and where another one
 # waits for its place
 IDLE_SECONDS, IDLE_IF_FULL = 60.0, 0.5
+LOOKS_IF_FULL = 5  # turns that the other threads have before a connection is ended
 # s without a page after which the explorer stops. A page that is reloaded is away for a
 # moment.
 CLOSE_DELAY = 3.0
@@ -174,11 +175,16 @@ class Explorer:
         with self._page_lock:
             self.pages, self.page_closed_at = self.pages - 1, time.monotonic()
 
+    @cached_property
+    def _meta(self) -> bytes:
+        """What every page asks for first, made once."""
+        return json_text(self.session.meta()).encode()
+
     def answer(self, name: str, request: Mapping[str, Any]) -> tuple[str, bytes]:
         """The content type and the body of the reply to one of :data:`REQUESTS`."""
         session = self.session
         if name == "meta":
-            return "application/json", json_text(session.meta()).encode()
+            return "application/json", self._meta
         reply = getattr(session, name)(request)  # one of REQUESTS, nothing else
         if isinstance(reply, dict):
             return "application/json", json_text(reply).encode()
@@ -220,11 +226,16 @@ class _Server(ThreadingHTTPServer):
 
     def process_request(self, request: Any, client_address: Any) -> None:
         """Answer a new connection in a thread, as soon as there is room for one."""
+        looks = 0
         while not self.explorer.stopped.is_set():
             with self._room:
                 if len(self._idle_since) < MAX_CONNECTIONS or self._room.wait(0.1):
                     break
-            self._end_idle(IDLE_IF_FULL)
+            looks += 1
+            # On a busy machine a thread may have read its request and wait for its turn:
+            # time alone does not show that a connection is idle.
+            if looks >= LOOKS_IF_FULL:
+                self._end_idle(IDLE_IF_FULL)
         with self._room:
             self._idle_since[request] = time.monotonic()
         super().process_request(request, client_address)
